@@ -1,4 +1,5 @@
-"""Agent steps per second of Gymnasium's AsyncVectorEnv over OCAtari; `envs.py` runs it with an interpreter that has OCAtari.
+"""Agent steps per second of Gymnasium's AsyncVectorEnv over OCAtari; `envs.py` runs it with an
+interpreter that has OCAtari.
 
 python _async_ocatari.py GAME ram|vision NUM_ENVS SECONDS
 """
@@ -14,7 +15,9 @@ from ocatari.core import OCAtari  # pyright: ignore[reportMissingImports]
 def main() -> None:
     """Print the rate."""
     name, mode, n, seconds = sys.argv[1], sys.argv[2], int(sys.argv[3]), float(sys.argv[4])
-    envs = gymnasium.vector.AsyncVectorEnv([lambda: OCAtari(f"ALE/{name}-v5", mode=mode, hud=True)] * n)
+    envs = gymnasium.vector.AsyncVectorEnv(
+        [lambda: OCAtari(f"ALE/{name}-v5", mode=mode, hud=True)] * n
+    )
     envs.reset(seed=0)
     rng, actions = np.random.default_rng(0), gymnasium.spaces.flatdim(envs.single_action_space)
     for _ in range(5):

@@ -13,8 +13,11 @@ HERE = Path(__file__).parent
 PAGE = HERE / "README.md"
 
 
-def evaluated(name: str, samples: int, seed: int, ocatari: str | None, **options: Any) -> "Evaluation":
-    """REM against VEM on play of a game, with OCAtari's methods on the same frames if its interpreter is given.
+def evaluated(
+    name: str, samples: int, seed: int, ocatari: str | None, **options: Any
+) -> "Evaluation":
+    """REM against VEM on play of a game, with OCAtari's methods on the same frames if its
+    interpreter is given.
 
     The actions are random, held for 1 to 8 steps, unless `options` of `rollout` say otherwise.
     """
@@ -27,7 +30,8 @@ def evaluated(name: str, samples: int, seed: int, ocatari: str | None, **options
 
 
 class PageTable:
-    """A table of games between two comments on the page. The first cell of a row is the game, and rows are sorted by it.
+    """A table of games between two comments on the page. The first cell of a row is the game, and
+    rows are sorted by it.
 
     Args:
         begin: the comment before the table.
@@ -38,7 +42,9 @@ class PageTable:
     def __init__(self, begin: str, end: str, header: Sequence[str]) -> None:
         self._begin, self._end, self._header = begin, end, list(header)
         table = PAGE.read_text().split(begin)[1].split(end)[0]
-        lines = [[cell.strip() for cell in re.findall(r"[^|]+", line)] for line in table.split("\n")[4:]]
+        lines = [
+            [cell.strip() for cell in re.findall(r"[^|]+", line)] for line in table.split("\n")[4:]
+        ]
         self._rows = {cells[0]: cells for cells in lines if cells}
 
     @property
@@ -59,4 +65,6 @@ class PageTable:
         lines = [self._header, ["---"] * len(self._header), *self.rows]
         table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
         before, rest = PAGE.read_text().split(self._begin)
-        PAGE.write_text(f"{before}{self._begin}\n\n{table}\n\n{self._end}{rest.split(self._end)[1]}")
+        PAGE.write_text(
+            f"{before}{self._begin}\n\n{table}\n\n{self._end}{rest.split(self._end)[1]}"
+        )

@@ -1,4 +1,5 @@
-"""Agent steps per second of Stable-Baselines3's PPO over OCAtari; `training.py` and `sb3.py` run it with an interpreter that has both.
+"""Agent steps per second of Stable-Baselines3's PPO over OCAtari; `training.py` and `sb3.py` run it
+with an interpreter that has both.
 
 python _sb3_ocatari.py GAME NUM_ENVS SECONDS
 """
@@ -19,7 +20,9 @@ class Objects(gymnasium.Wrapper):
         env = OCAtari(f"ALE/{game}-v5", mode="ram", hud=False, obs_mode="obj")
         super().__init__(env)
         shape = np.shape(env.reset(seed=0)[0])
-        self.observation_space = gymnasium.spaces.Box(-np.inf, np.inf, (int(np.prod(shape)),), np.float32)
+        self.observation_space = gymnasium.spaces.Box(
+            -np.inf, np.inf, (int(np.prod(shape)),), np.float32
+        )
 
     def reset(self, **options: object) -> tuple[np.ndarray, dict]:
         """Reset."""

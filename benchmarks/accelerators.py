@@ -1,11 +1,13 @@
-"""REM and VEM on JAX's default device, such as a GPU: whether results equal the CPU's, and throughput.
+"""REM and VEM on JAX's default device, such as a GPU: whether results equal the CPU's, and
+throughput.
 
     python benchmarks/accelerators.py [GAME ...] [--states 1048576] [--frames 16384] [--seconds 1]
 
-Results for the frames in tests/data and for random bytes are compared with those of the CPU in the same process, value by value. Batches
-lie in the device's memory before a call, and its results stay there; the column "from and to numpy" includes both copies. The last column
-is the time relative to that of a copy, on the device, of as many bytes as are read and written. Rates are medians over repeated calls, each
-of which is waited for. The first call is timed separately, as compilation.
+Results for the frames in tests/data and for random bytes are compared with those of the CPU in the
+same process, value by value. Batches lie in the device's memory before a call, and its results stay
+there; the column "from and to numpy" includes both copies. The last column is the time relative to
+that of a copy, on the device, of as many bytes as are read and written. Rates are medians over
+repeated calls, each of which is waited for. The first call is timed separately, as compilation.
 """
 
 import argparse
@@ -26,20 +28,36 @@ import ocjax
 from ocjax._xla import process
 
 NOISE = 1000  # random states
-HEADINGS = "game", "method", "batch", "equal", "compilation s", "million a second", "10-90 %", "from and to numpy", "times a copy"
+HEADINGS = (
+    "game",
+    "method",
+    "batch",
+    "equal",
+    "compilation s",
+    "million a second",
+    "10-90 %",
+    "from and to numpy",
+    "times a copy",
+)
 
 
 def noise(samples: np.ndarray) -> np.ndarray:
     """The samples and, for RAM, random bytes."""
     if samples.shape[1:] != (128,):
         return samples
-    return np.concatenate([samples, np.random.default_rng(0).integers(0, 256, (NOISE, 128), dtype=np.uint8)])
+    return np.concatenate(
+        [samples, np.random.default_rng(0).integers(0, 256, (NOISE, 128), dtype=np.uint8)]
+    )
 
 
 def equal(extract: Callable[[Any], Any], samples: np.ndarray) -> bool:
     """Whether the default device and the CPU extract the same from samples."""
     on_cpu = jax.device_put(samples, jax.devices("cpu")[0])
-    pairs = zip(jax.tree.leaves(extract(jnp.asarray(samples))), jax.tree.leaves(extract(on_cpu)), strict=True)
+    pairs = zip(
+        jax.tree.leaves(extract(jnp.asarray(samples))),
+        jax.tree.leaves(extract(on_cpu)),
+        strict=True,
+    )
     return all(np.array_equal(np.asarray(a), np.asarray(b)) for a, b in pairs)
 
 
@@ -56,18 +74,34 @@ def measure(name: str, method: str, batch: int, seconds: float) -> list[str]:
     host = repeated(samples, batch)
     x = jax.block_until_ready(jnp.asarray(host))
     start = time.perf_counter()
-    size = x.nbytes + sum(leaf.nbytes for leaf in jax.block_until_ready(jax.tree.leaves(extract(x))))
+    size = x.nbytes + sum(
+        leaf.nbytes for leaf in jax.block_until_ready(jax.tree.leaves(extract(x)))
+    )
     compilation = time.perf_counter() - start
     median, low, high = timed(extract, x, seconds)
     copies = timed(lambda h: jax.tree.map(np.asarray, extract(h)), host, seconds)[0]
     rates = [batch / t / 1e6 for t in (median, high, low)]
-    row = [name, method.upper(), f"{batch:,}", "yes" if same else "NO", f"{compilation:.1f}", f"{rates[0]:.2f}"]
-    return [*row, f"{rates[1]:.2f}-{rates[2]:.2f}", f"{batch / copies / 1e6:.2f}", f"{median / copying_seconds(size, seconds):.1f}"]
+    row = [
+        name,
+        method.upper(),
+        f"{batch:,}",
+        "yes" if same else "NO",
+        f"{compilation:.1f}",
+        f"{rates[0]:.2f}",
+    ]
+    return [
+        *row,
+        f"{rates[1]:.2f}-{rates[2]:.2f}",
+        f"{batch / copies / 1e6:.2f}",
+        f"{median / copying_seconds(size, seconds):.1f}",
+    ]
 
 
 def main() -> None:
     """Print the table and the geometric means of the rates."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", help="default: all games")
     parser.add_argument("--states", type=int, default=2**20, help="batch size of REM")
     parser.add_argument("--frames", type=int, default=2**14, help="batch size of VEM")
@@ -75,7 +109,9 @@ def main() -> None:
     arguments = parser.parse_args()
     process.use_compilation_cache()
     device = jax.devices()[0]
-    table = Table(title=f"Extraction on {device.device_kind}, jax {jax.__version__}", title_justify="left")
+    table = Table(
+        title=f"Extraction on {device.device_kind}, jax {jax.__version__}", title_justify="left"
+    )
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading in ("game", "method") else "right")
     rates: dict[str, list[float]] = {}
@@ -88,7 +124,10 @@ def main() -> None:
     console = Console(width=140)
     console.print(table)
     for method, values in rates.items():
-        console.print(f"{method.upper()}: {statistics.geometric_mean(values):.2f} million a second (geometric mean)")
+        console.print(
+            f"{method.upper()}: {statistics.geometric_mean(values):.2f} million a second "
+            "(geometric mean)"
+        )
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
 """The objects of AtariARI beside those of ocjax, in a table of benchmarks/README.md.
 
     python benchmarks/atariari.py [GAME ...]          update the table
-    python benchmarks/atariari.py --labels CHECKOUT   write ocjax/atariari.json from a checkout of AtariARI's repository
+    python benchmarks/atariari.py --labels CHECKOUT   write ocjax/atariari.json from a checkout of
+    AtariARI's repository
 
-An object of AtariARI is what its labels with coordinates name: `enemy_x1` and `enemy_y1` are the object `enemy`. The columns are the
-number of its labels, its objects with the number of labels of a coordinate, its other labels, and the categories of ocjax with their slots.
+An object of AtariARI is what its labels with coordinates name: `enemy_x1` and `enemy_y1` are the
+object `enemy`. The columns are the number of its labels, its objects with the number of labels of a
+coordinate, its other labels, and the categories of ocjax with their slots.
 """
 
 import argparse
@@ -27,7 +29,9 @@ INDEX = re.compile(r"_\d+$")
 
 def write_labels(checkout: Path) -> None:
     """Write the bytes of the labels by game."""
-    table = runpy.run_path(str(checkout / "atariari" / "benchmark" / "ram_annotations.py"))["atari_dict"]
+    table = runpy.run_path(str(checkout / "atariari" / "benchmark" / "ram_annotations.py"))[
+        "atari_dict"
+    ]
     games = {ocjax.load(game).name: labels for game, labels in table.items()}
     lines = ",\n".join(f"{json.dumps(game)}: {json.dumps(games[game])}" for game in sorted(games))
     (Path(ocjax.__file__).parent / "atariari.json").write_text(f"{{\n{lines}\n}}\n")
@@ -42,10 +46,14 @@ def located(labels: list[str]) -> tuple[Counter[str], Counter[str]]:
     """The objects that labels give coordinates of, with the number of labels of a coordinate, and the other labels without their index."""
     objects: Counter[str] = Counter()
     for axis in ("x", "y", "column"):
-        objects |= Counter(m[1] for label in labels if (m := POSITION.match(label)) and m[2] == axis)
+        objects |= Counter(
+            m[1] for label in labels if (m := POSITION.match(label)) and m[2] == axis
+        )
     rest = [label for label in labels if not POSITION.match(label)]
     stems = Counter(INDEX.sub("", label) for label in rest)
-    return objects, Counter(stem if stems[stem := INDEX.sub("", label)] > 1 else label for label in rest)
+    return objects, Counter(
+        stem if stems[stem := INDEX.sub("", label)] > 1 else label for label in rest
+    )
 
 
 def row(name: str) -> list[str]:
@@ -58,7 +66,9 @@ def row(name: str) -> list[str]:
 
 def main() -> None:
     """Update the table, or write the labels."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", help="default: all games of AtariARI's paper")
     parser.add_argument("--labels", metavar="CHECKOUT", type=Path, help="only write the labels")
     arguments = parser.parse_args()

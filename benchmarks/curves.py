@@ -2,8 +2,9 @@
 
     python benchmarks/curves.py [FOLDER ...]
 
-The mean returns in each FOLDER (written by `ocjax train`) are thinned to about 200 points and saved as
-benchmarks/curves/<Game>-<inputs>-<seed>.csv. All saved curves are drawn into docs/curves.png. Needs matplotlib (extra `dev`).
+The mean returns in each FOLDER (written by `ocjax train`) are thinned to about 200 points and saved
+as benchmarks/curves/<Game>-<inputs>-<seed>.csv. All saved curves are drawn into docs/curves.png.
+Needs matplotlib (extra `dev`).
 """
 
 import argparse
@@ -44,17 +45,29 @@ REFERENCES = {
     "SpaceInvaders": Reference(148.0, 1652.0, None),
     "Tennis": Reference(-23.8, -8.9, -1.0),
 }
-COLORS = {"random": "tab:gray", "human": "tab:green", "ocatari": "tab:orange", "objects": "tab:blue", "pixels": "tab:red"}
+COLORS = {
+    "random": "tab:gray",
+    "human": "tab:green",
+    "ocatari": "tab:orange",
+    "objects": "tab:blue",
+    "pixels": "tab:red",
+}
 
 
 def keep(folder: Path) -> None:
     """Save the curve of a training run."""
     config = json.loads((folder / "config.json").read_text())
     with (folder / "metrics.csv").open() as file:
-        rows = [(int(row["frames"]), float(row["return"])) for row in csv.DictReader(file) if row["return"] != "nan"]
+        rows = [
+            (int(row["frames"]), float(row["return"]))
+            for row in csv.DictReader(file)
+            if row["return"] != "nan"
+        ]
     step = max(1, len(rows) // POINTS)
     KEPT.mkdir(exist_ok=True)
-    with (KEPT / f"{config['game']}-{config['inputs']}-{config['seed']}.csv").open("w", newline="") as file:
+    with (KEPT / f"{config['game']}-{config['inputs']}-{config['seed']}.csv").open(
+        "w", newline=""
+    ) as file:
         out = csv.writer(file, lineterminator="\n")
         out.writerow(("frames", "return"))
         out.writerows([*rows[:-1:step], rows[-1]])
@@ -65,11 +78,24 @@ def draw_game(axis: Axes, game: str, paths: Sequence[Path]) -> None:
     for path in paths:
         inputs = path.stem.split("-")[1]
         with path.open() as file:
-            points = [(float(row["frames"]) / 1e6, float(row["return"])) for row in csv.DictReader(file)]
-        axis.plot(*zip(*points, strict=True), color=COLORS[inputs], linewidth=1, label=inputs if path.stem.endswith("-0") else None)
+            points = [
+                (float(row["frames"]) / 1e6, float(row["return"])) for row in csv.DictReader(file)
+            ]
+        axis.plot(
+            *zip(*points, strict=True),
+            color=COLORS[inputs],
+            linewidth=1,
+            label=inputs if path.stem.endswith("-0") else None,
+        )
     for name, value in REFERENCES[game]._asdict().items() if game in REFERENCES else ():
         if value is not None:
-            axis.axhline(value, color=COLORS[name], linestyle="--", linewidth=1, label=name.replace("ocatari", "OCAtari, 40 M frames"))
+            axis.axhline(
+                value,
+                color=COLORS[name],
+                linestyle="--",
+                linewidth=1,
+                label=name.replace("ocatari", "OCAtari, 40 M frames"),
+            )
     axis.set(title=game, xlabel="million emulated frames", ylabel="mean return of 100 games")
     axis.legend(fontsize="x-small", loc="lower right")
 
@@ -81,7 +107,9 @@ def draw() -> None:
         curves.setdefault(path.stem.split("-")[0], []).append(path)
     columns = min(COLUMNS, len(curves))
     rows = -(-len(curves) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(4.2 * columns, 3.2 * rows), squeeze=False, layout="constrained")
+    figure, axes = plt.subplots(
+        rows, columns, figsize=(4.2 * columns, 3.2 * rows), squeeze=False, layout="constrained"
+    )
     for axis in axes.flat[len(curves) :]:
         axis.axis("off")
     for axis, (game, paths) in zip(axes.flat, curves.items(), strict=False):
@@ -91,7 +119,9 @@ def draw() -> None:
 
 def main() -> None:
     """Save and draw."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folders", nargs="*", type=Path, metavar="FOLDER", help="of training runs")
     for folder in parser.parse_args().folders:
         keep(folder)

@@ -1,10 +1,12 @@
-"""Agent steps per second of the environments on all cores, with envpool and Gymnasium's AsyncVectorEnv over OCAtari in the same run.
+"""Agent steps per second of the environments on all cores, with envpool and Gymnasium's
+AsyncVectorEnv over OCAtari in the same run.
 
     python benchmarks/envs.py [GAME ...] [--envs 128] [--rounds 5] [--ocatari PYTHON] [--large 1024]
 
-PYTHON is an interpreter that has OCAtari. Actions are random. All environments take turns in each round. Rates are medians over the rounds,
-with the lowest and the highest; ratios are medians of the ratios within rounds. A step emulates four frames. Start-up time and memory are
-measured once, in a process of their own.
+PYTHON is an interpreter that has OCAtari. Actions are random. All environments take turns in each
+round. Rates are medians over the rounds, with the lowest and the highest; ratios are medians of the
+ratios within rounds. A step emulates four frames. Start-up time and memory are measured once, in a
+process of their own.
 """
 
 import argparse
@@ -39,10 +41,20 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 OCATARI = {mode: f"AsyncVectorEnv over OCAtari, {mode}" for mode in ("ram", "vision")}
-REFERENCES = {"raw": "to raw", "envpool alone": "to envpool"}  # environments that ratios refer to, and headings
-SUMMARY = ("REM to raw", "REM to envpool alone", "VEM to raw", *(f"{name} to raw" for name in OCATARI.values()))
+REFERENCES = {
+    "raw": "to raw",
+    "envpool alone": "to envpool",
+}  # environments that ratios refer to, and headings
+SUMMARY = (
+    "REM to raw",
+    "REM to envpool alone",
+    "VEM to raw",
+    *(f"{name} to raw" for name in OCATARI.values()),
+)
 
-Stepper = tuple[Callable[[np.ndarray], Any], int, Callable[[], None]]  # step, number of actions, close
+Stepper = tuple[
+    Callable[[np.ndarray], Any], int, Callable[[], None]
+]  # step, number of actions, close
 
 
 def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> float:
@@ -66,7 +78,9 @@ def steppers(game: str, n: int) -> dict[str, Stepper]:
     if importlib.util.find_spec("envpool"):
         import envpool
 
-        pool = envpool.make(f"{game}-v5", env_type="gymnasium", num_envs=n, num_threads=os.cpu_count() or 1)
+        pool = envpool.make(
+            f"{game}-v5", env_type="gymnasium", num_envs=n, num_threads=os.cpu_count() or 1
+        )
         pool.reset()
         out["envpool alone"] = (lambda a: pool.step(a), int(pool.action_space.n), pool.close)
         made = ocjax.make_vec(game, n, backend="envpool")
@@ -103,7 +117,14 @@ print(json.dumps([spent, (after - before) / (n - 2) / 1024, whole / 1024]))
 
 def ocatari_rate(python: str, game: str, mode: str, n: int) -> float | None:
     """Agent steps per second of AsyncVectorEnv over OCAtari; None where OCAtari fails."""
-    command = [python, str(Path(__file__).parent / "_async_ocatari.py"), game, mode, str(n), str(SECONDS)]
+    command = [
+        python,
+        str(Path(__file__).parent / "_async_ocatari.py"),
+        game,
+        mode,
+        str(n),
+        str(SECONDS),
+    ]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode:
         print(f"{game}: OCAtari failed: {run.stderr.strip().splitlines()[-1]}", file=sys.stderr)
@@ -133,41 +154,62 @@ def ratios(rates: dict[str, list[float]]) -> dict[str, dict[str, float]]:
     present = [reference for reference in REFERENCES if reference in rates]
     return {
         reference: {
-            name: statistics.median(a / b for a, b in zip(values, rates[reference], strict=False)) for name, values in rates.items()
+            name: statistics.median(a / b for a, b in zip(values, rates[reference], strict=False))
+            for name, values in rates.items()
         }
         for reference in present
     }
 
 
-def table(title: str, rates: dict[str, list[float]], relative: dict[str, dict[str, float]]) -> Table:
+def table(
+    title: str, rates: dict[str, list[float]], relative: dict[str, dict[str, float]]
+) -> Table:
     """The rates and ratios of one game."""
     out = Table(title=title, title_justify="left")
     for heading in ("environments", "median", "lowest-highest", *REFERENCES.values()):
         out.add_column(heading, justify="left" if heading == "environments" else "right")
     for name, values in rates.items():
-        compared = (f"{relative[reference][name]:.3f}" if reference in relative else "" for reference in REFERENCES)
-        out.add_row(name, f"{statistics.median(values):,.0f}", f"{min(values):,.0f}-{max(values):,.0f}", *compared)
+        compared = (
+            f"{relative[reference][name]:.3f}" if reference in relative else ""
+            for reference in REFERENCES
+        )
+        out.add_row(
+            name,
+            f"{statistics.median(values):,.0f}",
+            f"{min(values):,.0f}-{max(values):,.0f}",
+            *compared,
+        )
     return out
 
 
 def start_and_memory(game: str, n: int) -> str:
     """Start-up time and memory of many environments, as a sentence."""
-    run = subprocess.run([sys.executable, "-c", MEMORY, game, str(n)], capture_output=True, text=True, check=True)
+    run = subprocess.run(
+        [sys.executable, "-c", MEMORY, game, str(n)], capture_output=True, text=True, check=True
+    )
     spent, each, whole = json.loads(run.stdout.splitlines()[-1])
     return (
-        f"{n} environments of {game}: started in {spent:.1f} s with 2 workers ({1e3 * spent / n:.0f} ms each), "
+        f"{n} environments of {game}: started in {spent:.1f} s with 2 workers "
+        f"({1e3 * spent / n:.0f} ms each), "
         f"{each:.2f} MiB each, {whole:,.0f} MiB in total (proportional set size)"
     )
 
 
 def main() -> None:
     """Measure and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", default=["Pong", "SpaceInvaders", "MsPacman"])
     parser.add_argument("--envs", type=int, default=128, help="number of environments")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--ocatari", metavar="PYTHON", help="an interpreter that has OCAtari")
-    parser.add_argument("--large", type=int, default=1024, help="number of environments whose start and memory are measured; 0 for none")
+    parser.add_argument(
+        "--large",
+        type=int,
+        default=1024,
+        help="number of environments whose start and memory are measured; 0 for none",
+    )
     arguments = parser.parse_args()
     ocjax.retain_freed_memory()
 
@@ -179,10 +221,18 @@ def main() -> None:
         for reference, by_name in relative.items():
             for name, ratio in by_name.items():
                 summary.setdefault(f"{name} to {reference}", []).append(ratio)
-        console.print(table(f"{game}, {n} environments, {os.cpu_count()} cores: agent steps per second", rates, relative))
+        console.print(
+            table(
+                f"{game}, {n} environments, {os.cpu_count()} cores: agent steps per second",
+                rates,
+                relative,
+            )
+        )
     for name in SUMMARY:
         if name in summary:
-            console.print(f"{name}: {statistics.geometric_mean(summary[name]):.3f} (geometric mean)")
+            console.print(
+                f"{name}: {statistics.geometric_mean(summary[name]):.3f} (geometric mean)"
+            )
     if arguments.large:
         console.print(start_and_memory(arguments.games[0], arguments.large))
 

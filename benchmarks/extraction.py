@@ -2,9 +2,11 @@
 
     python benchmarks/extraction.py [GAME ...] [--ocatari PYTHON] [--core 0] [--largest 65536]
 
-PYTHON is the interpreter of an environment with OCAtari; `ocjax evaluate Pong --ocatari --ocatari-env FOLDER` creates one in FOLDER. This
-process and OCAtari's are bound to one core. A time is the median of repeated calls, each waited for, after a warm-up call; the spread is
-the 10th to 90th percentile. Compilation is timed separately. Frames are those in tests/data, repeated to fill the batch.
+PYTHON is the interpreter of an environment with OCAtari; `ocjax evaluate Pong --ocatari
+--ocatari-env FOLDER` creates one in FOLDER. This process and OCAtari's are bound to one core. A
+time is the median of repeated calls, each waited for, after a warm-up call; the spread is the 10th
+to 90th percentile. Compilation is timed separately. Frames are those in tests/data, repeated to
+fill the batch.
 """
 
 import argparse
@@ -24,7 +26,9 @@ SOURCES = {"rem": "rams", "vem": "screens"}
 LEAST_CALLS, MOST_CALLS = 5, 500  # of a measurement
 OCATARI_SAMPLES = 400
 
-Ratios = dict[tuple[str, int], list[float]]  # (method, batch size) -> OCAtari's time divided by ours, one per game
+Ratios = dict[
+    tuple[str, int], list[float]
+]  # (method, batch size) -> OCAtari's time divided by ours, one per game
 
 
 def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float, float, float]:
@@ -33,7 +37,9 @@ def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float,
 
     jax.block_until_ready(f(x))
     spent, start = [], time.perf_counter()
-    while len(spent) < LEAST_CALLS or (time.perf_counter() - start < seconds and len(spent) < MOST_CALLS):
+    while len(spent) < LEAST_CALLS or (
+        time.perf_counter() - start < seconds and len(spent) < MOST_CALLS
+    ):
         t = time.perf_counter()
         jax.block_until_ready(f(x))
         spent.append(time.perf_counter() - t)
@@ -55,8 +61,12 @@ def ocatari_times(python: str | None, game: str) -> dict[str, list[float] | None
 
     times: dict[str, list[float] | None] = {"rem": None, "vem": None}
     if python:
-        rams, screens = (repeated(recorded(game)[name], OCATARI_SAMPLES) for name in ("rams", "screens"))
-        for method, result in ocatari_peer.run(Recording(load(game), rams, screens), Path(python)).items():
+        rams, screens = (
+            repeated(recorded(game)[name], OCATARI_SAMPLES) for name in ("rams", "screens")
+        )
+        for method, result in ocatari_peer.run(
+            Recording(load(game), rams, screens), Path(python)
+        ).items():
             if not result.error:
                 times[method] = np.percentile(result.us, [50, 10, 90]).tolist()
     return times
@@ -91,7 +101,16 @@ def game_rows(name: str, python: str | None, largest: int, ratios: Ratios) -> li
             jax.block_until_ready(extract(x))
             compilation = time.perf_counter() - start
             median, low, high = (1e6 * t / batch for t in timed(extract, x))
-            row = [game.name, method.upper(), f"{compilation:.2f}", f"{batch:,}", f"{median:.3f}", f"{low:.3f}-{high:.3f}", "", ""]
+            row = [
+                game.name,
+                method.upper(),
+                f"{compilation:.2f}",
+                f"{batch:,}",
+                f"{median:.3f}",
+                f"{low:.3f}-{high:.3f}",
+                "",
+                "",
+            ]
             if times := theirs[method]:
                 ratios.setdefault((method, batch), []).append(times[0] / median)
                 row[-2:] = f"{times[0]:.1f}", f"{times[0] / median:,.0f}"
@@ -102,7 +121,9 @@ def game_rows(name: str, python: str | None, largest: int, ratios: Ratios) -> li
 
 def main() -> None:
     """Print the table and the geometric means of the ratios."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", help="default: all games")
     parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
     parser.add_argument("--core", type=int, default=0, help="core to run on")
@@ -118,8 +139,23 @@ def main() -> None:
 
     ocjax.retain_freed_memory()
     console = Console(width=140)
-    table = Table(title=f"Microseconds per frame on one core, jax {jax.__version__} on {jax.devices()[0].platform}", title_justify="left")
-    for heading in ("game", "method", "compilation s", "batch", "median", "10-90 %", "OCAtari", "ratio"):
+    table = Table(
+        title=(
+            f"Microseconds per frame on one core, jax {jax.__version__} on "
+            f"{jax.devices()[0].platform}"
+        ),
+        title_justify="left",
+    )
+    for heading in (
+        "game",
+        "method",
+        "compilation s",
+        "batch",
+        "median",
+        "10-90 %",
+        "OCAtari",
+        "ratio",
+    ):
         table.add_column(heading, justify="left" if heading in ("game", "method") else "right")
     ratios: Ratios = {}
     for name in arguments.games or ocjax.games():
@@ -127,7 +163,10 @@ def main() -> None:
             table.add_row(*row)
     console.print(table)
     for (method, batch), values in ratios.items():
-        console.print(f"{method.upper()} at {batch:,}: {statistics.geometric_mean(values):,.0f} times OCAtari's rate (geometric mean)")
+        console.print(
+            f"{method.upper()} at {batch:,}: {statistics.geometric_mean(values):,.0f} times "
+            "OCAtari's rate (geometric mean)"
+        )
 
 
 if __name__ == "__main__":

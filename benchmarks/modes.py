@@ -1,11 +1,15 @@
-"""Compare REM with VEM in every mode and difficulty that ale-py offers, and print the combinations that agree least.
+"""Compare REM with VEM in every mode and difficulty that ale-py offers, and print the combinations
+that agree least.
 
-    python benchmarks/modes.py [GAME ...] [--worst N] [--frame-skip 3] [--seed 20261122] [--markdown FILE]
+    python benchmarks/modes.py [GAME ...] [--worst N] [--frame-skip 3] [--seed 20261122] [--markdown
+    FILE]
 
-Each combination is played by 4 instances with random actions, each held for 1 to 8 steps. After a warm-up of 50 steps, every ninth step is
-a sample, 200 in all, so that they are spread over 22 seconds of play. With an odd frame skip, as by default, they cover both phases of
-flickering objects. F1 is flicker-aware and counts the HUD, `exact` is the share of matched boxes that are identical, and `score` is the
-share of samples in which REM's score equals the sum of rewards, all in percent. The last column names the categories that agree least.
+Each combination is played by 4 instances with random actions, each held for 1 to 8 steps. After a
+warm-up of 50 steps, every ninth step is a sample, 200 in all, so that they are spread over 22
+seconds of play. With an odd frame skip, as by default, they cover both phases of flickering
+objects. F1 is flicker-aware and counts the HUD, `exact` is the share of matched boxes that are
+identical, and `score` is the share of samples in which REM's score equals the sum of rewards, all
+in percent. The last column names the categories that agree least.
 """
 
 import argparse
@@ -26,13 +30,20 @@ from ocjax.play.rollouts import rollout
 if TYPE_CHECKING:
     from ocjax import Game, Objects
 
-INSTANCES, WARM_UP, EVERY, SAMPLES = 4, 50, 9, 50  # instances; steps before the first sample and between samples; samples of an instance
+INSTANCES, WARM_UP, EVERY, SAMPLES = (
+    4,
+    50,
+    9,
+    50,
+)  # instances; steps before the first sample and between samples; samples of an instance
 HEADER = ("game", "mode", "difficulty", "objects", "F1", "exact", "score", "least agreement")
 F1, EXACT = HEADER.index("F1"), HEADER.index("exact")
 LEAST = 20  # objects of a category that is named
 
 
-def measure(game: "Game", mode: int, difficulty: int, frame_skip: int, seed: int) -> list[tables.Cell]:
+def measure(
+    game: "Game", mode: int, difficulty: int, frame_skip: int, seed: int
+) -> list[tables.Cell]:
     """Measure one row of the table."""
     steps = WARM_UP + EVERY * SAMPLES
     tape = rollout(
@@ -45,15 +56,26 @@ def measure(game: "Game", mode: int, difficulty: int, frame_skip: int, seed: int
         game_difficulty=difficulty,
     )
     kept = np.flatnonzero(np.arange(len(tape)) % steps >= WARM_UP)[::EVERY]
-    rams, screens, previous, rewards, lives = (tape.arrays[k][kept] for k in ("rams", "screens", "previous", "rewards", "lives"))
+    rams, screens, previous, rewards, lives = (
+        tape.arrays[k][kept] for k in ("rams", "screens", "previous", "rewards", "lives")
+    )
     rem, vem, before = (to_host(o) for o in (game.rem(rams), game.vem(screens), game.vem(previous)))
     left, right, earlier = map(matching.detections, (rem, vem, before))
     by_category = metrics.agreement(left, right, earlier).sum(axis=0)
     whole = by_category.sum()
     shares = metrics.value_shares(rem, rewards, lives)
-    score = next((percent(share) for name, share in shares.items() if name in metrics.SCORE_NAMES), None)
+    score = next(
+        (percent(share) for name, share in shares.items() if name in metrics.SCORE_NAMES), None
+    )
     scores = [percent(whole.f1), percent(whole.exact_rate), score]
-    return [game.name, str(mode), str(difficulty), int(whole.left), *scores, least(game, by_category)]
+    return [
+        game.name,
+        str(mode),
+        str(difficulty),
+        int(whole.left),
+        *scores,
+        least(game, by_category),
+    ]
 
 
 def to_host(objects: "Objects") -> "Objects":
@@ -64,15 +86,23 @@ def to_host(objects: "Objects") -> "Objects":
 def least(game: "Game", counts: metrics.Agreement) -> str:
     """The three categories with the lowest F1 below 99 %, of those that occur often."""
     often = np.minimum(counts.left, counts.right) >= LEAST
-    low = sorted((percent(f1), c.name) for c, f1, enough in zip(game.categories, counts.f1, often, strict=True) if enough and f1 < 0.99)
+    low = sorted(
+        (percent(f1), c.name)
+        for c, f1, enough in zip(game.categories, counts.f1, often, strict=True)
+        if enough and f1 < 0.99
+    )
     return ", ".join(f"{name} {f1:.1f}" for f1, name in low[:3])
 
 
 def main() -> None:
     """Measure, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", help="default: all games")
-    parser.add_argument("--worst", type=int, metavar="N", help="print only the N combinations that agree least")
+    parser.add_argument(
+        "--worst", type=int, metavar="N", help="print only the N combinations that agree least"
+    )
     parser.add_argument("--frame-skip", type=int, default=3, help="emulated frames per step")
     parser.add_argument("--seed", type=int, default=20261122, help="seed of the play")
     parser.add_argument("--markdown", type=Path, metavar="FILE", help="write the table as Markdown")

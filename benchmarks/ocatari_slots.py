@@ -1,8 +1,10 @@
-"""Print OCAtari's slots as ocjax/ocatari_slots.json has them: the names and numbers of the objects in `OCAtari.objects`.
+"""Print OCAtari's slots as ocjax/ocatari_slots.json has them: the names and numbers of the objects
+in `OCAtari.objects`.
 
     PYTHON benchmarks/ocatari_slots.py > ocjax/ocatari_slots.json
 
-PYTHON is the interpreter of an environment with OCAtari 2.2.1; see the README of the benchmarks. Games without such tables are left out.
+PYTHON is the interpreter of an environment with OCAtari 2.2.1; see the README of the benchmarks.
+Games without such tables are left out.
 """
 
 import json
@@ -13,7 +15,11 @@ import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMi
 
 def main() -> None:
     """Print the tables of all games, each with and without the HUD."""
-    modules = {name.rsplit(".", 1)[1]: module for name, module in sys.modules.items() if name.startswith("ocatari.ram.")}
+    modules = {
+        name.rsplit(".", 1)[1]: module
+        for name, module in sys.modules.items()
+        if name.startswith("ocatari.ram.")
+    }
     tables = {
         name: {"objects": module.MAX_NB_OBJECTS, "hud": module.MAX_NB_OBJECTS_HUD}
         for name, module in sorted(modules.items())

@@ -1,12 +1,15 @@
-"""Repeat the OCAtari paper's tables: how well REM and VEM agree, beside the paper's figures and OCAtari's on the same frames.
+"""Repeat the OCAtari paper's tables: how well REM and VEM agree, beside the paper's figures and
+OCAtari's on the same frames.
 
-    python benchmarks/paper.py [GAME ...] [--trained] [--ocatari PYTHON] [--samples 500] [--seed 20261122]
+    python benchmarks/paper.py [GAME ...] [--trained] [--ocatari PYTHON] [--samples 500] [--seed
+    20261122]
 
-The rows of the named games (default: all) are measured on random play, and updated in benchmarks/README.md. With --trained, the agents that
-ship with ocjax play complete games under the settings of their training, and the second table is updated. PYTHON is an interpreter that has
-OCAtari. Figures are percentages by the paper's rule: a match has the same category and centres within 5 pixels, on one frame, and
-HUD objects count. paper.csv and detectors.csv hold the paper's figures (Delfosse et al., RLJ 2024: the detailed table, and the table with
-SPACE and SPOC).
+The rows of the named games (default: all) are measured on random play, and updated in
+benchmarks/README.md. With --trained, the agents that ship with ocjax play complete games under the
+settings of their training, and the second table is updated. PYTHON is an interpreter that has
+OCAtari. Figures are percentages by the paper's rule: a match has the same category and centres
+within 5 pixels, on one frame, and HUD objects count. paper.csv and detectors.csv hold the paper's
+figures (Delfosse et al., RLJ 2024: the detailed table, and the table with SPACE and SPOC).
 """
 
 import argparse
@@ -20,11 +23,21 @@ if TYPE_CHECKING:
     from ocjax.evaluation.report import Evaluation
 
 BEGIN, END = "<!-- paper: python benchmarks/paper.py -->", "<!-- end of paper -->"
-TRAINED_BEGIN, TRAINED_END = "<!-- trained: python benchmarks/paper.py --trained -->", "<!-- end of trained -->"
+TRAINED_BEGIN, TRAINED_END = (
+    "<!-- trained: python benchmarks/paper.py --trained -->",
+    "<!-- end of trained -->",
+)
 TRAINED_HEADER = ["game", "ocjax", "flicker-aware F1", "OCAtari 2.2.1", "paper: DQN", "paper: C51"]
 AGENTS = ("random", "dqn", "c51")
 DETECTORS = ("SPACE", "SPOC")
-HEADER = ["game", "ocjax", "flicker-aware F1", "OCAtari 2.2.1", *(f"paper: {name}" for name in ("random", "DQN", "C51")), *DETECTORS]
+HEADER = [
+    "game",
+    "ocjax",
+    "flicker-aware F1",
+    "OCAtari 2.2.1",
+    *(f"paper: {name}" for name in ("random", "DQN", "C51")),
+    *DETECTORS,
+]
 FIGURES = ("precision", "recall", "f1", "iou")
 
 
@@ -44,10 +57,17 @@ def cell(agreement: "Agreement | None") -> str:
 def published(game: str) -> list[str]:
     """The paper's cells: each agent, then the F1 of each detector."""
     with (HERE / "paper.csv").open() as file:
-        agents = {row["agent"]: joined([row[name] for name in FIGURES]) for row in csv.DictReader(file) if row["game"] == game}
+        agents = {
+            row["agent"]: joined([row[name] for name in FIGURES])
+            for row in csv.DictReader(file)
+            if row["game"] == game
+        }
     with (HERE / "detectors.csv").open() as file:
         detectors = next((row for row in csv.DictReader(file) if row["game"] == game), {})
-    return [*(agents.get(name, "-") for name in AGENTS), *(detectors.get(name, "-") for name in DETECTORS)]
+    return [
+        *(agents.get(name, "-") for name in AGENTS),
+        *(detectors.get(name, "-") for name in DETECTORS),
+    ]
 
 
 def measure(name: str, arguments: argparse.Namespace) -> list[str]:
@@ -70,7 +90,9 @@ def measured(e: "Evaluation") -> list[str]:
 
 def main() -> None:
     """Measure, and update the page after each game."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", help="default: all games")
     parser.add_argument("--trained", action="store_true", help="trained agents play")
     parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
@@ -83,9 +105,13 @@ def main() -> None:
 
     if arguments.trained:
         games = arguments.games or sorted(path.stem for path in policies.SHIPPED.glob("*.npz"))
-        PageTable(TRAINED_BEGIN, TRAINED_END, TRAINED_HEADER).measure(games, lambda name: measure_trained(name, arguments))
+        PageTable(TRAINED_BEGIN, TRAINED_END, TRAINED_HEADER).measure(
+            games, lambda name: measure_trained(name, arguments)
+        )
         return
-    PageTable(BEGIN, END, HEADER).measure(arguments.games or ocjax.games(), lambda name: measure(name, arguments))
+    PageTable(BEGIN, END, HEADER).measure(
+        arguments.games or ocjax.games(), lambda name: measure(name, arguments)
+    )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,15 @@
-"""RAM states per second of `ocjax extract` from file to file, its peak memory, interruptions, and the time of `ocjax dataset`.
+"""RAM states per second of `ocjax extract` from file to file, its peak memory, interruptions, and
+the time of `ocjax dataset`.
 
-    python benchmarks/recordings.py [GAME ...] [--states 10000000] [--out npz] [--ocatari PYTHON] [--dataset-states 10000]
+    python benchmarks/recordings.py [GAME ...] [--states 10000000] [--out npz] [--ocatari PYTHON]
+    [--dataset-states 10000]
 
-The input is an .npy file in a temporary folder: the recorded states of the game's tests, again and again. Each extraction is a process of
-its own, so times include start-up and compilation. Peak memory is measured for a tenth of the states, too. Another extraction is killed
-half-way and done again, and its output is compared with the uninterrupted one byte by byte. PYTHON is an interpreter that has OCAtari,
-which extracts 2,000 of the states from memory. The OCAtari paper gives 3 minutes for the dataset of a game.
+The input is an .npy file in a temporary folder: the recorded states of the game's tests, again and
+again. Each extraction is a process of its own, so times include start-up and compilation. Peak
+memory is measured for a tenth of the states, too. Another extraction is killed half-way and done
+again, and its output is compared with the uninterrupted one byte by byte. PYTHON is an interpreter
+that has OCAtari, which extracts 2,000 of the states from memory. The OCAtari paper gives 3 minutes
+for the dataset of a game.
 """
 
 import argparse
@@ -57,14 +61,18 @@ def write_states(path: Path, game: str, n: int) -> None:
     """Write n states of a game to an .npy file."""
     rams = np.resize(recordings.read(DATA / f"{game}.npz", game).rams, (CHUNK, 128))
     with path.open("wb") as file:
-        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (n, 128)})
+        np.lib.format.write_array_header_1_0(
+            file, {"descr": "|u1", "fortran_order": False, "shape": (n, 128)}
+        )
         for start in range(0, n, CHUNK):
             file.write(rams[: n - start].data)
 
 
 def start(*arguments: str | Path) -> subprocess.Popen[bytes]:
     """Start an `ocjax` command."""
-    return subprocess.Popen([sys.executable, "-m", "ocjax", *map(str, arguments)], stdout=subprocess.DEVNULL)
+    return subprocess.Popen(
+        [sys.executable, "-m", "ocjax", *map(str, arguments)], stdout=subprocess.DEVNULL
+    )
 
 
 def run(*arguments: str | Path) -> Run:
@@ -102,31 +110,60 @@ def measure(game: str, arguments: argparse.Namespace) -> Sequence[str]:
     """The row of a game."""
     n = arguments.states
     with tempfile.TemporaryDirectory() as name:
-        source, out, resumed = (Path(name, file) for file in (f"{game}.npy", f"a.{arguments.out}", f"b.{arguments.out}"))
+        source, out, resumed = (
+            Path(name, file) for file in (f"{game}.npy", f"a.{arguments.out}", f"b.{arguments.out}")
+        )
         write_states(source, game, n // 10)
         small = run("extract", source, "--out", out)
         write_states(source, game, n)
         whole = run("extract", source, "--out", out)
         kill_and_resume(source, resumed, n)
-        size, same = out.stat().st_size / 1e6, "equal" if filecmp.cmp(out, resumed, shallow=False) else "DIFFERENT"
-        dataset = run("dataset", game, "--states", str(arguments.dataset_states), "--out", Path(name, "dataset"))
+        size, same = (
+            out.stat().st_size / 1e6,
+            "equal" if filecmp.cmp(out, resumed, shallow=False) else "DIFFERENT",
+        )
+        dataset = run(
+            "dataset",
+            game,
+            "--states",
+            str(arguments.dataset_states),
+            "--out",
+            Path(name, "dataset"),
+        )
     rate = n / whole.seconds
     theirs = peer_rate(game, arguments.ocatari) if arguments.ocatari else None
-    cells = [game, str(ocjax.load(game).num_slots), f"{whole.seconds:.1f}", f"{rate:,.0f}", f"{whole.peak:,.0f}", f"{small.peak:,.0f}"]
+    cells = [
+        game,
+        str(ocjax.load(game).num_slots),
+        f"{whole.seconds:.1f}",
+        f"{rate:,.0f}",
+        f"{whole.peak:,.0f}",
+        f"{small.peak:,.0f}",
+    ]
     peer = ["-", "-"] if theirs is None else [f"{theirs:,.0f}", f"{rate / theirs:.1f}"]
     return [*cells, f"{size:,.0f}", *peer, same, f"{dataset.seconds:.0f}"]
 
 
 def main() -> None:
     """Measure and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", default=["Pong", "SpaceInvaders"])
     parser.add_argument("--states", type=int, default=10_000_000)
     parser.add_argument("--out", default="npz", help="suffix of the output")
-    parser.add_argument("--ocatari", metavar="PYTHON", type=Path, help="an interpreter that has OCAtari")
+    parser.add_argument(
+        "--ocatari", metavar="PYTHON", type=Path, help="an interpreter that has OCAtari"
+    )
     parser.add_argument("--dataset-states", type=int, default=10_000)
     arguments = parser.parse_args()
-    table = Table(title=f"{arguments.states:,} states to .{arguments.out}; a dataset of {arguments.dataset_states:,}", title_justify="left")
+    table = Table(
+        title=(
+            f"{arguments.states:,} states to .{arguments.out}; a dataset of "
+            f"{arguments.dataset_states:,}"
+        ),
+        title_justify="left",
+    )
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading == "game" else "right")
     for game in arguments.games:

@@ -1,11 +1,13 @@
-"""Agent steps per second of Stable-Baselines3's PPO on ocjax's environments and over OCAtari, in the same run.
+"""Agent steps per second of Stable-Baselines3's PPO on ocjax's environments and over OCAtari, in
+the same run.
 
     python benchmarks/sb3.py PYTHON [GAME ...] [--envs 8] [--rounds 3] [--seconds 20]
 
-Needs the extra `sb3`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Both train in turn in each round, with the same
-hyperparameters, from the positions of the objects outside the display: with ocjax those of the present and the movement since the step
-before, with OCAtari those of the last four steps. Rates count from the second rollout and include updates. A third rate is that of the
-workers alone, with random actions. Rates are medians over the rounds.
+Needs the extra `sb3`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Both train
+in turn in each round, with the same hyperparameters, from the positions of the objects outside the
+display: with ocjax those of the present and the movement since the step before, with OCAtari those
+of the last four steps. Rates count from the second rollout and include updates. A third rate is
+that of the workers alone, with random actions. Rates are medians over the rounds.
 """
 
 import argparse
@@ -29,7 +31,13 @@ BLOCK = 25  # steps
 
 def peer_rate(python: str, game: str, num_envs: int, seconds: float) -> float:
     """Agent steps per second over OCAtari."""
-    command = [python, str(Path(__file__).parent / "_sb3_ocatari.py"), game, str(num_envs), str(seconds)]
+    command = [
+        python,
+        str(Path(__file__).parent / "_sb3_ocatari.py"),
+        game,
+        str(num_envs),
+        str(seconds),
+    ]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
     return float(run.stdout.split()[-1])
 
@@ -37,7 +45,10 @@ def peer_rate(python: str, game: str, num_envs: int, seconds: float) -> float:
 def stepping_rates(game: str, num_envs: int, seconds: float) -> tuple[float, float]:
     """Agent steps per second without training, in turn: of ocjax's vector environment, and of it through Stable-Baselines3's interface."""
     rng, times = np.random.default_rng(0), ([], [])
-    both = ocjax.make_vec(game, num_envs, autoreset_mode="SameStep", **OPTIONS), sb3.make_vec_env(game, num_envs, **OPTIONS)
+    both = (
+        ocjax.make_vec(game, num_envs, autoreset_mode="SameStep", **OPTIONS),
+        sb3.make_vec_env(game, num_envs, **OPTIONS),
+    )
     for envs in both:
         envs.reset()
     actions = rng.integers(2, size=(BLOCK, num_envs))
@@ -55,7 +66,9 @@ def stepping_rates(game: str, num_envs: int, seconds: float) -> tuple[float, flo
 
 def main() -> None:
     """Measure and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("python", metavar="PYTHON")
     parser.add_argument("games", nargs="*", default=["Pong", "SpaceInvaders"])
     parser.add_argument("--envs", type=int, default=8)
@@ -64,8 +77,18 @@ def main() -> None:
     arguments = parser.parse_args()
     ocjax.retain_freed_memory()
     n, seconds = arguments.envs, arguments.seconds
-    headings = ("game", "PPO on ocjax", "PPO over OCAtari", "ratio", "workers alone", "through VecEnv")
-    table = Table(title=f"Stable-Baselines3, {n} environments, {os.cpu_count()} cores: agent steps per second", title_justify="left")
+    headings = (
+        "game",
+        "PPO on ocjax",
+        "PPO over OCAtari",
+        "ratio",
+        "workers alone",
+        "through VecEnv",
+    )
+    table = Table(
+        title=f"Stable-Baselines3, {n} environments, {os.cpu_count()} cores: agent steps per second",
+        title_justify="left",
+    )
     for heading in headings:
         table.add_column(heading, justify="left" if heading == "game" else "right")
     for game in arguments.games:

@@ -1,14 +1,18 @@
-"""Measure games and update the table of games in benchmarks/README.md: agreement, values, coverage and speed, beside OCAtari.
+"""Measure games and update the table of games in benchmarks/README.md: agreement, values, coverage
+and speed, beside OCAtari.
 
 The percentages also go to ocjax/cli/accuracy.json, which `ocjax games GAME` and the site show.
 
-    python benchmarks/table.py [GAME ...] [--ocatari PYTHON] [--truth FOLDER ...] [--samples 2000] [--seed 20261121] [--core 0]
+    python benchmarks/table.py [GAME ...] [--ocatari PYTHON] [--truth FOLDER ...] [--samples 2000]
+    [--seed 20261121] [--core 0]
 
-The rows of the named games (default: all) are measured and replaced; the others stay. F1 and IoU are those of `ocjax evaluate` on fresh
-play. PYTHON is an interpreter that has OCAtari. --truth names folders of recordings that say what the video chip drew (FOLDER/<Game>.npz).
-On them `drawn: F1` is measured, `sprites` is the share of sprite pixels inside REM's boxes and `boxes` the share of REM's boxes that hold
-drawn pixels. Times are microseconds per frame on one core, median, at batches of 4,096 (REM) and 1,024 (VEM), with the ratio to OCAtari's
-in parentheses. The paper's F1 (paper.csv) is from the OCAtari paper's appendix, for its DQN agent.
+The rows of the named games (default: all) are measured and replaced; the others stay. F1 and IoU
+are those of `ocjax evaluate` on fresh play. PYTHON is an interpreter that has OCAtari. --truth
+names folders of recordings that say what the video chip drew (FOLDER/<Game>.npz). On them `drawn:
+F1` is measured, `sprites` is the share of sprite pixels inside REM's boxes and `boxes` the share of
+REM's boxes that hold drawn pixels. Times are microseconds per frame on one core, median, at batches
+of 4,096 (REM) and 1,024 (VEM), with the ratio to OCAtari's in parentheses. The paper's F1
+(paper.csv) is from the OCAtari paper's appendix, for its DQN agent.
 """
 
 import argparse
@@ -27,9 +31,30 @@ if TYPE_CHECKING:
     from ocjax.evaluation.report import Evaluation
 
 BEGIN, END = "<!-- games: python benchmarks/table.py -->", "<!-- end of games -->"
-HEADER = ["game", "F1", "IoU", "exact", "score", "lives", "OCAtari's F1", "paper's F1", "drawn: F1", "sprites", "boxes", "REM us", "VEM us"]
+HEADER = [
+    "game",
+    "F1",
+    "IoU",
+    "exact",
+    "score",
+    "lives",
+    "OCAtari's F1",
+    "paper's F1",
+    "drawn: F1",
+    "sprites",
+    "boxes",
+    "REM us",
+    "VEM us",
+]
 ACCURACY = HERE.parent / "ocjax" / "cli" / "accuracy.json"  # what `ocjax games GAME` shows
-SHIPPED = {"F1": "f1", "IoU": "iou", "exact": "exact", "drawn: F1": "drawn_f1", "score": "score", "lives": "lives"}
+SHIPPED = {
+    "F1": "f1",
+    "IoU": "iou",
+    "exact": "exact",
+    "drawn: F1": "drawn_f1",
+    "score": "score",
+    "lives": "lives",
+}
 BATCHES = {"rem": 4096, "vem": 1024}
 DECIMALS = {"rem": 3, "vem": 1}
 
@@ -47,14 +72,24 @@ def agreement_cells(e: "Evaluation") -> list[str]:
 
     counts = e.flicker_aware.sum()
     cells = [percent(counts.f1), percent(counts.mean_iou), percent(counts.exact_rate)]
-    cells += [tables.text(report.value_accuracy(e, names)) for names in (metrics.SCORE_NAMES, metrics.LIVES_NAMES)]
+    cells += [
+        tables.text(report.value_accuracy(e, names))
+        for names in (metrics.SCORE_NAMES, metrics.LIVES_NAMES)
+    ]
     return [*cells, percent(None if e.ocatari_agreement is None else e.ocatari_agreement.sum().f1)]
 
 
 def paper_cell(name: str) -> str:
     """The OCAtari paper's F1 for its DQN agent, "-" for games that it lacks."""
     with (HERE / "paper.csv").open() as file:
-        return next((row["f1"] for row in csv.DictReader(file) if (row["game"], row["agent"]) == (name, "dqn")), "-")
+        return next(
+            (
+                row["f1"]
+                for row in csv.DictReader(file)
+                if (row["game"], row["agent"]) == (name, "dqn")
+            ),
+            "-",
+        )
 
 
 def truth_cells(name: str, folders: Iterable[str]) -> list[str]:
@@ -79,7 +114,9 @@ def speed_cells(game: "Game", e: "Evaluation") -> list[str]:
         x = jnp.asarray(repeated(samples[source], BATCHES[method]))
         us = 1e6 * timed(jax.jit(getattr(game, method)), x)[0] / len(x)
         theirs = e.ocatari.get(method)
-        ratio = f" ({np.median(theirs.us) / us:,.0f})" if theirs is not None and len(theirs.us) else ""
+        ratio = (
+            f" ({np.median(theirs.us) / us:,.0f})" if theirs is not None and len(theirs.us) else ""
+        )
         cells.append(f"{us:.{DECIMALS[method]}f}{ratio}")
     return cells
 
@@ -88,7 +125,13 @@ def measure(name: str, arguments: argparse.Namespace) -> list[str]:
     """Measure one row of the table."""
     e = evaluated(name, arguments.samples, arguments.seed, arguments.ocatari)
     game = e.game.name
-    return [game, *agreement_cells(e), paper_cell(game), *truth_cells(game, arguments.truth), *speed_cells(e.game, e)]
+    return [
+        game,
+        *agreement_cells(e),
+        paper_cell(game),
+        *truth_cells(game, arguments.truth),
+        *speed_cells(e.game, e),
+    ]
 
 
 def accuracy(rows: Iterable[Sequence[str]]) -> str:
@@ -96,17 +139,28 @@ def accuracy(rows: Iterable[Sequence[str]]) -> str:
     columns = [HEADER.index(heading) for heading in SHIPPED]
     lines = []
     for row in rows:
-        figures = {name: None if row[i] == "-" else float(row[i]) for name, i in zip(SHIPPED.values(), columns, strict=True)}
+        figures = {
+            name: None if row[i] == "-" else float(row[i])
+            for name, i in zip(SHIPPED.values(), columns, strict=True)
+        }
         lines.append(f'  "{row[0]}": {json.dumps(figures)}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def main() -> None:
     """Measure, and update the page after each game, and in the end the file of figures that ships with ocjax."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", help="default: all games")
     parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
-    parser.add_argument("--truth", nargs="*", default=[], metavar="FOLDER", help="recordings that say what the video chip drew")
+    parser.add_argument(
+        "--truth",
+        nargs="*",
+        default=[],
+        metavar="FOLDER",
+        help="recordings that say what the video chip drew",
+    )
     parser.add_argument("--samples", type=int, default=2000, help="samples to play per game")
     parser.add_argument("--seed", type=int, default=20261121, help="seed of the play")
     parser.add_argument("--core", type=int, default=0, help="core to run on")

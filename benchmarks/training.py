@@ -1,10 +1,13 @@
-"""Agent steps per second of training, all included, with Stable-Baselines3's PPO over OCAtari in the same run.
+"""Agent steps per second of training, all included, with Stable-Baselines3's PPO over OCAtari in
+the same run.
 
-    python benchmarks/training.py [GAME ...] [--rounds 3] [--seconds 20] [--ocatari PYTHON] [--pixels]
+    python benchmarks/training.py [GAME ...] [--rounds 3] [--seconds 20] [--ocatari PYTHON]
+    [--pixels]
 
-Needs the extra `rl`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Both train in turn in each round, after their first
-updates, which include compilation. Stable-Baselines3 has as many environments as the OCAtari paper, 8, and the paper's hyperparameters.
-Rates are medians over the rounds. Times per agent step are processor times, each measured alone.
+Needs the extra `rl`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Both train in
+turn in each round, after their first updates, which include compilation. Stable-Baselines3 has as
+many environments as the OCAtari paper, 8, and the paper's hyperparameters. Rates are medians over
+the rounds. Times per agent step are processor times, each measured alone.
 """
 
 import argparse
@@ -50,7 +53,13 @@ def training_rate(game: str, inputs: Any, seconds: float) -> float:
 
 def peer_rate(python: str, game: str, seconds: float) -> float | None:
     """Agent steps per second of Stable-Baselines3's PPO over OCAtari; None where it fails."""
-    command = [python, str(Path(__file__).parent / "_sb3_ocatari.py"), game, str(PEER_ENVS), str(seconds)]
+    command = [
+        python,
+        str(Path(__file__).parent / "_sb3_ocatari.py"),
+        game,
+        str(PEER_ENVS),
+        str(seconds),
+    ]
     run = subprocess.run(command, capture_output=True, text=True, check=False)
     if run.returncode:
         print(f"{game}: OCAtari failed: {run.stderr.strip().splitlines()[-1]}", file=sys.stderr)
@@ -98,30 +107,58 @@ def shares(game: str) -> dict[str, float]:
     num_actions = 6
     network = networks.shared(config.groups, num_actions)
     learner = ppo.init(network, h, 1, 0)
-    act, update = ppo.make_act(network, standardize=False), ppo.make_update(network, h, standardize=False)
-    obs, key = rng.normal(size=(h.horizon + 1, n, inputs)).astype(np.float32), jax.random.key_data(jax.random.key(0))
+    act, update = (
+        ppo.make_act(network, standardize=False),
+        ppo.make_update(network, h, standardize=False),
+    )
+    obs, key = (
+        rng.normal(size=(h.horizon + 1, n, inputs)).astype(np.float32),
+        jax.random.key_data(jax.random.key(0)),
+    )
     no = np.zeros((h.horizon, n), bool)
     zeros = np.zeros((h.horizon, n), np.float32)
     rollout = ppo.Rollout(obs, no.astype(np.int32), zeros - 1.8, zeros, no, no, no)
     half = n // 2
-    policy = _timed(lambda: act(learner.params, learner.inputs, obs[0, :half], key, jnp.int32(0)), 200) / half
-    updating = _timed(lambda: update(learner, learner.inputs, rollout, jnp.float32(1)), 5) / (h.horizon * n)
-    return {"emulator": emulator, "extraction": max(extraction, 0.0), "policy": policy, "update": updating}
+    policy = (
+        _timed(lambda: act(learner.params, learner.inputs, obs[0, :half], key, jnp.int32(0)), 200)
+        / half
+    )
+    updating = _timed(lambda: update(learner, learner.inputs, rollout, jnp.float32(1)), 5) / (
+        h.horizon * n
+    )
+    return {
+        "emulator": emulator,
+        "extraction": max(extraction, 0.0),
+        "policy": policy,
+        "update": updating,
+    }
 
 
 def main() -> None:
     """Measure and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", default=["Pong", "SpaceInvaders"])
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=20.0, help="duration of each measurement")
-    parser.add_argument("--ocatari", metavar="PYTHON", help="an interpreter that has OCAtari and Stable-Baselines3")
+    parser.add_argument(
+        "--ocatari", metavar="PYTHON", help="an interpreter that has OCAtari and Stable-Baselines3"
+    )
     parser.add_argument("--pixels", action="store_true", help="also train from pixels")
     arguments = parser.parse_args()
     ocjax.retain_freed_memory()
     console = Console(width=140)
-    rates = Table(title=f"Training, {os.cpu_count()} cores: agent steps per second", title_justify="left")
-    for heading in ("game", "ocjax, objects", "ocjax, pixels", "Stable-Baselines3 over OCAtari", "ratio"):
+    rates = Table(
+        title=f"Training, {os.cpu_count()} cores: agent steps per second", title_justify="left"
+    )
+    for heading in (
+        "game",
+        "ocjax, objects",
+        "ocjax, pixels",
+        "Stable-Baselines3 over OCAtari",
+        "ratio",
+    ):
         rates.add_column(heading, justify="left" if heading == "game" else "right")
     parts = Table(title="Processor time per agent step, microseconds", title_justify="left")
     for heading in ("game", "emulator", "extraction", "policy", "update"):
@@ -132,14 +169,20 @@ def main() -> None:
             ours.append(training_rate(game, "objects", arguments.seconds))
             if arguments.pixels:
                 pixels.append(training_rate(game, "pixels", arguments.seconds))
-            measured = peer_rate(arguments.ocatari, game, arguments.seconds) if arguments.ocatari else None
+            measured = (
+                peer_rate(arguments.ocatari, game, arguments.seconds) if arguments.ocatari else None
+            )
             peers += [] if measured is None else [measured]
-        ratio = statistics.median(a / b for a, b in zip(ours, peers, strict=False)) if peers else None
+        ratio = (
+            statistics.median(a / b for a, b in zip(ours, peers, strict=False)) if peers else None
+        )
         shown = [f"{statistics.median(r):,.0f}" if r else "-" for r in (ours, pixels, peers)]
         rates.add_row(game, *shown, "-" if ratio is None else f"{ratio:.1f}")
         spent = shares(game)
         total = sum(spent.values())
-        parts.add_row(game, *(f"{1e6 * seconds:.1f} ({seconds / total:.0%})" for seconds in spent.values()))
+        parts.add_row(
+            game, *(f"{1e6 * seconds:.1f} ({seconds / total:.0%})" for seconds in spent.values())
+        )
     console.print(rates)
     console.print(parts)
 

@@ -1,10 +1,13 @@
-"""Train a policy on JAXtari's own game, and test it there and on the real ROM through `ocjax.jaxatari`.
+"""Train a policy on JAXtari's own game, and test it there and on the real ROM through
+`ocjax.jaxatari`.
 
     python benchmarks/transfer.py [GAME] [--frames 10000000] [--games 10] [--seed 0]
 
-The script needs `pip install jaxtari` and the extra `rl`. GAME is Freeway (the default) or another game whose observations `ocjax.jaxatari`
-has in JAXtari's layout. The policy sees the latest object observation and its change since the previous step, through JAXtari's wrappers
-with their default settings, except that rewards are not clipped. Training uses PPO with the default hyperparameters of `ocjax train`.
+The script needs `pip install jaxtari` and the extra `rl`. GAME is Freeway (the default) or another
+game whose observations `ocjax.jaxatari` has in JAXtari's layout. The policy sees the latest object
+observation and its change since the previous step, through JAXtari's wrappers with their default
+settings, except that rewards are not clipped. Training uses PPO with the default hyperparameters of
+`ocjax train`.
 """
 
 import argparse
@@ -56,11 +59,22 @@ def make_collect(env: Any, network: networks.Network) -> Callable[..., Any]:
         action = jax.random.categorical(key, logits)
         log_prob = jnp.take_along_axis(jax.nn.log_softmax(logits), action[:, None], 1)[:, 0]
         obs, state, reward, terminated, truncated, _ = jax.vmap(env.step)(state, action)
-        return (learner, obs, state), (x, action.astype(jnp.int32), log_prob, reward.astype(jnp.float32), terminated, truncated)
+        return (learner, obs, state), (
+            x,
+            action.astype(jnp.int32),
+            log_prob,
+            reward.astype(jnp.float32),
+            terminated,
+            truncated,
+        )
 
     def collect(learner: ppo.Learner, obs: jax.Array, state: Any, key: jax.Array) -> Any:
-        (_, obs, state), (x, *rest) = lax.scan(step, (learner, obs, state), jax.random.split(key, H.horizon))
-        rollout = ppo.Rollout(jnp.concatenate([x, features(obs)[None]]), *rest, jnp.zeros_like(rest[-1]))  # pyright: ignore
+        (_, obs, state), (x, *rest) = lax.scan(
+            step, (learner, obs, state), jax.random.split(key, H.horizon)
+        )
+        rollout = ppo.Rollout(
+            jnp.concatenate([x, features(obs)[None]]), *rest, jnp.zeros_like(rest[-1])
+        )  # pyright: ignore
         return obs, state, rollout
 
     return jax.jit(collect)
@@ -72,7 +86,10 @@ def train(game: str, frames: int, seed: int) -> tuple[networks.Network, ppo.Lear
     obs, state = jax.jit(jax.vmap(env.reset))(jax.random.split(jax.random.key(seed), H.num_envs))
     num_inputs = features(obs).shape[-1]
     network = networks.mlp(num_inputs, int(env.action_space().n))
-    learner, update = ppo.init(network, H, num_inputs, seed), ppo.make_update(network, H, standardize=True)
+    learner, update = (
+        ppo.init(network, H, num_inputs, seed),
+        ppo.make_update(network, H, standardize=True),
+    )
     collect = make_collect(env, network)
     key, total = jax.random.key(seed + 1), -(-frames // (H.num_envs * H.horizon * FRAME_SKIP))
     for i in track(range(total), f"Training on JAXtari's {game}"):
@@ -81,7 +98,9 @@ def train(game: str, frames: int, seed: int) -> tuple[networks.Network, ppo.Lear
     return network, learner
 
 
-def returns(env: Any, network: networks.Network, learner: ppo.Learner, games: int, seed: int) -> list[float]:
+def returns(
+    env: Any, network: networks.Network, learner: ppo.Learner, games: int, seed: int
+) -> list[float]:
     """The returns of some games, each of which begins in a state of its own."""
 
     @jax.jit
@@ -94,7 +113,9 @@ def returns(env: Any, network: networks.Network, learner: ppo.Learner, games: in
         key = jax.random.key(seed + 1000 + number)
         (obs, state), total, t, over = reset(key), 0.0, 0, False
         while not over:
-            obs, state, reward, terminated, truncated, _ = step(state, act(jax.random.fold_in(key, t), obs))
+            obs, state, reward, terminated, truncated, _ = step(
+                state, act(jax.random.fold_in(key, t), obs)
+            )
             total, t, over = total + float(reward), t + 1, bool(terminated | truncated)
         out.append(total)
     return out
@@ -102,15 +123,22 @@ def returns(env: Any, network: networks.Network, learner: ppo.Learner, games: in
 
 def main() -> None:
     """Train, test, and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("game", nargs="?", choices=ocjax.jaxatari.FIELDS, default="Freeway")
     parser.add_argument("--frames", type=int, default=10_000_000)
     parser.add_argument("--games", type=int, default=10)
     parser.add_argument("--seed", type=int, default=0)
     args = parser.parse_args()
     network, learner = train(args.game, args.frames, args.seed)
-    table = Table("game", "mean return", "standard deviation", title=f"{args.game}, {args.games} games each")
-    for name, env in (("JAXtari", imitation(args.game)), ("real ROM", ocjax.jaxatari.Environment(args.game, noop_max=0))):
+    table = Table(
+        "game", "mean return", "standard deviation", title=f"{args.game}, {args.games} games each"
+    )
+    for name, env in (
+        ("JAXtari", imitation(args.game)),
+        ("real ROM", ocjax.jaxatari.Environment(args.game, noop_max=0)),
+    ):
         got = returns(wrapped(env), network, learner, args.games, args.seed)
         table.add_row(name, f"{np.mean(got):.1f}", f"{np.std(got):.1f}")
     Console().print(table)

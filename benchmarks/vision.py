@@ -1,13 +1,16 @@
-"""Time VEM for each game and batch size, and its kernels, beside OCAtari, OpenCV and SciPy in the same run.
+"""Time VEM for each game and batch size, and its kernels, beside OCAtari, OpenCV and SciPy in the
+same run.
 
     python benchmarks/vision.py [GAME ...] [--ocatari PYTHON] [--core 0] [--largest 4096]
 
-PYTHON is the interpreter of an environment with OCAtari. On a CPU, this process and OCAtari's are bound to one core, and OpenCV to one
-thread. A time is the median of repeated calls, each waited for, after a warm-up call; the spread is the 10th to 90th percentile.
-Compilation is timed separately. Frames are those in tests/data, repeated to fill the batch.
+PYTHON is the interpreter of an environment with OCAtari. On a CPU, this process and OCAtari's are
+bound to one core, and OpenCV to one thread. A time is the median of repeated calls, each waited
+for, after a warm-up call; the spread is the 10th to 90th percentile. Compilation is timed
+separately. Frames are those in tests/data, repeated to fill the batch.
 
-The kernels are timed on frames of Pong, Space Invaders and Ms. Pac-Man, whatever games are named. OpenCV and SciPy get ready masks, one
-frame at a time, in which gaps are already closed. The run ends with an error where they find other boxes than the kernel.
+The kernels are timed on frames of Pong, Space Invaders and Ms. Pac-Man, whatever games are named.
+OpenCV and SciPy get ready masks, one frame at a time, in which gaps are already closed. The run
+ends with an error where they find other boxes than the kernel.
 """
 
 import argparse
@@ -33,7 +36,16 @@ if TYPE_CHECKING:
 BATCHES = (1, 16, 64, 256, 1024, 4096)
 KERNEL_BATCH = 256
 KERNEL_GAMES = ("Pong", "SpaceInvaders", "MsPacman")
-MASKS = ((20,), (52,), (82,), (196,), (246,), (6,), (74, 138, 8, 214), (38, 184, 88, 70, 150, 12))  # of Space Invaders, Ms. Pac-Man
+MASKS = (
+    (20,),
+    (52,),
+    (82,),
+    (196,),
+    (246,),
+    (6,),
+    (74, 138, 8, 214),
+    (38, 184, 88, 70, 150, 12),
+)  # of Space Invaders, Ms. Pac-Man
 
 Rects = list[tuple[int, int, int, int]]  # x, y, w, h
 
@@ -43,14 +55,19 @@ def optional(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError:
-        print(f"{name} is not installed, so its times are left out: the extra `dev` has it", file=sys.stderr)
+        print(
+            f"{name} is not installed, so its times are left out: the extra `dev` has it",
+            file=sys.stderr,
+        )
         return None
 
 
 def backend() -> str:
     """JAX's backend, asked in another process, because this one must be bound to a core before JAX starts its threads."""
     code = "import jax; print(jax.default_backend())"
-    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()[-1]
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()[-1]
 
 
 def compiled(f: Callable[..., Any], *inputs: Any) -> tuple[Callable[[Any], Any], float]:
@@ -79,11 +96,16 @@ def table(title: str, text_columns: Sequence[str], columns: Sequence[str]) -> An
 
     out = Table(title=title, title_justify="left")
     for heading in (*text_columns, *columns):
-        out.add_column(heading, justify="left" if heading in text_columns else "right", no_wrap=heading != "ratio")
+        out.add_column(
+            heading,
+            justify="left" if heading in text_columns else "right",
+            no_wrap=heading != "ratio",
+        )
     return out
 
 
-# ------------------------------------------------------------------------------------------------------------- other programs
+# -------------------------------------------------------------------------------------------------------------
+# other programs
 
 
 def contours(cv2: Any, mask: np.ndarray) -> Rects:
@@ -100,7 +122,10 @@ def labelled_by_cv2(cv2: Any, mask: np.ndarray) -> Rects:
 def labelled_by_scipy(ndimage: Any, mask: np.ndarray) -> Rects:
     """Boxes of the components, by SciPy's label and find_objects."""
     labels, _ = ndimage.label(mask, np.ones((3, 3), bool))
-    return [(x.start, y.start, x.stop - x.start, y.stop - y.start) for y, x in ndimage.find_objects(labels)]
+    return [
+        (x.start, y.start, x.stop - x.start, y.stop - y.start)
+        for y, x in ndimage.find_objects(labels)
+    ]
 
 
 def others() -> dict[str, Callable[[np.ndarray], Rects] | None]:
@@ -121,17 +146,24 @@ def on_each(f: Callable[[np.ndarray], Any], masks: np.ndarray) -> None:
         f(mask)
 
 
-# ------------------------------------------------------------------------------------------------------------------------ VEM
+# ------------------------------------------------------------------------------------------------------------------------
+# VEM
 
 
-def vem_table(title: str, games: list[str], python: str | None, largest: int) -> tuple[Any, list[str]]:
+def vem_table(
+    title: str, games: list[str], python: str | None, largest: int
+) -> tuple[Any, list[str]]:
     """Time VEM as a whole: the table, and lines with the geometric means of the ratios."""
     import jax.numpy as jnp
 
     import ocjax
 
     ratios: dict[int, list[float]] = {}
-    out = table(f"VEM, {title}", ["game"], ["compilation s", "batch", "median", "10-90 %", "OCAtari", "ratio"])
+    out = table(
+        f"VEM, {title}",
+        ["game"],
+        ["compilation s", "batch", "median", "10-90 %", "OCAtari", "ratio"],
+    )
     for name in games:
         game = ocjax.load(name)
         times, screens = ocatari_times(python, game.name)["vem"], recorded(game.name)["screens"]
@@ -140,15 +172,21 @@ def vem_table(title: str, games: list[str], python: str | None, largest: int) ->
             x = (jnp.asarray(repeated(screens, batch)),)
             program, seconds = compiled(game.vem, *x)
             median, cells = per_frame(timed(program, x), batch)
-            out.add_row(game.name, f"{seconds:.2f}", f"{batch:,}", *cells, *comparison(theirs, median))
+            out.add_row(
+                game.name, f"{seconds:.2f}", f"{batch:,}", *cells, *comparison(theirs, median)
+            )
             if theirs:
                 ratios.setdefault(batch, []).append(theirs / median)
             print(f"{game.name} {batch}: {median:.3f} us", file=sys.stderr)
-    means = [f"{b:,}: {statistics.geometric_mean(r):,.0f} times OCAtari's rate (geometric mean)" for b, r in ratios.items()]
+    means = [
+        f"{b:,}: {statistics.geometric_mean(r):,.0f} times OCAtari's rate (geometric mean)"
+        for b, r in ratios.items()
+    ]
     return out, means
 
 
-# -------------------------------------------------------------------------------------------------------------------- kernels
+# --------------------------------------------------------------------------------------------------------------------
+# kernels
 
 
 class Kernels:
@@ -166,13 +204,24 @@ class Kernels:
         self.others = others()
         columns = [column for name in self.others for column in (name, "ratio")]
         self.table = table(
-            f"Kernels, batch {KERNEL_BATCH}, {title}", ["kernel", "frames"], ["compilation s", "median", "10-90 %", *columns]
+            f"Kernels, batch {KERNEL_BATCH}, {title}",
+            ["kernel", "frames"],
+            ["compilation s", "median", "10-90 %", *columns],
         )
         self.games: dict[str, Game] = {name: ocjax.load(name) for name in KERNEL_GAMES}
-        self.screens = {name: repeated(recorded(name)["screens"], KERNEL_BATCH) for name in KERNEL_GAMES}
+        self.screens = {
+            name: repeated(recorded(name)["screens"], KERNEL_BATCH) for name in KERNEL_GAMES
+        }
         self.frames = {name: jnp.asarray(screens) for name, screens in self.screens.items()}
 
-    def row(self, kernel: str, frames: str, f: Callable[..., Any], *inputs: Any, theirs: dict[str, float] | None = None) -> Any:
+    def row(
+        self,
+        kernel: str,
+        frames: str,
+        f: Callable[..., Any],
+        *inputs: Any,
+        theirs: dict[str, float] | None = None,
+    ) -> Any:
         """Time a kernel, add a row, and return the kernel's result.
 
         Args:
@@ -184,7 +233,9 @@ class Kernels:
         """
         program, seconds = compiled(f, *inputs)
         median, cells = per_frame(timed(program, inputs), KERNEL_BATCH)
-        compared = [cell for name in self.others for cell in comparison((theirs or {}).get(name), median)]
+        compared = [
+            cell for name in self.others for cell in comparison((theirs or {}).get(name), median)
+        ]
         self.table.add_row(kernel, frames, f"{seconds:.2f}", *cells, *compared)
         print(f"{kernel}, {frames}: {median:.3f} us", file=sys.stderr)
         return program(inputs)
@@ -199,7 +250,12 @@ class Kernels:
 
         planes = self.row("bit planes", "SpaceInvaders", bm.planes, self.frames["SpaceInvaders"])
         for n in (1, 4, 8):
-            self.row(f"colour masks, {n}", "SpaceInvaders", lambda p, n=n: [bm.color_mask(p, colors) for colors in MASKS[:n]], planes)
+            self.row(
+                f"colour masks, {n}",
+                "SpaceInvaders",
+                lambda p, n=n: [bm.color_mask(p, colors) for colors in MASKS[:n]],
+                planes,
+            )
 
     def rules(self) -> None:
         """The rules that read fixed places: Bounds and Cells."""
@@ -212,7 +268,12 @@ class Kernels:
         self.row("Bounds, 3", "Pong", lambda *m: detect_bounds(sides, [[w] for w in m]), *words)
         shields = self.category("SpaceInvaders", "Shield").rule
         (red,) = bitmaps(self.frames["SpaceInvaders"], shields.palette)
-        self.row("Bounds, 3 of one colour", "SpaceInvaders", lambda m: detect_bounds([shields], [[m] * 3]), red)
+        self.row(
+            "Bounds, 3 of one colour",
+            "SpaceInvaders",
+            lambda m: detect_bounds([shields], [[m] * 3]),
+            red,
+        )
         for name in ("Pill", "PowerPill"):
             pills = self.category("MsPacman", name)
             (walls,) = bitmaps(self.frames["MsPacman"], pills.rule.palette)
@@ -220,7 +281,10 @@ class Kernels:
             self.row(kernel, "MsPacman", partial(detect_cells, pills.rule), walls)
 
     def components(self) -> None:
-        """Connected components: one colour of Space Invaders in a region, and the walls of Ms. Pac-Man on the whole screen."""
+        """Connected components: one colour of Space Invaders in a region, and the walls of Ms.
+
+        Pac-Man on the whole screen.
+        """
         import jax
 
         from ocjax.console.boxes import WIDTH
@@ -232,8 +296,14 @@ class Kernels:
         rule, (left, top, right, bottom) = alien.rule, alien.rule.region
         (words,) = bitmaps(self.frames["SpaceInvaders"], rule.palette)
         words = jax.jit(lambda m: bitmap.cut(m, rule.region))(words)
-        shapes = {"up to 8 x 10": rule.shapes, "up to 31 x 31": Shape(w=(1, 31), h=(1, 31)), "any size": Shape()}
-        searches = {name: Search(alien.count, (shape,), gap=rule.gap) for name, shape in shapes.items()}
+        shapes = {
+            "up to 8 x 10": rule.shapes,
+            "up to 31 x 31": Shape(w=(1, 31), h=(1, 31)),
+            "any size": Shape(),
+        }
+        searches = {
+            name: Search(alien.count, (shape,), gap=rule.gap) for name, shape in shapes.items()
+        }
         mask = np.isin(self.screens["SpaceInvaders"], rule.palette)
         mask = np.pad(mask[:, top:bottom, left:right], ((0, 0), (0, 0), (left, WIDTH - right)))
         self.component_rows("SpaceInvaders", words, mask, searches)
@@ -241,9 +311,16 @@ class Kernels:
         colors = self.category("MsPacman", "Pill").rule.palette
         (walls,) = bitmaps(self.frames["MsPacman"], colors)
         mask = np.isin(self.screens["MsPacman"], colors)
-        self.component_rows("MsPacman", walls, mask, {"up to 8 x 10": Search(200, (Shape(w=(1, 8), h=(1, 10)),)), "any size": Search(200)})
+        self.component_rows(
+            "MsPacman",
+            walls,
+            mask,
+            {"up to 8 x 10": Search(200, (Shape(w=(1, 8), h=(1, 10)),)), "any size": Search(200)},
+        )
 
-    def component_rows(self, frames: str, words: "Bitmap", mask: np.ndarray, searches: "dict[str, Search]") -> None:
+    def component_rows(
+        self, frames: str, words: "Bitmap", mask: np.ndarray, searches: "dict[str, Search]"
+    ) -> None:
         """Time searches of one mask that close the same gaps.
 
         Args:
@@ -260,10 +337,22 @@ class Kernels:
         closed = np.zeros((len(mask), mask.shape[1] + gap[1], mask.shape[2] + gap[0]), np.uint8)
         for i, j in np.ndindex(gap[0] + 1, gap[1] + 1):
             closed[:, j : j + mask.shape[1], i : i + mask.shape[2]] |= mask
-        theirs = {name: 1e6 * timed(partial(on_each, f), closed)[0] / KERNEL_BATCH for name, f in self.others.items() if f}
+        theirs = {
+            name: 1e6 * timed(partial(on_each, f), closed)[0] / KERNEL_BATCH
+            for name, f in self.others.items()
+            if f
+        }
         for kind, search in searches.items():
-            (ours,) = self.row(f"components, {kind}", frames, lambda m, s=search: components([m], [s]), words, theirs=theirs)
-            self.check_components(f"components, {kind}, {frames}", search, jax.tree.map(np.asarray, ours), closed)
+            (ours,) = self.row(
+                f"components, {kind}",
+                frames,
+                lambda m, s=search: components([m], [s]),
+                words,
+                theirs=theirs,
+            )
+            self.check_components(
+                f"components, {kind}, {frames}", search, jax.tree.map(np.asarray, ours), closed
+            )
 
     def check_components(self, what: str, search: "Search", ours: Any, closed: np.ndarray) -> None:
         """End the run if another program finds other boxes in any of the distinct frames."""
@@ -273,12 +362,23 @@ class Kernels:
         distinct = len(recorded(what.split(", ")[-1])["screens"])
         for name, f in self.others.items():
             for b in range(distinct if f else 0):
-                found = [(int(x), int(y), int(w) - gap[0], int(h) - gap[1]) for x, y, w, h in f(closed[b])] if f else []
+                found = (
+                    [
+                        (int(x), int(y), int(w) - gap[0], int(h) - gap[1])
+                        for x, y, w, h in f(closed[b])
+                    ]
+                    if f
+                    else []
+                )
                 want = sorted(r for r in found if r[2] <= max_width and r[3] <= max_height)
                 sides = ours.x, ours.y, ours.w, ours.h
-                got = sorted(tuple(int(v[k, b]) for v in sides) for k in np.flatnonzero(ours.valid[:, b]))
+                got = sorted(
+                    tuple(int(v[k, b]) for v in sides) for k in np.flatnonzero(ours.valid[:, b])
+                )
                 if got != want:
-                    raise SystemExit(f"{what}, frame {b}: the kernel finds {got}, but {name} finds {want}")
+                    raise SystemExit(
+                        f"{what}, frame {b}: the kernel finds {got}, but {name} finds {want}"
+                    )
 
     def tracking(self) -> None:
         """Merging and tracking of objects."""
@@ -317,11 +417,15 @@ def kernel_table(title: str) -> Any:
 
 def main() -> None:
     """Print the tables and the geometric means of VEM's ratios."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", help="default: all games")
     parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
     parser.add_argument("--core", type=int, default=0, help="core to run on")
-    parser.add_argument("--largest", type=int, default=BATCHES[-1], help="leave out larger batches of VEM")
+    parser.add_argument(
+        "--largest", type=int, default=BATCHES[-1], help="leave out larger batches of VEM"
+    )
     arguments = parser.parse_args()
     on_cpu = backend() == "cpu"
     if on_cpu:
@@ -334,9 +438,15 @@ def main() -> None:
 
     ocjax.retain_freed_memory()
     console = Console(width=160)
-    where = "one CPU core" if on_cpu else f"GPU ({jax.devices()[0].device_kind}), other programs on the CPU"
+    where = (
+        "one CPU core"
+        if on_cpu
+        else f"GPU ({jax.devices()[0].device_kind}), other programs on the CPU"
+    )
     title = f"microseconds per frame, {where}, jax {jax.__version__}"
-    vem, means = vem_table(title, arguments.games or list(ocjax.games()), arguments.ocatari, arguments.largest)
+    vem, means = vem_table(
+        title, arguments.games or list(ocjax.games()), arguments.ocatari, arguments.largest
+    )
     console.print(vem, *means, kernel_table(title), sep="\n")
 
 

@@ -3,13 +3,16 @@
     python benchmarks/zoo.py [GAME ...] [--folder zoo]
     python benchmarks/zoo.py --pause | --resume
 
-Needs the extras `rl` and `dev`. The first pass trains each game without a policy for 10 million emulated frames with seed 0: the games of
-the OCAtari paper, then Atari-57, then the others. The second pass trains again, from scratch and for 20 million frames, the games whose
-return rose by more than 5 % over the last quarter of the first pass, and the paper's PPO games with two more seeds.
+Needs the extras `rl` and `dev`. The first pass trains each game without a policy for 10 million
+emulated frames with seed 0: the games of the OCAtari paper, then Atari-57, then the others. The
+second pass trains again, from scratch and for 20 million frames, the games whose return rose by
+more than 5 % over the last quarter of the first pass, and the paper's PPO games with two more
+seeds.
 
-Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves; a run with seed 0 also replaces the policy
-that ships (ocjax/play/trained). Unfinished runs stay in the folder: the same command continues them. All processes have the lowest
-priority. `--pause` stops the processes of a running zoo until `--resume`, for example to measure something else.
+Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves; a run with
+seed 0 also replaces the policy that ships (ocjax/play/trained). Unfinished runs stay in the folder:
+the same command continues them. All processes have the lowest priority. `--pause` stops the
+processes of a running zoo until `--resume`, for example to measure something else.
 """
 
 import argparse
@@ -38,7 +41,16 @@ HERE = Path(__file__).parent
 ROWS = HERE / "zoo.csv"
 FIRST_FRAMES, SECOND_FRAMES = 10_000_000, 20_000_000
 STILL_RISES = 0.05  # relative rise of the return over the last quarter of a run
-PAPER_PPO = ("Asterix", "Boxing", "Breakout", "Freeway", "Pong", "Skiing", "SpaceInvaders", "Tennis")
+PAPER_PPO = (
+    "Asterix",
+    "Boxing",
+    "Breakout",
+    "Freeway",
+    "Pong",
+    "Skiing",
+    "SpaceInvaders",
+    "Tennis",
+)
 PAPER_SEEDS = (1, 2)
 GAMES_PLAYED, PLAYED_SEED = 20, 1000  # seeds of training are 0 to 65
 LOWEST_PRIORITY = 19
@@ -59,7 +71,9 @@ class Run(NamedTuple):
 
 
 class Row(NamedTuple):
-    """The result of a run: returns of complete games of the policy and of random play, and the rise over the last quarter."""
+    """The result of a run: returns of complete games of the policy and of random play, and the rise
+    over the last quarter.
+    """
 
     game: str
     seed: int
@@ -78,13 +92,18 @@ def read_rows(path: Path = ROWS) -> list[Row]:
         return []
     with path.open() as file:
         kinds = Row.__annotations__
-        return [Row(**{name: kinds[name](value) for name, value in row.items()}) for row in csv.DictReader(file)]
+        return [
+            Row(**{name: kinds[name](value) for name, value in row.items()})
+            for row in csv.DictReader(file)
+        ]
 
 
 def add_row(row: Row, path: Path = ROWS) -> None:
     """Add a row; it replaces the one of the same game and seed."""
     kept = [old for old in read_rows(path) if (old.game, old.seed) != (row.game, row.seed)]
-    lines = [",".join(Row._fields)] + [",".join(str(value) for value in one) for one in sorted([*kept, row])]
+    lines = [",".join(Row._fields)] + [
+        ",".join(str(value) for value in one) for one in sorted([*kept, row])
+    ]
     writing.write_text(path, "\n".join(lines) + "\n")
 
 
@@ -93,21 +112,35 @@ def order() -> list[str]:
     with (HERE / "paper.csv").open() as file:
         paper = [row["game"] for row in csv.DictReader(file)]
     supported = ocjax.games()
-    return [game for game in dict.fromkeys([*paper, *SUITES["atari57"].games, *supported]) if game in supported]
+    return [
+        game
+        for game in dict.fromkeys([*paper, *SUITES["atari57"].games, *supported])
+        if game in supported
+    ]
 
 
 def first_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
     """One run for each game that has no policy."""
-    trained = {row.game for row in rows if row.seed == 0} | {path.stem for path in SHIPPED.glob("*.npz")}
+    trained = {row.game for row in rows if row.seed == 0} | {
+        path.stem for path in SHIPPED.glob("*.npz")
+    }
     return [Run(game, 0, FIRST_FRAMES) for game in games if game not in trained]
 
 
 def second_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
     """Longer runs of games whose return still rose, and more seeds of the paper's PPO games."""
     longest = {(row.game, row.seed): row.frames for row in rows}
-    rising = [Run(row.game, 0, SECOND_FRAMES) for row in rows if row.frames < SECOND_FRAMES and row.rise > STILL_RISES]
+    rising = [
+        Run(row.game, 0, SECOND_FRAMES)
+        for row in rows
+        if row.frames < SECOND_FRAMES and row.rise > STILL_RISES
+    ]
     seeds = [Run(game, seed, SECOND_FRAMES) for game in PAPER_PPO for seed in PAPER_SEEDS]
-    return [run for run in rising + seeds if run.game in games and longest.get((run.game, run.seed), 0) < run.frames]
+    return [
+        run
+        for run in rising + seeds
+        if run.game in games and longest.get((run.game, run.seed), 0) < run.frames
+    ]
 
 
 def next_run(games: Sequence[str]) -> Run | None:
@@ -133,11 +166,16 @@ def train(run: Run, folder: Path) -> None:
     hours = trainer.metrics.seconds / 3600
     trainer.close()
     game, policy = ocjax.load(run.game), folder / "policy.npz"
-    trained, random = (play(game, name, GAMES_PLAYED, seed=PLAYED_SEED) for name in (str(policy), "random"))
+    trained, random = (
+        play(game, name, GAMES_PLAYED, seed=PLAYED_SEED) for name in (str(policy), "random")
+    )
     curves.keep(folder)
     if run.seed == 0:
         writing.write(SHIPPED / f"{run.game}.npz", lambda file: file.write(policy.read_bytes()))
-    results = (round(number, 4) for number in (hours, *_summary(trained), *_summary(random), rise(folder / "metrics.csv")))
+    results = (
+        round(number, 4)
+        for number in (hours, *_summary(trained), *_summary(random), rise(folder / "metrics.csv"))
+    )
     add_row(Row(*run, *results))
 
 
@@ -163,7 +201,9 @@ def supervise(run: Run, folder: Path, paused: Path) -> None:
     finally:
         _signal(process, signal.SIGKILL)  # also after an error; the checkpoint stays
     if process.exitcode:
-        raise SystemExit(f"{run.name} failed with exit code {process.exitcode}; the same command continues it")
+        raise SystemExit(
+            f"{run.name} failed with exit code {process.exitcode}; the same command continues it"
+        )
 
 
 def _signal(process: Any, number: signal.Signals) -> None:
@@ -182,10 +222,16 @@ def runs(games: Sequence[str]) -> Iterator[Run]:
 
 def main() -> None:
     """Train all games, or pause or resume."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("games", nargs="*", default=order(), metavar="GAME")
-    parser.add_argument("--folder", type=Path, default=HERE.parent / "zoo", help="for unfinished runs")
-    parser.add_argument("--pause", action="store_true", help="stop the processes of a running zoo until --resume")
+    parser.add_argument(
+        "--folder", type=Path, default=HERE.parent / "zoo", help="for unfinished runs"
+    )
+    parser.add_argument(
+        "--pause", action="store_true", help="stop the processes of a running zoo until --resume"
+    )
     parser.add_argument("--resume", action="store_true", help="let a paused zoo go on")
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)

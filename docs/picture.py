@@ -16,7 +16,14 @@ from ocjax.play.rollouts import rollout
 from ocjax.transforms.drawing import overlay, sheet
 
 ROOT = Path(__file__).parent.parent
-PLAYED = {"SpaceInvaders": 200, "MsPacman": 330, "Freeway": 120, "Boxing": 60, "Seaquest": 260, "Asterix": 100}  # frames skipped before
+PLAYED = {
+    "SpaceInvaders": 200,
+    "MsPacman": 330,
+    "Freeway": 120,
+    "Boxing": 60,
+    "Seaquest": 260,
+    "Asterix": 100,
+}  # frames skipped before
 FRAMES = 45  # of the animation, one for each agent step
 FRAME_SKIP = 4
 FRAME_TIME = 90  # milliseconds
@@ -45,7 +52,12 @@ SHOWN = (  # variations
     "SpaceInvaders:relocate_shields_right",
     "Tennis:always_lower_player",
 )
-STEPS, PAIRS, GAP, LINE = 145, 5, 6, 18  # random steps before a picture, pairs in a row, pixels between them and for a name
+STEPS, PAIRS, GAP, LINE = (
+    145,
+    5,
+    6,
+    18,
+)  # random steps before a picture, pairs in a row, pixels between them and for a name
 
 
 def main() -> None:
@@ -55,7 +67,13 @@ def main() -> None:
     sheets = [sheet([[tile[t] for tile in row] for row in rows], []) for t in range(FRAMES)]
     colors = sheets[0].quantize(64)
     images = [image.quantize(palette=colors, dither=Image.Dither.NONE) for image in sheets]
-    animation = {"save_all": True, "append_images": images[1:], "duration": FRAME_TIME, "loop": 0, "optimize": True}
+    animation = {
+        "save_all": True,
+        "append_images": images[1:],
+        "duration": FRAME_TIME,
+        "loop": 0,
+        "optimize": True,
+    }
     images[0].save(ROOT / "docs" / "games.gif", **animation)
     draw_variations().quantize(64).save(ROOT / "docs" / "variations.png", optimize=True)
 
@@ -64,28 +82,45 @@ def draw_play(name: str, after: int) -> list[Image.Image]:
     """Frames of a game with REM's objects, played by the agent that ships with ocjax, or at random without one."""
     game = ocjax.load(name)
     policy = "trained" if (SHIPPED / f"{name}.npz").exists() else "repeat"
-    tape = rollout(game, FRAMES, policy=policy, num_envs=1, frame_skip=FRAME_SKIP, after=after, whole_games=False)
+    tape = rollout(
+        game,
+        FRAMES,
+        policy=policy,
+        num_envs=1,
+        frame_skip=FRAME_SKIP,
+        after=after,
+        whole_games=False,
+    )
     assert tape.screens is not None
     objects = [jax.tree.map(np.asarray, state) for state in game.rem(tape.rams)]
-    return [overlay(game, frame, state, scale=1, labels=False) for frame, state in zip(tape.screens, objects, strict=True)]
+    return [
+        overlay(game, frame, state, scale=1, labels=False)
+        for frame, state in zip(tape.screens, objects, strict=True)
+    ]
 
 
 def draw_variations() -> Image.Image:
     """Variations beside the original game, after the same random actions."""
     width, height = 2 * 160 + GAP, 210 + LINE
-    image = Image.new("RGB", (PAIRS * (width + GAP) - GAP, -(-len(SHOWN) // PAIRS) * height), "white")
+    image = Image.new(
+        "RGB", (PAIRS * (width + GAP) - GAP, -(-len(SHOWN) // PAIRS) * height), "white"
+    )
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=LINE - 5)
     for i, name in enumerate(SHOWN):
         x, y = i % PAIRS * (width + GAP), i // PAIRS * height
         draw.text((x, y), name.replace(":", ": "), "black", font)
         for k, hook in enumerate((None, name)):
-            image.paste(Image.fromarray(play(variations.ALL[name].game, hook)), (x + 160 * k, y + LINE))
+            image.paste(
+                Image.fromarray(play(variations.ALL[name].game, hook)), (x + 160 * k, y + LINE)
+            )
     return image
 
 
 def play(game: str, hook: str | None) -> np.ndarray:
     """The last frame of a game that is played with random actions, uint8 `[H, 160, 3]`, at most 210 rows."""
-    env = make(game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=hook)
+    env = make(
+        game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=hook
+    )
     frame, _ = env.reset(seed=0)
     rng = np.random.default_rng(1)
     for _ in range(STEPS):

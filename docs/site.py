@@ -27,17 +27,31 @@ from ocjax.extraction.game import Game
 from ocjax.transforms.drawing import category_colors, overlay
 
 ROOT = Path(__file__).parent.parent
-PAGES = {"README.md": "index.md", "benchmarks/README.md": "benchmarks.md", ".github/CONTRIBUTING.md": "contributing.md"}
+PAGES = {
+    "README.md": "index.md",
+    "benchmarks/README.md": "benchmarks.md",
+    ".github/CONTRIBUTING.md": "contributing.md",
+}
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(#[^)]*)?\)")
 PUBLIC = (
-    *("ocjax", "ocjax.envs", "ocjax.recordings", "ocjax.files", "ocjax.files.atari_head", "ocjax.datasets"),
+    *(
+        "ocjax",
+        "ocjax.envs",
+        "ocjax.recordings",
+        "ocjax.files",
+        "ocjax.files.atari_head",
+        "ocjax.datasets",
+    ),
     *("ocjax.evaluation", "ocjax.evaluation.parity", "ocjax.ocatari", "ocjax.jaxatari"),
 )
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made from other files."""
-    texts = {target: _relinked((ROOT / source).read_text("utf-8"), Path(source).parent) for source, target in PAGES.items()}
+    texts = {
+        target: _relinked((ROOT / source).read_text("utf-8"), Path(source).parent)
+        for source, target in PAGES.items()
+    }
     texts["reference.md"] = "\n".join(_reference())
     games = [ocjax.load(name) for name in ocjax.games()]
     texts["games/index.md"] = "\n".join(_gallery(games))
@@ -81,14 +95,20 @@ def _page(game: Game) -> Iterator[str]:
     colors = category_colors(game)
     for c in about["categories"]:
         first, end = c["slots"]
-        attributes = ", ".join(name for name in ("hud", "value", "orientation", "blinks") if c[name])
+        attributes = ", ".join(
+            name for name in ("hud", "value", "orientation", "blinks") if c[name]
+        )
         names = " or ".join(f"`{name}`" for name in (c["name"], *c["aliases"]))
         dot = f'<span style="color: rgb{colors[c["name"]]}">■</span>'
         yield f"| {dot} | {names} | {first if end - first == 1 else f'{first}-{end - 1}'} | {attributes} | {c['doc']} |"
     yield "\nThe coloured squares are the colours of the boxes in the picture."
     yield "Objects in dashed boxes exist, but the game does not draw them on this frame.\n"
     yield "## Accuracy\n\n| figure | % |\n|---|---|"
-    yield from (f"| {text} | {about['accuracy'][key]:.2f} |" for key, text in FIGURES.items() if about["accuracy"].get(key) is not None)
+    yield from (
+        f"| {text} | {about['accuracy'][key]:.2f} |"
+        for key, text in FIGURES.items()
+        if about["accuracy"].get(key) is not None
+    )
     yield "\n[How the figures are measured](../benchmarks.md#accuracy-and-speed-by-game).\n"
     yield "## Notes\n\n" + "\n\n".join(about["notes"]) + "\n"
     yield from _play(about)
@@ -109,11 +129,16 @@ def _play(about: dict[str, Any]) -> Iterator[str]:
 def _machine(about: dict[str, Any]) -> Iterator[str]:
     """Modes, ROM and RAM."""
     yield f"## ROM and RAM\n\nALE's ROM `{about['rom']}`, MD5 `{about['md5']}`, {about['screen'][1]} x {about['screen'][0]} pixels.\n"
-    modes, difficulties = (", ".join(map(str, about["variants"][name])) for name in ("modes", "difficulties"))
+    modes, difficulties = (
+        ", ".join(map(str, about["variants"][name])) for name in ("modes", "difficulties")
+    )
     if modes:
         yield f"Modes {modes}; difficulties {difficulties}.\n"
     yield "REM reads these bytes:\n\n| field | bytes | read as | meaning |\n|---|---|---|---|"
-    yield from (f"| `{f['name']}` | {', '.join(f['bytes'])} | {f['read']} | {f['comment']} |" for f in about["ram"])
+    yield from (
+        f"| `{f['name']}` | {', '.join(f['bytes'])} | {f['read']} | {f['comment']} |"
+        for f in about["ram"]
+    )
 
 
 def _picture(game: Game) -> bytes:
@@ -122,7 +147,12 @@ def _picture(game: Game) -> bytes:
     assert tape.screens is not None
     objects = game.rem(np.asarray(tape.rams))
     at = int(richest(game, objects, np.asarray(tape.screens), 1)[0])
-    image = overlay(game, np.asarray(tape.screens[at]), jax.tree.map(lambda field: np.asarray(field[at]), objects), scale=2)
+    image = overlay(
+        game,
+        np.asarray(tape.screens[at]),
+        jax.tree.map(lambda field: np.asarray(field[at]), objects),
+        scale=2,
+    )
     out = io.BytesIO()
     image.quantize(64).save(out, "PNG", optimize=True)
     return out.getvalue()
@@ -133,11 +163,19 @@ def _reference() -> Iterator[str]:
     yield "# Reference\n\nEverything here is generated from the docstrings."
     for module in PUBLIC:
         public = importlib.import_module(module)
-        names = [name for name in getattr(public, "__all__", vars(public)) if _is_documented(getattr(public, name), module)]
+        names = [
+            name
+            for name in getattr(public, "__all__", vars(public))
+            if _is_documented(getattr(public, name), module)
+        ]
         yield f"\n# `{module}`\n\n{(inspect.getdoc(public) or '').splitlines()[0]}\n"
         yield from (f"::: {getattr(public, name).__module__}.{name}\n" for name in names)
 
 
 def _is_documented(found: Any, module: str) -> bool:
     """Whether something is a class or function of a module's own."""
-    return (inspect.isclass(found) or inspect.isfunction(found)) and found.__module__.startswith("ocjax") and bool(found.__doc__)
+    return (
+        (inspect.isclass(found) or inspect.isfunction(found))
+        and found.__module__.startswith("ocjax")
+        and bool(found.__doc__)
+    )

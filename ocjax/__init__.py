@@ -4,7 +4,8 @@ import ocjax
 
 game = ocjax.load("Pong")
 objects = game.rem(ram)        # uint8 [..., 128] -> Objects, from the console's RAM
-objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 210, 160, 3] RGB -> Objects, from the pixels
+objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 210, 160, 3] RGB ->
+Objects, from the pixels
 """
 
 import importlib
@@ -52,7 +53,19 @@ __all__ = [
 ]
 
 # Imported on first use: importing JAX takes half a second.
-_MODULES = ("agents", "atariari", "datasets", "envs", "evaluation", "files", "jaxatari", "layouts", "ocatari", "recordings", "sb3")
+_MODULES = (
+    "agents",
+    "atariari",
+    "datasets",
+    "envs",
+    "evaluation",
+    "files",
+    "jaxatari",
+    "layouts",
+    "ocatari",
+    "recordings",
+    "sb3",
+)
 _MODULE_OF = {
     "Box": "console.boxes",
     "Category": "extraction.categories",
@@ -82,7 +95,9 @@ def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return importlib.import_module(f"ocjax.{name}")
     if name in _MODULE_OF:
-        globals()[name] = value = getattr(importlib.import_module(f"ocjax.{_MODULE_OF[name]}"), name)
+        globals()[name] = value = getattr(
+            importlib.import_module(f"ocjax.{_MODULE_OF[name]}"), name
+        )
         return value
     raise AttributeError(f"module 'ocjax' has no attribute {name!r}")
 

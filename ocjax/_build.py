@@ -1,7 +1,8 @@
 """The setuptools command that collects the packages of a wheel or an editable install.
 
-In the repository, `ocjax/extractors` is a symbolic link to the folder `extractors`. Zip archives that code hosts create, pip and
-`python -m zipfile` turn it into a text file, and setuptools then finds no games. The build restores the link.
+In the repository, `ocjax/extractors` is a symbolic link to the folder `extractors`. Zip archives
+that code hosts create, pip and `python -m zipfile` turn it into a text file, and setuptools then
+finds no games. The build restores the link.
 """
 
 from pathlib import Path
@@ -10,7 +11,10 @@ from setuptools import find_packages
 from setuptools.command.build_py import build_py
 from setuptools.errors import FileError
 
-LINK, TARGET = Path("ocjax/extractors"), Path("../extractors")  # relative to the repository, in which builds run
+LINK, TARGET = (
+    Path("ocjax/extractors"),
+    Path("../extractors"),
+)  # relative to the repository, in which builds run
 
 
 class BuildPy(build_py):
@@ -29,6 +33,10 @@ def _restore() -> None:
         LINK.unlink(missing_ok=True)
         LINK.symlink_to(TARGET, target_is_directory=True)
     except OSError as error:
-        raise FileError(f"{LINK} must be a symbolic link to {TARGET}, and it cannot be created here: {error}") from error
+        raise FileError(
+            f"{LINK} must be a symbolic link to {TARGET}, and it cannot be created here: {error}"
+        ) from error
     if not (LINK / "__init__.py").is_file():
-        raise FileError(f"{LINK} leads to no games: the folder {TARGET.name} is missing in {Path.cwd()}")
+        raise FileError(
+            f"{LINK} leads to no games: the folder {TARGET.name} is missing in {Path.cwd()}"
+        )

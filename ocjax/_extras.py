@@ -1,4 +1,7 @@
-"""Packages that ocjax needs for some functions only. A missing one is an error that says what to install."""
+"""Packages that ocjax needs for some functions only.
+
+A missing one is an error that says what to install.
+"""
 
 import contextlib
 import importlib
@@ -42,7 +45,9 @@ def extras() -> Iterator[None]:
         package = (error.name or "").partition(".")[0]
         if package not in INSTALL:
             raise
-        raise MissingExtraError(f"{package} is not installed: pip install {INSTALL[package]}", name=error.name) from error
+        raise MissingExtraError(
+            f"{package} is not installed: pip install {INSTALL[package]}", name=error.name
+        ) from error
 
 
 def require(module: str) -> Any:

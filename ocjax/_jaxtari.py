@@ -11,13 +11,16 @@ class ObservedField:
     """A field of JAXtari's observation of a game.
 
     Args:
-        categories: whose objects it shows; none if ocjax has no such objects, so that the field is empty, or 0.
-        count: how many, or the shape of numbers; None for one object without a dimension of its own.
+        categories: whose objects it shows; none if ocjax has no such objects, so that the field is
+            empty, or 0.
+        count: how many, or the shape of numbers; None for one object without a dimension of its
+            own.
         constants: contents of `visual_id` and `orientation` that JAXtari has in every state.
-        size: width and height that JAXtari has in every state, also when the edge of the field covers a part of the object.
+        size: width and height that JAXtari has in every state, also when the edge of the field
+            covers a part of the object.
         absent: left and top while there is no such object: JAXtari keeps it there, and active.
-        value: whether it is a number instead of an `ObjectObservation`: the value of the one object of the category, or the number of its
-            objects if it has several slots.
+        value: whether it is a number instead of an `ObjectObservation`: the value of the one object
+            of the category, or the number of its objects if it has several slots.
         slot: the first slot of the category that it shows.
     """
 
@@ -46,7 +49,8 @@ def _numbers(*count: int) -> ObservedField:
     return ObservedField((), count, value=True)
 
 
-# In the order of the fields of JAXtari 0.2.0's `jax_<game>.py`. Directions are those of Freeway's lanes, the top one first.
+# In the order of the fields of JAXtari 0.2.0's `jax_<game>.py`. Directions are those of Freeway's
+# lanes, the top one first.
 FIELDS: Mapping[str, Mapping[str, ObservedField]] = {
     "Amidar": {
         "player_gorilla": _one("Player"),
@@ -187,7 +191,12 @@ FIELDS: Mapping[str, Mapping[str, ObservedField]] = {
     },
     "Freeway": {
         "chicken": _one("Chicken"),
-        "car": ObservedField(("Car",), 10, {"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5}, (8, 10)),
+        "car": ObservedField(
+            ("Car",),
+            10,
+            {"visual_id": tuple(range(10)), "orientation": (270.0,) * 5 + (90.0,) * 5},
+            (8, 10),
+        ),
     },
     "Frostbite": {
         "bailey": _one("Player"),
@@ -335,9 +344,18 @@ FIELDS: Mapping[str, Mapping[str, ObservedField]] = {
     "TimePilot": {
         "player": _one("Player"),
         "player_missile": _one("Player_Shot"),
-        "enemies": _several(4, "Enemy_Green", "Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
+        "enemies": _several(
+            4, "Enemy_Green", "Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"
+        ),
         "level_boss": _one(),
-        "enemy_missiles": _several(2, "Enemy_Green_Shot", "Enemy_Black_Shot", "Enemy_Yellow_Shot", "Enemy_Blue_Shot", "Enemy_Orange_Shot"),
+        "enemy_missiles": _several(
+            2,
+            "Enemy_Green_Shot",
+            "Enemy_Black_Shot",
+            "Enemy_Yellow_Shot",
+            "Enemy_Blue_Shot",
+            "Enemy_Orange_Shot",
+        ),
         "clouds": _several(4),
         "level": _number(),
         "score": _number("Score"),

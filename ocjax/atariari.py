@@ -1,7 +1,8 @@
-"""The state labels of AtariARI (Anand et al., "Unsupervised State Representation Learning in Atari", 2019) for batches of RAM.
+"""The state labels of AtariARI (Anand et al., "Unsupervised State Representation Learning in
+Atari", 2019) for batches of RAM.
 
-A label is a named byte of the RAM, as the game keeps it: `player_x` of Pong is not a position in pixels. `Game.rem` gives those. Names
-and bytes are those of AtariARI's `ram_annotations.py`.
+A label is a named byte of the RAM, as the game keeps it: `player_x` of Pong is not a position in
+pixels. `Game.rem` gives those. Names and bytes are those of AtariARI's `ram_annotations.py`.
 """
 
 import functools
@@ -38,11 +39,13 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
     """AtariARI's labels of RAM.
 
     Args:
-        game: the game, or its name in any of the usual spellings: one of `games`, "BattleZone" or "Skiing".
+        game: the game, or its name in any of the usual spellings: one of `games`, "BattleZone" or
+            "Skiing".
         ram: uint8 `[..., 128]`, a numpy array or an array of JAX.
 
     Returns:
-        The value of each label by its name in AtariARI, uint8 `[...]`, views or arrays of the same kind as `ram`.
+        The value of each label by its name in AtariARI, uint8 `[...]`, views or arrays of the same
+        kind as `ram`.
 
     Raises:
         ValueError: AtariARI has no labels of the game, or the last dimension of `ram` is not 128.
@@ -50,9 +53,13 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
     """
     name = as_game(game).name
     if name not in addresses():
-        raise ValueError(f"AtariARI has no labels of {name}; it has those of {', '.join(addresses())}")
+        raise ValueError(
+            f"AtariARI has no labels of {name}; it has those of {', '.join(addresses())}"
+        )
     if not hasattr(ram, "dtype") or ram.dtype != np.uint8:
-        raise TypeError(f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
+        raise TypeError(
+            f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"
+        )
     if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
         raise ValueError(f"ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
     return {label: ram[..., address] for label, address in addresses()[name].items()}

@@ -1,12 +1,14 @@
-"""Real ROMs behind the interface of JAXAtari, now called JAXtari, so that a policy trained there can be tested on them.
+"""Real ROMs behind the interface of JAXAtari, now called JAXtari, so that a policy trained there
+can be tested on them.
 
     env = ocjax.jaxatari.Environment("Pong")
     observation, state = env.reset(key)
     observation, state, reward, done, info = env.step(state, action)
 
-The emulator runs on the host, in `jax.pure_callback`. The state holds the whole emulator as bytes, so that `reset` and `step` are pure
-functions of their arguments and work under `jit`, `vmap`, `scan` and `cond`. A step takes some 0.3 ms to restore and save the emulator
-and 0.05 ms for each emulated frame, in one thread: use `ocjax.make_vec` for speed.
+The emulator runs on the host, in `jax.pure_callback`. The state holds the whole emulator as bytes,
+so that `reset` and `step` are pure functions of their arguments and work under `jit`, `vmap`,
+`scan` and `cond`. A step takes some 0.3 ms to restore and save the emulator and 0.05 ms for each
+emulated frame, in one thread: use `ocjax.make_vec` for speed.
 """
 
 import contextlib
@@ -64,7 +66,9 @@ class ObjectObservation(NamedTuple):
     active: jax.Array  # int32: 1 if the slot holds an object
     visual_id: jax.Array  # int32: 0, or what JAXAtari has there in every state
     state: jax.Array  # int32: 0
-    orientation: jax.Array  # float32: degrees clockwise from north; 0 where unknown, or what JAXAtari has there in every state
+    # float32: degrees clockwise from north; 0 where unknown, or what JAXAtari has there in every
+    # state
+    orientation: jax.Array
 
 
 class State(NamedTuple):
@@ -84,32 +88,47 @@ def _observation_type(name: str, fields: tuple[str, ...]) -> Any:
 
 def fields(game: Declaration) -> Mapping[str, ObservedField]:
     """The fields of a game's observation: those of `FIELDS`, or else a field for each category, by its name in lower case."""
-    named = {constant(c.name): ObservedField((c.name,), None if c.count == 1 else c.count) for c in game.categories}
+    named = {
+        constant(c.name): ObservedField((c.name,), None if c.count == 1 else c.count)
+        for c in game.categories
+    }
     return FIELDS.get(game.name, named)
 
 
 def observation(objects: Objects) -> Any:
-    """The observation of JAXAtari's environment of the game, a named tuple of `ObjectObservation` and values.
+    """The observation of JAXAtari's environment of the game, a named tuple of `ObjectObservation`
+    and values.
 
-    Its fields are those of JAXtari in the games of `FIELDS`, so that it flattens to a vector of the same layout. Fields that ocjax has no
-    objects for are empty. In Pong and Freeway, boxes are those of whole objects where the edge of the field covers a part, and Pong's ball
-    and enemy are where JAXtari keeps them while they are not in play. In other games, there is a field for each category, such as
-    `player_missile`. Where JAXtari's slots differ from ocjax's, the valid objects come first.
+    Its fields are those of JAXtari in the games of `FIELDS`, so that it flattens to a vector of the
+    same layout. Fields that ocjax has no objects for are empty. In Pong and Freeway, boxes are
+    those of whole objects where the edge of the field covers a part, and Pong's ball and enemy are
+    where JAXtari keeps them while they are not in play. In other games, there is a field for each
+    category, such as `player_missile`. Where JAXtari's slots differ from ocjax's, the valid objects
+    come first.
 
     Args:
         objects: what `game.rem` or `game.vem` returned, of any batch shape.
 
     Raises:
-        ValueError: the objects do not know their game, or lack the display that the observation shows.
+        ValueError: the objects do not know their game, or lack the display that the observation
+            shows.
     """
     game = whose(objects)
     named = fields(game)
-    return _observation_type(game.name, tuple(named))(*(_field(objects, f, game) for f in named.values()))
+    return _observation_type(game.name, tuple(named))(
+        *(_field(objects, f, game) for f in named.values())
+    )
 
 
 def _shape(field: ObservedField) -> tuple[int, ...]:
     """The shape of the numbers that a field shows."""
-    return field.count if isinstance(field.count, tuple) else () if field.count is None else (field.count,)
+    return (
+        field.count
+        if isinstance(field.count, tuple)
+        else ()
+        if field.count is None
+        else (field.count,)
+    )
 
 
 def _number(objects: Objects, field: ObservedField, game: Declaration) -> jax.Array:
@@ -118,13 +137,19 @@ def _number(objects: Objects, field: ObservedField, game: Declaration) -> jax.Ar
     if not field.categories:
         return jnp.zeros((*objects.batch_shape, *count), jnp.int32)
     part = objects.of(game, field.categories[0])
-    number = part.value[..., 0] if part.valid.shape[-1] == 1 else jnp.sum(part.valid, axis=-1, dtype=jnp.int32)
+    number = (
+        part.value[..., 0]
+        if part.valid.shape[-1] == 1
+        else jnp.sum(part.valid, axis=-1, dtype=jnp.int32)
+    )
     return number.reshape(*objects.batch_shape, *count)
 
 
 def _slots(field: ObservedField, game: Declaration) -> np.ndarray:
     """The slots of the field's categories, int32 `[n]`."""
-    slots = [np.arange(game.slices[name].start, game.slices[name].stop) for name in field.categories]
+    slots = [
+        np.arange(game.slices[name].start, game.slices[name].stop) for name in field.categories
+    ]
     return np.concatenate([np.zeros(0, np.int64), *slots]).astype(np.int32)[field.slot :]
 
 
@@ -132,7 +157,11 @@ def _shown(objects: Objects, field: ObservedField, game: Declaration) -> Objects
     """The objects that a field shows, in as many slots as it has: in ocjax's order, or the valid ones first if ocjax has more slots."""
     slots, count = _slots(field, game), field.count if isinstance(field.count, int) else 1
     part = objects.take(jnp.broadcast_to(slots, (*objects.batch_shape, len(slots))))
-    order = jnp.argsort(~part.valid, axis=-1, stable=True)[..., :count] if len(slots) > count else jnp.arange(count)
+    order = (
+        jnp.argsort(~part.valid, axis=-1, stable=True)[..., :count]
+        if len(slots) > count
+        else jnp.arange(count)
+    )
     return part.take(jnp.broadcast_to(order, (*objects.batch_shape, count)).astype(jnp.int32))
 
 
@@ -140,7 +169,9 @@ def _field(objects: Objects, field: ObservedField, game: Declaration) -> Any:
     if field.value:
         return _number(objects, field, game)
     part = _shown(objects, field, game)
-    numbers = [a.astype(jnp.int32) for a in (part.x, part.y, part.w, part.h, part.valid, part.orientation)]
+    numbers = [
+        a.astype(jnp.int32) for a in (part.x, part.y, part.w, part.h, part.valid, part.orientation)
+    ]
     x, y, w, h, active, compass = (a[..., 0] for a in numbers) if field.count is None else numbers
     if field.size is not None:
         height, width = game.screen
@@ -148,15 +179,23 @@ def _field(objects: Objects, field: ObservedField, game: Declaration) -> Any:
         y, h = _whole(y, h, active, field.size[1], height)
     if field.absent is not None:
         instead = (*field.absent, *(field.size or (0, 0)), 1)
-        x, y, w, h, active = (jnp.where(active > 0, a, jnp.int32(b)) for a, b in zip((x, y, w, h, active), instead, strict=True))
+        x, y, w, h, active = (
+            jnp.where(active > 0, a, jnp.int32(b))
+            for a, b in zip((x, y, w, h, active), instead, strict=True)
+        )
     degrees = jnp.maximum(compass, jnp.int32(0)).astype(jnp.float32) * jnp.float32(_DEGREES)
     zero = jnp.zeros_like(x)
-    fixed: dict[str, Any] = {name: jnp.broadcast_to(jnp.asarray(c, jnp.float32), x.shape) for name, c in field.constants.items()}
+    fixed: dict[str, Any] = {
+        name: jnp.broadcast_to(jnp.asarray(c, jnp.float32), x.shape)
+        for name, c in field.constants.items()
+    }
     visual = fixed.get("visual_id", zero).astype(jnp.int32)
     return ObjectObservation(x, y, w, h, active, visual, zero, fixed.get("orientation", degrees))
 
 
-def _whole(start: jax.Array, length: jax.Array, active: jax.Array, full: int, screen: int) -> tuple[jax.Array, jax.Array]:
+def _whole(
+    start: jax.Array, length: jax.Array, active: jax.Array, full: int, screen: int
+) -> tuple[jax.Array, jax.Array]:
     """Start and length, along one axis of the screen, of objects of which the nearer edge of the field may cover a part."""
     begin = jnp.where(start < screen // 2, start + length - full, start)
     return begin * active, full * active
@@ -175,10 +214,13 @@ class _Console:
         """New games `[...]` after the given numbers of no-ops."""
         return self._each(np.shape(noops), lambda i: self._start(int(np.ravel(noops)[i])))
 
-    def step(self, emulator: np.ndarray, action: np.ndarray, noops: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, ...]:
+    def step(
+        self, emulator: np.ndarray, action: np.ndarray, noops: np.ndarray, last: np.ndarray
+    ) -> tuple[np.ndarray, ...]:
         """Step saved games `[...]`.
 
-        Games that end, and games whose `last` step this is, begin again after the given number of no-ops, unless it is `_KEEP`.
+        Games that end, and games whose `last` step this is, begin again after the given number of
+        no-ops, unless it is `_KEEP`.
         """
         rows = np.reshape(emulator, (-1, CAPACITY))
 
@@ -201,7 +243,9 @@ class _Console:
         return 0.0, False, self._ale.getRAM()
 
     def _restore(self, saved: bytes) -> None:
-        if not facts(saved).frames:  # ALE's state lacks the incomplete frame that a reset leaves in Q*bert
+        if not facts(
+            saved
+        ).frames:  # ALE's state lacks the incomplete frame that a reset leaves in Q*bert
             self._ale.reset_game()
         self._ale.restoreState(ale_py.ALEState(saved))
 
@@ -214,11 +258,18 @@ class _Console:
                 reward, over, ram = run(i)
                 saved = np.frombuffer(self._ale.cloneState(include_rng=True).serialize(), np.uint8)
                 if len(saved) > CAPACITY - _LENGTH.itemsize:
-                    raise ValueError(f"a saved emulator has {len(saved)} bytes, more than the {CAPACITY} of `CAPACITY`")
+                    raise ValueError(
+                        f"a saved emulator has {len(saved)} bytes, more than the {CAPACITY} of "
+                        "`CAPACITY`"
+                    )
                 flat[0][i, : _LENGTH.itemsize] = np.array([len(saved)], _LENGTH).view(np.uint8)
                 flat[0][i, _LENGTH.itemsize : _LENGTH.itemsize + len(saved)] = saved
                 flat[1][i] = self._ale.getRAM()
-                for a, result in zip(flat[2:], (self._ale.lives(), self._ale.getEpisodeFrameNumber(), reward, over, ram), strict=True):
+                for a, result in zip(
+                    flat[2:],
+                    (self._ale.lives(), self._ale.getEpisodeFrameNumber(), reward, over, ram),
+                    strict=True,
+                ):
                     a[i] = result
         return out
 
@@ -226,7 +277,15 @@ class _Console:
 def _results(batch: tuple[int, ...]) -> tuple[np.ndarray, ...]:
     """Emulators, RAM, lives and frames; rewards, whether a game is over, and the RAM before a new game begins."""
     ram = (RAM_SIZE,), np.uint8
-    kinds = ((CAPACITY,), np.uint8), ram, ((), np.int32), ((), np.int32), ((), np.float32), ((), np.bool_), ram
+    kinds = (
+        ((CAPACITY,), np.uint8),
+        ram,
+        ((), np.int32),
+        ((), np.int32),
+        ((), np.float32),
+        ((), np.bool_),
+        ram,
+    )
     return tuple(np.zeros((*batch, *tail), dtype) for tail, dtype in kinds)
 
 
@@ -236,26 +295,32 @@ def _console(game: Game, frame_skip: int) -> _Console:
 
 
 class Environment:
-    """A game with the interface of JAXAtari's environments; its wrappers `AtariWrapper` and `ObjectCentricWrapper` take it.
+    """A game with the interface of JAXAtari's environments; its wrappers `AtariWrapper` and
+    `ObjectCentricWrapper` take it.
 
-    There are no sticky actions and no lost lives that end episodes: JAXAtari's wrappers add both. Stepping a game that is over leaves it as
-    it is. Pixels and `render` are not supported.
+    There are no sticky actions and no lost lives that end episodes: JAXAtari's wrappers add both.
+    Stepping a game that is over leaves it as it is. Pixels and `render` are not supported.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game` with its display.
-        frame_skip: emulated frames of a step; JAXAtari's environments have 1, and its wrappers skip frames.
+        frame_skip: emulated frames of a step; JAXAtari's environments have 1, and its wrappers skip
+            frames.
         noop_max: the largest number of random no-ops with which games begin.
 
     Attributes:
         ACTION_SET: the console's action of each action, int32 `[A]`.
 
     Raises:
-        ValueError: there is no such game, the ROM is missing or the wrong one, or a number is out of range.
+        ValueError: there is no such game, the ROM is missing or the wrong one, or a number is out
+            of range.
     """
 
     def __init__(self, game: str | Game, *, frame_skip: int = 1, noop_max: int = 30) -> None:
         if frame_skip < 1 or noop_max < 0:
-            raise ValueError(f"frame_skip must be at least 1 and noop_max at least 0, got {frame_skip} and {noop_max}")
+            raise ValueError(
+                f"frame_skip must be at least 1 and noop_max at least 0, got {frame_skip} and "
+                f"{noop_max}"
+            )
         self.game, self.noop_max = load(game) if isinstance(game, str) else game, noop_max
         self.frame_skip = frame_skip
         self._console = _console(self.game, frame_skip)
@@ -263,7 +328,9 @@ class Environment:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles share the emulator of their process."""
-        return functools.partial(type(self), frame_skip=self.frame_skip, noop_max=self.noop_max), (self.game,)
+        return functools.partial(type(self), frame_skip=self.frame_skip, noop_max=self.noop_max), (
+            self.game,
+        )
 
     def _noops(self, key: jax.Array) -> jax.Array:
         return jax.random.randint(key, (), 0, self.noop_max + 1, jnp.int32)
@@ -274,7 +341,9 @@ class Environment:
         state = State(*out[:4], time=jnp.int32(0))
         return observation(self.game.rem(state.ram)), state
 
-    def step(self, state: State, action: Any) -> tuple[Any, State, jax.Array, jax.Array, dict[str, jax.Array]]:
+    def step(
+        self, state: State, action: Any
+    ) -> tuple[Any, State, jax.Array, jax.Array, dict[str, jax.Array]]:
         """One step.
 
         Args:
@@ -282,19 +351,29 @@ class Environment:
             action: an index into `ACTION_SET`.
 
         Returns:
-            The observation, the new state, the reward float32, whether the game is over, bool, and `lives` and `frame` as `info`.
+            The observation, the new state, the reward float32, whether the game is over, bool, and
+            `lives` and `frame` as `info`.
         """
         state, reward, done, _ = self._step(state, action, jnp.int32(_KEEP), jnp.bool_(False))
-        return observation(self.game.rem(state.ram)), state, reward, done, {"lives": state.lives, "frame": state.frame}
+        return (
+            observation(self.game.rem(state.ram)),
+            state,
+            reward,
+            done,
+            {"lives": state.lives, "frame": state.frame},
+        )
 
-    def _step(self, state: State, action: Any, noops: jax.Array, last: jax.Array) -> tuple[State, jax.Array, jax.Array, jax.Array]:
+    def _step(
+        self, state: State, action: Any, noops: jax.Array, last: jax.Array
+    ) -> tuple[State, jax.Array, jax.Array, jax.Array]:
         """The new state, the reward, whether the game is over, and the RAM before a new game begins; see `_Console.step`."""
         chosen = jnp.take(self.ACTION_SET, jnp.asarray(action).astype(jnp.int32), mode="clip")
         *new, reward, done, ram = _on_host(self._console.step, state.emulator, chosen, noops, last)
         return State(*new, time=state.time + 1), reward, done, ram
 
     def observation_space(self) -> Any:
-        """The space of observations as JAXAtari's wrappers need it, a `Dict` of its module `spaces`.
+        """The space of observations as JAXAtari's wrappers need it, a `Dict` of its module
+        `spaces`.
 
         Raises:
             ModuleNotFoundError: JAXAtari is not installed.
@@ -305,7 +384,9 @@ class Environment:
         def space(field: ObservedField) -> Any:
             if not field.value:
                 return spaces.get_object_space(field.count, self.game.screen)
-            return spaces.Box(low=numbers.min, high=numbers.max, shape=_shape(field), dtype=jnp.int32)
+            return spaces.Box(
+                low=numbers.min, high=numbers.max, shape=_shape(field), dtype=jnp.int32
+            )
 
         return spaces.Dict({name: space(field) for name, field in fields(self.game).items()})
 
@@ -330,10 +411,14 @@ def _spaces() -> Any:
 def _on_host(function: Any, *arguments: jax.Array) -> Any:
     """Call a function of the console; the results are those of one game, or under `vmap` of a batch."""
     shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in _results(())]
-    return jax.pure_callback(lambda *a: function(*map(np.asarray, a)), shapes, *arguments, vmap_method="broadcast_all")
+    return jax.pure_callback(
+        lambda *a: function(*map(np.asarray, a)), shapes, *arguments, vmap_method="broadcast_all"
+    )
 
 
-@functools.partial(jax.tree_util.register_dataclass, data_fields=["max_steps_in_episode"], meta_fields=[])
+@functools.partial(
+    jax.tree_util.register_dataclass, data_fields=["max_steps_in_episode"], meta_fields=[]
+)
 @dataclasses.dataclass(frozen=True)
 class GymnaxParams:
     """The parameters of `GymnaxEnvironment`.
@@ -352,8 +437,9 @@ class GymnaxParams:
 class GymnaxEnvironment(Environment):
     """A game with the interface of gymnax 1.0, whose wrappers take it.
 
-    Keys and parameters are explicit, a game that ends begins again in the same step, and observations are flat. For programs written for
-    gymnax 0.0.9 or older, such as PureJaxRL, gymnax has `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
+    Keys and parameters are explicit, a game that ends begins again in the same step, and
+    observations are flat. For programs written for gymnax 0.0.9 or older, such as PureJaxRL, gymnax
+    has `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
     """
 
     @property
@@ -388,15 +474,21 @@ class GymnaxEnvironment(Environment):
             params: by default those of `default_params`.
 
         Returns:
-            The observation float32 `[n]`, the new state, the reward float32, whether the game is over and whether the episode is truncated,
-            both bool, and a dict of `terminated`, `truncated`, `final_observation` (of the last step, also if a new game has begun), and
+            The observation float32 `[n]`, the new state, the reward float32, whether the game is
+            over and whether the episode is truncated, both bool, and a dict of `terminated`,
+            `truncated`, `final_observation` (of the last step, also if a new game has begun), and
             `lives` and `frame` of the new state.
         """
         limit = (params or self.default_params).max_steps_in_episode
         truncated = state.time + 1 >= limit
         new, reward, terminated, ram = self._step(state, action, self._noops(key), truncated)
         new = new._replace(time=jnp.where(terminated | truncated, jnp.int32(0), new.time))
-        info = {"lives": new.lives, "frame": new.frame, "terminated": terminated, "truncated": truncated}
+        info = {
+            "lives": new.lives,
+            "frame": new.frame,
+            "terminated": terminated,
+            "truncated": truncated,
+        }
         seen, final = (_flat(observation(self.game.rem(each))) for each in (new.ram, ram))
         return seen, new, reward, terminated, truncated, info | {"final_observation": final}
 
@@ -428,7 +520,10 @@ class GymnaxEnvironment(Environment):
         _, state = jax.eval_shape(self.reset, jax.random.key(0))
         limits = {name: np.iinfo(field.dtype) for name, field in state._asdict().items()}
         return spaces.Dict(
-            {name: spaces.Box(limits[name].min, limits[name].max, field.shape, field.dtype) for name, field in state._asdict().items()}
+            {
+                name: spaces.Box(limits[name].min, limits[name].max, field.shape, field.dtype)
+                for name, field in state._asdict().items()
+            }
         )
 
 
@@ -436,7 +531,9 @@ def _gymnax_spaces() -> Any:
     try:
         return importlib.import_module("gymnax.environments.spaces")
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError("gymnax is not installed: pip install gymnax", name="gymnax") from error
+        raise ModuleNotFoundError(
+            "gymnax is not installed: pip install gymnax", name="gymnax"
+        ) from error
 
 
 def _flat(seen: Any) -> jax.Array:

@@ -1,11 +1,14 @@
-"""Layouts of the flat object tensors of other projects, so that their policies and logic rules read ocjax's objects.
+"""Layouts of the flat object tensors of other projects, so that their policies and logic rules read
+ocjax's objects.
 
-Each function takes what `game.rem` or `game.vem` returned, with or without display objects, of any batch shape. It is a pure function that
-works under `jit`, `vmap` and `scan`. A slot of a layout whose object is missing is zero.
+Each function takes what `game.rem` or `game.vem` returned, with or without display objects, of any
+batch shape. It is a pure function that works under `jit`, `vmap` and `scan`. A slot of a layout
+whose object is missing is zero.
 
-OCAtari's slots are used, so every layout has its categories, in its order and with its numbers of slots. If ocjax has fewer slots of a
-category, they are the first ones; if it has more, the valid objects are moved to the front. Categories that ocjax does not have are missing
-in every state. Positions are ocjax's exact boxes, and orientations its compass points 0-15.
+OCAtari's slots are used, so every layout has its categories, in its order and with its numbers of
+slots. If ocjax has fewer slots of a category, they are the first ones; if it has more, the valid
+objects are moved to the front. Categories that ocjax does not have are missing in every state.
+Positions are ocjax's exact boxes, and orientations its compass points 0-15.
 """
 
 import functools
@@ -35,7 +38,8 @@ _BLENDRL_SLOTS: Mapping[str, Mapping[str, int]] = {
 }  # fmt: skip
 _BLENDRL_VALUES = ("OxygenBar", "Time")  # categories whose row is (visible, value, 0, 0)
 
-# NUDGE's categories of each game, in the order of its rows, with the column that tells the category and the number of rows.
+# NUDGE's categories of each game, in the order of its rows, with the column that tells the category
+# and the number of rows.
 _NUDGE_ROWS: Mapping[str, Mapping[str, tuple[int, int]]] = {
     "Asterix": {"Player": (0, 1), "Enemy": (1, 8), "Reward": (2, 8), "Consumable": (3, 8)},
     "Freeway": {"Chicken": (0, 1), "Car": (1, 10)},
@@ -46,11 +50,14 @@ _NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
 @functools.cache
 def _tables() -> dict[str, dict[str, dict[str, int]]]:
     """The categories of each game with their numbers of objects, in OCAtari's order; `benchmarks/ocatari_slots.py` reads them."""
-    return json.loads(resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8"))
+    return json.loads(
+        resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8")
+    )
 
 
 def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
-    """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for the game.
+    """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for
+    the game.
 
     Args:
         game: the game, with or without its HUD.
@@ -69,7 +76,8 @@ def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str,
 
     Args:
         game: the game, or its name.
-        hud: whether what OCAtari counts as display is included; by default if the game includes its display.
+        hud: whether what OCAtari counts as display is included; by default if the game includes its
+            display.
 
     Raises:
         ValueError: OCAtari declares no slots of the game, or there is no such game.
@@ -83,7 +91,8 @@ def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str,
 
 
 def blendrl_slots(game: Declaration | str) -> dict[str, int]:
-    """The number of rows of each category in `blendrl`, in their order; in BlendRL's code, `MAX_NB_OBJECTS` of the game.
+    """The number of rows of each category in `blendrl`, in their order; in BlendRL's code,
+    `MAX_NB_OBJECTS` of the game.
 
     Args:
         game: the game, or its name.
@@ -110,7 +119,9 @@ def _arranged(objects: Objects, slots: Mapping[str, int], *, packed: bool) -> Ob
         if number > count or (packed and number > 1):
             index = _front(objects.valid[..., ours])[..., :count] + jnp.int32(ours.start)
         else:
-            index = jnp.broadcast_to(jnp.arange(ours.start, ours.stop, dtype=jnp.int32), (*batch, number))
+            index = jnp.broadcast_to(
+                jnp.arange(ours.start, ours.stop, dtype=jnp.int32), (*batch, number)
+            )
         parts += [index, jnp.full((*batch, count - index.shape[-1]), game.num_slots, jnp.int32)]
     return objects.take(jnp.concatenate(parts, axis=-1))
 
@@ -123,13 +134,14 @@ def _known(orientation: jax.Array) -> jax.Array:
 def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
     """OCAtari 2.2.1's `ns_state`: left and top of each of its slots, float32 `[..., K]`.
 
-    `ocatari_slots` gives the slots. The player of Asteroids and of Skiing has an orientation as a third number, and Seaquest's OxygenBar
-    has only its width.
+    `ocatari_slots` gives the slots. The player of Asteroids and of Skiing has an orientation as a
+    third number, and Seaquest's OxygenBar has only its width.
 
     Args:
         objects: the objects.
-        hud: whether what OCAtari counts as display is included; by default if the game includes its display. With `hud=False`, load the
-            game with its display all the same where OCAtari counts an object as part of the scene, such as Seaquest's OxygenBar.
+        hud: whether what OCAtari counts as display is included; by default if the game includes its
+            display. With `hud=False`, load the game with its display all the same where OCAtari
+            counts an object as part of the scene, such as Seaquest's OxygenBar.
 
     Raises:
         TypeError: `objects` are no `Objects`.
@@ -144,19 +156,30 @@ def _ocatari(objects: Objects, hud: bool | None) -> jax.Array:
     game = whose(objects)
     slots = ocatari_slots(game, hud)
     arranged = _arranged(objects, slots, packed=False)
-    columns = {"x": arranged.x, "y": arranged.y, "w": arranged.w, "orientation": _known(arranged.orientation)}
+    columns = {
+        "x": arranged.x,
+        "y": arranged.y,
+        "w": arranged.w,
+        "orientation": _known(arranged.orientation),
+    }
     names = [name for name, count in slots.items() for _ in range(count)]
     meaning = [NS_MEANING.get((game.name, name), (POSITION,)) for name in names]
-    numbers = [columns[field][..., i] for i, parts in enumerate(meaning) for part in parts for field in _FIELDS[part]]
+    numbers = [
+        columns[field][..., i]
+        for i, parts in enumerate(meaning)
+        for part in parts
+        for field in _FIELDS[part]
+    ]
     return jnp.stack([n.astype(jnp.float32) for n in numbers], axis=-1)
 
 
 def blendrl(objects: Objects) -> jax.Array:
     """BlendRL's logic state: visible, centre x, centre y, orientation, int32 `[..., n, 4]`.
 
-    The rows of Kangaroo (49) and Seaquest (43) are those of the published agents; in other games they are OCAtari's slots without the
-    display. The visible objects of a category come first. The rows of Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0); like
-    Lives, they are missing if the game is loaded without its display. Centres are rounded down.
+    The rows of Kangaroo (49) and Seaquest (43) are those of the published agents; in other games
+    they are OCAtari's slots without the display. The visible objects of a category come first. The
+    rows of Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0); like Lives, they are
+    missing if the game is loaded without its display. Centres are rounded down.
 
     Raises:
         TypeError: `objects` are no `Objects`.
@@ -170,7 +193,9 @@ def blendrl(objects: Objects) -> jax.Array:
 def _blendrl(objects: Objects) -> jax.Array:
     slots = blendrl_slots(whose(objects))
     arranged = _arranged(objects, slots, packed=True)
-    values = np.array([name in _BLENDRL_VALUES for name, count in slots.items() for _ in range(count)])
+    values = np.array(
+        [name in _BLENDRL_VALUES for name, count in slots.items() for _ in range(count)]
+    )
     x, y = (arranged.center[..., i].astype(jnp.int32) for i in (0, 1))
     orientation = jnp.where(values, jnp.int32(0), _known(arranged.orientation).astype(jnp.int32))
     x, y = jnp.where(values, arranged.value, x), jnp.where(values, jnp.int32(0), y)
@@ -178,14 +203,17 @@ def _blendrl(objects: Objects) -> jax.Array:
 
 
 def nudge(objects: Objects) -> jax.Array:
-    """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`: four columns that tell the category, left and top.
+    """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`: four columns that tell
+    the category, left and top.
 
-    The columns stand for the player, enemies or cars, rewards, and consumables. In Freeway, row 0 is the left chicken, and the other rows
-    are the cars. In Asterix, the visible objects come first, in the order of the columns; those after the eleventh are left out.
+    The columns stand for the player, enemies or cars, rewards, and consumables. In Freeway, row 0
+    is the left chicken, and the other rows are the cars. In Asterix, the visible objects come
+    first, in the order of the columns; those after the eleventh are left out.
 
     Raises:
         TypeError: `objects` are no `Objects`.
-        ValueError: NUDGE does not define the layout for the game, or the objects do not know their game.
+        ValueError: NUDGE does not define the layout for the game, or the objects do not know their
+            game.
     """
     whose(objects)
     return _nudge(objects)
@@ -195,12 +223,18 @@ def nudge(objects: Objects) -> jax.Array:
 def _nudge(objects: Objects) -> jax.Array:
     game = whose(objects)
     if game.name not in _NUDGE_ROWS:
-        raise ValueError(f"NUDGE defines this layout for {' and '.join(_NUDGE_ROWS)} only, got {game.name}")
+        raise ValueError(
+            f"NUDGE defines this layout for {' and '.join(_NUDGE_ROWS)} only, got {game.name}"
+        )
     rows = _NUDGE_ROWS[game.name]
-    column = jnp.asarray(np.repeat([c for c, _ in rows.values()], [count for _, count in rows.values()]), jnp.int32)
+    column = jnp.asarray(
+        np.repeat([c for c, _ in rows.values()], [count for _, count in rows.values()]), jnp.int32
+    )
     arranged = _arranged(objects, {name: count for name, (_, count) in rows.items()}, packed=True)
     kind = jnp.where(arranged.valid, column, jnp.int32(_NUDGE_KINDS))
     if len(column) > _NUDGE_OBJECTS:
         order = _front(arranged.valid)[..., :_NUDGE_OBJECTS]
         arranged, kind = arranged.take(order), jnp.take_along_axis(kind, order, axis=-1)
-    return jnp.concatenate([jax.nn.one_hot(kind, _NUDGE_KINDS), arranged.xywh[..., :2].astype(jnp.float32)], axis=-1)
+    return jnp.concatenate(
+        [jax.nn.one_hot(kind, _NUDGE_KINDS), arranged.xywh[..., :2].astype(jnp.float32)], axis=-1
+    )

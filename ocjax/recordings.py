@@ -16,10 +16,24 @@ from ocjax.files import npz, writing
 
 __all__ = ["ARRAYS", "Recording", "RecordingError", "join", "read"]
 
-ARRAYS = ("rams", "screens", "previous", "shown", "previous_shown", "drawn", "rewards", "lives", "resets", "ends")
+ARRAYS = (
+    "rams",
+    "screens",
+    "previous",
+    "shown",
+    "previous_shown",
+    "drawn",
+    "rewards",
+    "lives",
+    "resets",
+    "ends",
+)
 _NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
 _BOOLS = ("resets", "ends")
-_XOR = {"previous": "screens", "previous_shown": "shown"}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
+_XOR = {
+    "previous": "screens",
+    "previous_shown": "shown",
+}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
 _FACTS = ("game", "md5", "frame_skip", "settings")
 
 
@@ -29,23 +43,26 @@ class RecordingError(ValueError):
 
 @dataclasses.dataclass(frozen=True)
 class Recording:
-    """The RAM of `n` samples of one game, and optional arrays that were recorded with it. Arrays that were not recorded are None.
+    """The RAM of `n` samples of one game, and optional arrays that were recorded with it. Arrays
+    that were not recorded are None.
 
     Args:
         game: the game.
         rams: uint8 `[n, 128]`.
-        screens: uint8 `[n, H, 160]` of palette indices or `[n, H, 160, 3]` of RGB, the last emulated frame.
+        screens: uint8 `[n, H, 160]` of palette indices or `[n, H, 160, 3]` of RGB, the last
+            emulated frame.
         previous: the emulated frame before, like `screens`.
-        shown: uint8 `[n, H, 160]`, the graphics object of the video chip that is visible at each pixel (1 and 4 players, 2 and 8 missiles,
-            16 ball, 32 playfield, 0 none).
+        shown: uint8 `[n, H, 160]`, the graphics object of the video chip that is visible at each
+            pixel (1 and 4 players, 2 and 8 missiles, 16 ball, 32 playfield, 0 none).
         previous_shown: the same on the frame before.
-        drawn: bool `[n, H, 160]`, whether any graphics object is visible at each pixel on the frame or the one before; excerpts have it
-            instead of `shown`.
+        drawn: bool `[n, H, 160]`, whether any graphics object is visible at each pixel on the frame
+            or the one before; excerpts have it instead of `shown`.
         rewards: `[n]`, sum of rewards since the episode began.
         lives: int `[n]`, the emulator's lives.
         resets: bool `[n]`, first sample of an episode.
         ends: bool `[n]`, last sample of an episode that was terminated or truncated.
-        frame_skip: emulated frames between successive samples of an episode; None if the samples are not successive.
+        frame_skip: emulated frames between successive samples of an episode; None if the samples
+            are not successive.
         settings: the settings of the environments, the fields of `ocjax.envs.Settings` as a dict.
     """
 
@@ -77,7 +94,8 @@ class Recording:
         return {name: array for name in ARRAYS if (array := getattr(self, name)) is not None}
 
     def write(self, path: str | Path) -> None:
-        """Write an .npz file that `read` reads. An existing file is replaced atomically, or left as it was if writing fails.
+        """Write an .npz file that `read` reads. An existing file is replaced atomically, or left as
+        it was if writing fails.
 
         Raises:
             OSError: the file cannot be written.
@@ -101,7 +119,9 @@ def join(parts: Sequence[Recording]) -> Recording:
     if len(parts) == 1:
         return parts[0]
     joined: dict[str, Any] = {
-        name: np.concatenate([p.arrays[name] for p in parts]) for name in ARRAYS if all(name in p.arrays for p in parts)
+        name: np.concatenate([p.arrays[name] for p in parts])
+        for name in ARRAYS
+        if all(name in p.arrays for p in parts)
     }
     if "resets" in joined:
         joined["resets"][np.cumsum([0, *map(len, parts[:-1])])] = True
@@ -119,15 +139,17 @@ def read(path: str | Path, game: str | None = None) -> Recording:
     """Read a recording.
 
     Args:
-        path: an .npz file with `rams` and any of the other arrays of `Recording`. `previous` and `previous_shown` are stored as their
-            exclusive or with `screens` and `shown`, `drawn` as bits packed along rows, and `settings` as JSON. The file may also contain
-            the name of the `game` and the `md5` of the ROM.
-        game: the game's name; needed if neither the file's contents nor its name (`Pong.npz`) give it.
+        path: an .npz file with `rams` and any of the other arrays of `Recording`. `previous` and
+            `previous_shown` are stored as their exclusive or with `screens` and `shown`, `drawn` as
+            bits packed along rows, and `settings` as JSON. The file may also contain the name of
+            the `game` and the `md5` of the ROM.
+        game: the game's name; needed if neither the file's contents nor its name (`Pong.npz`) give
+            it.
 
     Raises:
         FileNotFoundError: there is no such file.
-        RecordingError: a ValueError; the file is unreadable, lacks an array, has one of the wrong dtype or shape, or was made with another
-            ROM.
+        RecordingError: a ValueError; the file is unreadable, lacks an array, has one of the wrong
+            dtype or shape, or was made with another ROM.
         UnknownGameError: a ValueError; there is no game of that name.
     """
     path = Path(path)
@@ -137,11 +159,18 @@ def read(path: str | Path, game: str | None = None) -> Recording:
     for name, other in _XOR.items():
         if name in arrays:
             if other not in arrays or arrays[other].shape != arrays[name].shape:
-                raise RecordingError(f"{path}: {name} is stored as exclusive or with {other}, which must be there and have the same shape")
+                raise RecordingError(
+                    f"{path}: {name} is stored as exclusive or with {other}, which must be there "
+                    "and have the same shape"
+                )
             arrays[name] = arrays[other] ^ arrays[name]
     if "drawn" in arrays:
-        arrays["drawn"] = np.unpackbits(arrays["drawn"], axis=-1, count=found.screen[1]).astype(bool)
-    return Recording(found, **arrays, frame_skip=_frame_skip(path, facts), settings=_settings(path, facts))
+        arrays["drawn"] = np.unpackbits(arrays["drawn"], axis=-1, count=found.screen[1]).astype(
+            bool
+        )
+    return Recording(
+        found, **arrays, frame_skip=_frame_skip(path, facts), settings=_settings(path, facts)
+    )
 
 
 def _facts(path: Path) -> dict[str, np.ndarray]:
@@ -151,12 +180,18 @@ def _facts(path: Path) -> dict[str, np.ndarray]:
     with _damage_named(path):
         for name, header in npz.headers(path, _FACTS.__contains__).items():
             if header.shape != ():
-                raise RecordingError(f"{path}: {name} must be a single value, got {header.dtype} {list(header.shape)}")
+                raise RecordingError(
+                    f"{path}: {name} must be a single value, got {header.dtype} "
+                    f"{list(header.shape)}"
+                )
         return npz.read(path, _FACTS.__contains__)
 
 
 def _arrays(path: Path, game: Game) -> dict[str, np.ndarray]:
-    """The arrays of a file, as they are stored. Their dtypes and shapes are checked before they are read."""
+    """The arrays of a file, as they are stored.
+
+    Their dtypes and shapes are checked before they are read.
+    """
     with _damage_named(path):
         headers = npz.headers(path, ARRAYS.__contains__)
         if "rams" not in headers:
@@ -178,7 +213,9 @@ def _damage_named(path: Path) -> Iterator[None]:
 def _frame_skip(path: Path, facts: Mapping[str, np.ndarray]) -> int | None:
     skip = facts.get("frame_skip")
     if skip is not None and not (skip.dtype.kind in "iu" and skip >= 1):
-        raise RecordingError(f"{path}: frame_skip must be a number of at least 1, got {skip.dtype} {skip}")
+        raise RecordingError(
+            f"{path}: frame_skip must be a number of at least 1, got {skip.dtype} {skip}"
+        )
     return None if skip is None else int(skip)
 
 
@@ -187,7 +224,9 @@ def _settings(path: Path, facts: Mapping[str, np.ndarray]) -> dict[str, Any] | N
         return None
     settings = npz.json_object(facts["settings"])
     if settings is None:
-        raise RecordingError(f"{path}: settings must be a JSON object, got {str(facts['settings'])[:200]!r}")
+        raise RecordingError(
+            f"{path}: settings must be a JSON object, got {str(facts['settings'])[:200]!r}"
+        )
     return settings
 
 
@@ -201,7 +240,10 @@ def _game_of(path: Path, facts: Mapping[str, np.ndarray], name: str | None) -> G
     if name is not None and load(name) is not game:
         raise RecordingError(f"{path} is a recording of {game.name}, not of {load(name).name}")
     if "md5" in facts and str(facts["md5"]) != game.md5:
-        raise RecordingError(f"{path} was made with the ROM of md5 {facts['md5']}, but the decoder of {game.name} is for {game.md5}")
+        raise RecordingError(
+            f"{path} was made with the ROM of md5 {facts['md5']}, but the decoder of {game.name} "
+            f"is for {game.md5}"
+        )
     return game
 
 
@@ -210,11 +252,15 @@ def _shapes(name: str, n: int, game: Game) -> list[tuple[int, ...]]:
     height, width = game.screen
     if name in ("screens", "previous"):
         return [(n, height, width), (n, height, width, 3)]
-    shapes = {"rams": (n, RAM_SIZE), "drawn": (n, height, -(-width // 8))} | dict.fromkeys(("shown", "previous_shown"), (n, height, width))
+    shapes = {"rams": (n, RAM_SIZE), "drawn": (n, height, -(-width // 8))} | dict.fromkeys(
+        ("shown", "previous_shown"), (n, height, width)
+    )
     return [shapes.get(name, (n,))]
 
 
-def _check_array(path: Path, name: str, array: npz.Header, shapes: Sequence[tuple[int, ...]]) -> None:
+def _check_array(
+    path: Path, name: str, array: npz.Header, shapes: Sequence[tuple[int, ...]]
+) -> None:
     if name in _NUMBERS:
         fits, expected = array.dtype.kind in _NUMBERS[name], "numbers"
     elif name in _BOOLS:
@@ -223,4 +269,6 @@ def _check_array(path: Path, name: str, array: npz.Header, shapes: Sequence[tupl
         fits, expected = array.dtype == np.uint8, "uint8"
     if not fits or array.shape not in shapes:
         allowed = " or ".join(str(list(shape)) for shape in shapes)
-        raise RecordingError(f"{path}: {name} must be {expected} {allowed}, got {array.dtype} {list(array.shape)}")
+        raise RecordingError(
+            f"{path}: {name} must be {expected} {allowed}, got {array.dtype} {list(array.shape)}"
+        )

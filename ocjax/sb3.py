@@ -1,6 +1,8 @@
-"""Environments for Stable-Baselines3: a `VecEnv` whose instances are stepped by ocjax's worker processes.
+"""Environments for Stable-Baselines3: a `VecEnv` whose instances are stepped by ocjax's worker
+processes.
 
-    PPO("MlpPolicy", ocjax.sb3.make_vec_env("Pong", 16, preset="dqn"), device="cpu").learn(1_000_000)
+    PPO("MlpPolicy", ocjax.sb3.make_vec_env("Pong", 16, preset="dqn"),
+    device="cpu").learn(1_000_000)
 
 Needs the extra `sb3`.
 """
@@ -27,14 +29,17 @@ __all__ = ["ObjectVecEnv", "make_vec_env"]
 _INFO = ("lives", "frame_number", "episode_return", "episode_length", "game_over")
 
 
-def make_vec_env(game: str | Game, n_envs: int = 1, seed: int | None = None, **options: Any) -> "ObjectVecEnv":
+def make_vec_env(
+    game: str | Game, n_envs: int = 1, seed: int | None = None, **options: Any
+) -> "ObjectVecEnv":
     """Make environments for Stable-Baselines3.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`.
         n_envs: number of instances.
         seed: instance i gets `seed + i` at the first reset; None for random seeds.
-        options: options of `ocjax.make_vec`, except for `autoreset_mode` and `batch_size`. The default observation is "vector".
+        options: options of `ocjax.make_vec`, except for `autoreset_mode` and `batch_size`. The
+            default observation is "vector".
 
     Raises:
         ValueError: the game or an option's value is unknown.
@@ -42,8 +47,15 @@ def make_vec_env(game: str | Game, n_envs: int = 1, seed: int | None = None, **o
     """
     for name in ("num_envs", "autoreset_mode", "batch_size"):
         if name in options:
-            raise TypeError(f"make_vec_env has no option {name}: Stable-Baselines3 resets environments in the step that ends an episode")
-    envs = ObjectVecEnv(make_vec(game, n_envs, **{"obs": "vector", **options}, autoreset_mode=AutoresetMode.SAME_STEP))
+            raise TypeError(
+                f"make_vec_env has no option {name}: Stable-Baselines3 resets environments in "
+                "the step that ends an episode"
+            )
+    envs = ObjectVecEnv(
+        make_vec(
+            game, n_envs, **{"obs": "vector", **options}, autoreset_mode=AutoresetMode.SAME_STEP
+        )
+    )
     if seed is not None:
         envs.seed(seed)
     return envs
@@ -54,8 +66,17 @@ class _Instance:
 
     def __init__(self, envs: ObjectVectorEnv, i: int) -> None:
         self._envs, self._i = envs, i
-        self.observation_space, self.action_space = envs.single_observation_space, envs.single_action_space
-        self.spec, self.metadata, self.render_mode, self.game, self.mode = envs.spec, envs.metadata, envs.render_mode, envs.game, envs.mode
+        self.observation_space, self.action_space = (
+            envs.single_observation_space,
+            envs.single_action_space,
+        )
+        self.spec, self.metadata, self.render_mode, self.game, self.mode = (
+            envs.spec,
+            envs.metadata,
+            envs.render_mode,
+            envs.game,
+            envs.mode,
+        )
 
     @property
     def unwrapped(self) -> "_Instance":
@@ -80,17 +101,21 @@ class _Instance:
         return None if frames is None else frames[self._i]
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"environments of ocjax.sb3 have no attribute {name!r}; the vector environment behind them is `.envs`")
+        raise AttributeError(
+            f"environments of ocjax.sb3 have no attribute {name!r}; the vector environment "
+            "behind them is `.envs`"
+        )
 
 
 class ObjectVecEnv(VecEnv):
     """A vector environment of ocjax with the interface of Stable-Baselines3.
 
-    The `infos` of a step contain `lives`, `frame_number`, `episode_return`, `episode_length` and `game_over`, as those of
-    `ObjectVectorEnv`, `reward` (unclipped) if rewards are clipped, `ram` if `ram_info` is set, and `TimeLimit.truncated`. At the end of an
-    episode they describe the terminal state, and contain `terminal_observation`. At the end of a complete game they also contain `episode`,
-    as Stable-Baselines3's `Monitor` adds it: the unclipped return `r`, the number of agent steps `l`, and the seconds `t` since the
-    environments were made.
+    The `infos` of a step contain `lives`, `frame_number`, `episode_return`, `episode_length` and
+    `game_over`, as those of `ObjectVectorEnv`, `reward` (unclipped) if rewards are clipped, `ram`
+    if `ram_info` is set, and `TimeLimit.truncated`. At the end of an episode they describe the
+    terminal state, and contain `terminal_observation`. At the end of a complete game they also
+    contain `episode`, as Stable-Baselines3's `Monitor` adds it: the unclipped return `r`, the
+    number of agent steps `l`, and the seconds `t` since the environments were made.
 
     Args:
         envs: a vector environment whose autoreset mode is same-step.
@@ -104,13 +129,17 @@ class ObjectVecEnv(VecEnv):
 
     def __init__(self, envs: ObjectVectorEnv) -> None:
         if envs.autoreset_mode != AutoresetMode.SAME_STEP:
-            raise ValueError(f"Stable-Baselines3 requires same-step autoreset, got {envs.autoreset_mode.value}: use make_vec_env")
+            raise ValueError(
+                "Stable-Baselines3 requires same-step autoreset, got "
+                f"{envs.autoreset_mode.value}: use make_vec_env"
+            )
         self.envs, self.spec, self._begun = envs, envs.spec, time.time()
         self._instances = [_Instance(envs, i) for i in range(envs.num_envs)]
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
 
     def reset(self) -> Any:
-        """Start new games in all environments, with the seeds that `seed` has set, and return the observations. A pending step is lost.
+        """Start new games in all environments, with the seeds that `seed` has set, and return the
+        observations. A pending step is lost.
 
         Raises:
             ValueError: `set_options` has set options; there are none.
@@ -132,25 +161,34 @@ class ObjectVecEnv(VecEnv):
         """Wait for the step.
 
         Returns:
-            Observations, rewards float32 `[N]`, whether episodes have ended, bool `[N]`, and the infos.
+            Observations, rewards float32 `[N]`, whether episodes have ended, bool `[N]`, and the
+            infos.
         """
         observation, reward, terminated, truncated, info = self.envs.step_wait()
         ended, infos = terminated | truncated, self._infos(info)
         for i in np.flatnonzero(ended).tolist():
             final = info["final_info"]
-            infos[i] |= {name: final[name][i].item() for name in _INFO} | ({"ram": final["ram"][i]} if "ram" in final else {})
+            infos[i] |= {name: final[name][i].item() for name in _INFO} | (
+                {"ram": final["ram"][i]} if "ram" in final else {}
+            )
             infos[i]["terminal_observation"] = info["final_obs"][i]
             infos[i]["TimeLimit.truncated"] = bool(truncated[i] and not terminated[i])
             if final["game_over"][i]:
                 total, length = infos[i]["episode_return"], infos[i]["episode_length"]
-                infos[i]["episode"] = {"r": total, "l": length, "t": round(time.time() - self._begun, 6)}
+                infos[i]["episode"] = {
+                    "r": total,
+                    "l": length,
+                    "t": round(time.time() - self._begun, 6),
+                }
         return observation, reward.astype(np.float32), ended, infos
 
     def _infos(self, info: dict[str, Any]) -> list[dict[str, Any]]:
         """The info of each environment."""
         names = [name for name in (*_INFO, "reward") if name in info]
         rows = zip(*(info[name].tolist() for name in names), strict=True)
-        infos = [dict(zip(names, row, strict=True)) | {"TimeLimit.truncated": False} for row in rows]
+        infos = [
+            dict(zip(names, row, strict=True)) | {"TimeLimit.truncated": False} for row in rows
+        ]
         if "ram" in info:
             for one, ram in zip(infos, info["ram"], strict=True):
                 one["ram"] = ram
@@ -169,22 +207,34 @@ class ObjectVecEnv(VecEnv):
         return [self._instances[i] for i in self._get_indices(indices)]
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
-        """An attribute of some environments: their spaces, `spec`, `metadata`, `render_mode`, `game`, `mode`, `features` or `objects`.
+        """An attribute of some environments: their spaces, `spec`, `metadata`, `render_mode`,
+        `game`, `mode`, `features` or `objects`.
 
         Raises:
             AttributeError: there is no such attribute.
         """
         return [getattr(one, attr_name) for one in self._selected(indices)]
 
-    def set_attr(self, attr_name: str, value: Any, indices: int | Iterable[int] | None = None) -> None:
+    def set_attr(
+        self, attr_name: str, value: Any, indices: int | Iterable[int] | None = None
+    ) -> None:
         """Not supported.
 
         Raises:
-            AttributeError: always: the emulators run in worker processes, and options are set when the environments are made.
+            AttributeError: always: the emulators run in worker processes, and options are set when
+                the environments are made.
         """
-        raise AttributeError(f"cannot set {attr_name!r}: options of ocjax's environments are set when they are made")
+        raise AttributeError(
+            f"cannot set {attr_name!r}: options of ocjax's environments are set when they are made"
+        )
 
-    def env_method(self, method_name: str, *args: Any, indices: int | Iterable[int] | None = None, **kwargs: Any) -> list[Any]:
+    def env_method(
+        self,
+        method_name: str,
+        *args: Any,
+        indices: int | Iterable[int] | None = None,
+        **kwargs: Any,
+    ) -> list[Any]:
         """Call a method of some environments: `get_ram`, `get_action_meanings` or `render`.
 
         Raises:
@@ -192,6 +242,8 @@ class ObjectVecEnv(VecEnv):
         """
         return [getattr(one, method_name)(*args, **kwargs) for one in self._selected(indices)]
 
-    def env_is_wrapped(self, wrapper_class: type, indices: int | Iterable[int] | None = None) -> list[bool]:
+    def env_is_wrapped(
+        self, wrapper_class: type, indices: int | Iterable[int] | None = None
+    ) -> list[bool]:
         """Whether environments have a wrapper: only `Monitor`, because the infos contain the episodes that it adds."""
         return [wrapper_class is Monitor for _ in self._selected(indices)]

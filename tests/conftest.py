@@ -17,23 +17,42 @@ os.environ["JAX_COMPILATION_CACHE_DIR"] = str(process.use_compilation_cache())
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", str(process.MIN_CACHED_SECONDS))
 
 # Shrinking a failing batch of frames takes minutes and says nothing that the failure does not.
-settings.register_profile("ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate])
+settings.register_profile(
+    "ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate]
+)
 settings.load_profile("ocjax")
 
 FEW_GAMES = 4  # tested in full if no others are chosen, as by `-k Pong`
 
 
 def pytest_addoption(parser):
-    parser.addoption("--all", action="store_true", help="also the tests that take long, and more random states")
-    parser.addoption("--fuzz", type=int, help="random RAM states and random frames a game; 64 by default, 1,000 with --all")
-    parser.addoption("--soak", type=int, default=100_000, help="agent steps in which memory must not grow; CI takes a million")
+    parser.addoption(
+        "--all", action="store_true", help="also the tests that take long, and more random states"
+    )
+    parser.addoption(
+        "--fuzz",
+        type=int,
+        help="random RAM states and random frames a game; 64 by default, 1,000 with --all",
+    )
+    parser.addoption(
+        "--soak",
+        type=int,
+        default=100_000,
+        help="agent steps in which memory must not grow; CI takes a million",
+    )
     parser.addoption("--cleanrl", type=Path, help="a checkout of CleanRL, whose ppo.py is to run")
     parser.addoption("--atari-ari", type=Path, help="a checkout of AtariARI's repository")
     parser.addoption("--jaxatari", type=Path, help="a checkout of JAXAtari")
     parser.addoption("--ocatari", type=Path, help="an interpreter that has OCAtari")
     for project in ("OC_Atari", "HackAtari", "NUDGE", "blendrl"):
-        parser.addoption(f"--{project.lower().replace('_', '-')}", type=Path, help=f"a checkout of {project}, whose scripts are to run")
-    parser.addoption("--game", action="append", help="only these games (may be given several times)")
+        parser.addoption(
+            f"--{project.lower().replace('_', '-')}",
+            type=Path,
+            help=f"a checkout of {project}, whose scripts are to run",
+        )
+    parser.addoption(
+        "--game", action="append", help="only these games (may be given several times)"
+    )
 
 
 def pytest_generate_tests(metafunc):
@@ -47,7 +66,8 @@ def pytest_generate_tests(metafunc):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """One process runs the tests of a module that are of no game, so that fixtures are set up and programs are compiled once."""
+    """One process runs the tests of a module that are of no game, so that fixtures are set up and
+    programs are compiled once."""
     if not config.getoption("--all"):
         slow = [item for item in items if item.get_closest_marker("slow")]
         config.hook.pytest_deselected(items=slow)
@@ -69,33 +89,48 @@ _compiled_for = None
 
 def pytest_collection_finish(session):
     global _of_few_games
-    _of_few_games = len({game.name for item in session.items if (game := game_of(item)) is not None}) <= FEW_GAMES
+    _of_few_games = (
+        len({game.name for item in session.items if (game := game_of(item)) is not None})
+        <= FEW_GAMES
+    )
 
 
 def pytest_runtest_setup(item):
-    """Forget the compiled programs of the game before: a process may hold only so many pieces of memory, and a game's take thousands."""
+    """Forget the compiled programs of the game before: a process may hold only so many pieces of
+    memory, and a game's take thousands."""
     global _compiled_for
     game = game_of(item)
     if game is not _compiled_for:
         if _compiled_for is not None:
             jax.clear_caches()
-        jax.config.update("jax_disable_most_optimizations", game is not None and not is_thorough(game.name, item.config))
+        jax.config.update(
+            "jax_disable_most_optimizations",
+            game is not None and not is_thorough(game.name, item.config),
+        )
         _compiled_for = game
 
 
 def is_thorough(name, config):
-    """Whether a game is tested in full: all games with `--all`, or where few are chosen, else one in eight, drawn by a hash.
+    """Whether a game is tested in full: all games with `--all`, or where few are chosen, else one
+    in eight, drawn by a hash.
 
-    The programs of the other games are compiled without optimization of the machine code, which takes a third of the time; they compute the
-    same with whole numbers. Their objects in states and frames that no game shows are not compared.
+    The programs of the other games are compiled without optimization of the machine code, which
+    takes a third of the time; they compute the same with whole numbers. Their objects in states and
+    frames that no game shows are not compared.
     """
     drawn = hashlib.sha256(name.encode()).digest()[0] % 8 == 0
-    return drawn or _of_few_games or config.getoption("--all") or config.getoption("--game") is not None
+    return (
+        drawn
+        or _of_few_games
+        or config.getoption("--all")
+        or config.getoption("--game") is not None
+    )
 
 
 @pytest.fixture(scope="module")
 def quick_compilation():
-    """Compile without optimization of the machine code, which takes two thirds of the time, in tests whose results do not depend on it."""
+    """Compile without optimization of the machine code, which takes two thirds of the time, in
+    tests whose results do not depend on it."""
     jax.config.update("jax_disable_most_optimizations", True)
     yield
     jax.config.update("jax_disable_most_optimizations", False)
@@ -114,4 +149,6 @@ def truth(game):
 
 @pytest.fixture(scope="session")
 def fuzz(request):
-    return request.config.getoption("--fuzz") or (1_000 if request.config.getoption("--all") else 64)
+    return request.config.getoption("--fuzz") or (
+        1_000 if request.config.getoption("--all") else 64
+    )

@@ -1,4 +1,5 @@
-"""The public names of the modules that users and game files import from: `__all__` is complete, documented and typed."""
+"""The public names of the modules that users and game files import from: `__all__` is complete,
+documented and typed."""
 
 import ast
 import importlib
@@ -66,7 +67,10 @@ def _defined(module):
     for node in ast.parse(Path(module.__file__).read_text()).body:
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
             yield node.name
-        for target in [*getattr(node, "targets", ()), *([node.target] if isinstance(node, ast.AnnAssign) else ())]:
+        for target in [
+            *getattr(node, "targets", ()),
+            *([node.target] if isinstance(node, ast.AnnAssign) else ()),
+        ]:
             yield from (n.id for n in ast.walk(target) if isinstance(n, ast.Name))
 
 
@@ -78,15 +82,27 @@ def test_all_names_the_public_definitions(module):
 
 
 def _functions(module):
-    """The public functions and classes of a module, and the methods and properties of the classes."""
+    """The public functions and classes of a module, and the methods and properties of the
+    classes."""
     for name in module.__all__:
         found = getattr(module, name)
-        if not (inspect.isclass(found) or inspect.isfunction(found)) or not found.__module__.startswith("ocjax"):
+        if not (
+            inspect.isclass(found) or inspect.isfunction(found)
+        ) or not found.__module__.startswith("ocjax"):
             continue
         yield name, found
         for key, member in vars(found).items() if inspect.isclass(found) else ():
-            member = getattr(member, "fget", None) or getattr(member, "func", None) or getattr(member, "__func__", None) or member
-            if not key.startswith("_") and inspect.isfunction(member) and member.__module__.startswith("ocjax"):
+            member = (
+                getattr(member, "fget", None)
+                or getattr(member, "func", None)
+                or getattr(member, "__func__", None)
+                or member
+            )
+            if (
+                not key.startswith("_")
+                and inspect.isfunction(member)
+                and member.__module__.startswith("ocjax")
+            ):
                 yield f"{name}.{key}", member
 
 
@@ -95,6 +111,10 @@ def test_public_names_are_documented_and_typed(module):
         assert found.__doc__, name
         if inspect.isfunction(found):
             signature = inspect.signature(found)
-            untyped = [p for p in signature.parameters.values() if p.annotation is p.empty and p.name not in ("self", "cls")]
+            untyped = [
+                p
+                for p in signature.parameters.values()
+                if p.annotation is p.empty and p.name not in ("self", "cls")
+            ]
             assert not untyped, (name, untyped)
             assert signature.return_annotation is not signature.empty, name

@@ -70,7 +70,10 @@ def test_against_its_annotations(checkout):
 
 @pytest.mark.filterwarnings("default")  # warnings of other projects
 def test_its_probes_train_on_the_labels(checkout, tmp_path, monkeypatch):
-    """Its linear probes read the labels from the positions of our objects. One argument that PyTorch no longer has is taken out."""
+    """Its linear probes read the labels from the positions of our objects.
+
+    One argument that PyTorch no longer has is taken out.
+    """
     torch = pytest.importorskip("torch")
     pytest.importorskip("sklearn")
     shutil.copytree(checkout, tmp_path / "ari")
@@ -96,7 +99,9 @@ def test_its_probes_train_on_the_labels(checkout, tmp_path, monkeypatch):
     labels = {"player_y": atariari.labels("Freeway", rams)["player_y"].astype(int)}
     episodes = [list(e) for e in features]
     of_steps = [[{k: v[e, t] for k, v in labels.items()} for t in range(steps)] for e in range(12)]
-    trainer = ProbeTrainer(representation_len=256, epochs=20, lr=0.3, save_dir=str(tmp_path), patience=20)
+    trainer = ProbeTrainer(
+        representation_len=256, epochs=20, lr=0.3, save_dir=str(tmp_path), patience=20
+    )
     trainer.train(episodes[:6], episodes[6:9], of_steps[:6], of_steps[6:9])
     accuracy, f1 = trainer.test(episodes[9:], of_steps[9:])
     assert accuracy["player_y_acc"] > 0.9

@@ -40,9 +40,26 @@ def public(kind):
 
 def test_interface(env):
     """Every public name of gymnax's base class that its wrappers and users call."""
-    hooks = {"step_env", "reset_env", "observe", "get_obs", "is_truncated", "is_terminal", "is_terminated", "discount"}
-    gradients = {"supports_transition_gradients", "transition_gradients_enabled", "with_transition_gradients"}
-    assert not {name for name in public(gymnax.environments.environment.Environment) - hooks - gradients if not hasattr(env, name)}
+    hooks = {
+        "step_env",
+        "reset_env",
+        "observe",
+        "get_obs",
+        "is_truncated",
+        "is_terminal",
+        "is_terminated",
+        "discount",
+    }
+    gradients = {
+        "supports_transition_gradients",
+        "transition_gradients_enabled",
+        "with_transition_gradients",
+    }
+    assert not {
+        name
+        for name in public(gymnax.environments.environment.Environment) - hooks - gradients
+        if not hasattr(env, name)
+    }
     own, _ = gymnax.make("Catch-bsuite")
     _, state = own.reset(KEY)
     theirs = own.step(KEY, state, 0)
@@ -65,7 +82,9 @@ def test_spaces(env):
 
 def test_wrappers(env):
     """In a scan over a batch, as gymnax's examples use them."""
-    wrapped = purerl.LogWrapper(purerl.FlattenObservationWrapper(purerl.StickyActionWrapper(env, 0.25)))
+    wrapped = purerl.LogWrapper(
+        purerl.FlattenObservationWrapper(purerl.StickyActionWrapper(env, 0.25))
+    )
     params = env.default_params.replace(max_steps_in_episode=5)
     _, state = jax.vmap(wrapped.reset, in_axes=(0, None))(jax.random.split(KEY, ENVS), params)
 
@@ -114,7 +133,8 @@ class ActorCritic(linen.Module):
 
 
 def train(env, params, key):
-    """Advantage actor-critic in one compiled program, with the structure of PureJaxRL's `make_train`.
+    """Advantage actor-critic in one compiled program, with the structure of PureJaxRL's
+    `make_train`.
 
     Returns the weights before and after, and the infos of all steps.
     """
@@ -128,7 +148,9 @@ def train(env, params, key):
         logits, value = network.apply(weights, observation)
         action = jax.random.categorical(key, logits)
         step = jax.vmap(env.step, in_axes=(0, 0, 0, None))
-        following, state, reward, done, info = step(jax.random.split(key, ENVS), state, action, params)
+        following, state, reward, done, info = step(
+            jax.random.split(key, ENVS), state, action, params
+        )
         return (weights, state, following), (observation, action, reward, done, value, info)
 
     def loss(weights, batch):
@@ -143,11 +165,15 @@ def train(env, params, key):
         weights = jax.tree.map(lambda w, g: w - 1e-3 * g, runner[0], gradient)
         return (weights, *runner[1:]), batch[-1]
 
-    (trained, *_), info = jax.lax.scan(update, (weights, state, observation), jax.random.split(key, UPDATES))
+    (trained, *_), info = jax.lax.scan(
+        update, (weights, state, observation), jax.random.split(key, UPDATES)
+    )
     return weights, trained, info
 
 
 def test_purejaxrl(env):
     before, after, info = jax.jit(functools.partial(train, env, env.default_params))(KEY)
-    assert any((a != b).any() for a, b in zip(jax.tree.leaves(before), jax.tree.leaves(after), strict=True))
+    assert any(
+        (a != b).any() for a, b in zip(jax.tree.leaves(before), jax.tree.leaves(after), strict=True)
+    )
     assert info["returned_episode"].shape == (UPDATES, STEPS, ENVS)

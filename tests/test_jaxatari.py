@@ -95,13 +95,17 @@ def test_gymnax():
     env = jaxatari.GymnaxEnvironment("Breakout", frame_skip=16)
     assert (env.name, env.num_actions) == ("Breakout", 4)
     seen, state = env.reset(KEY, env.default_params)
-    assert seen.shape == (sum(a.size for a in jax.tree.leaves(jaxatari.observation(env.game.rem(state.ram)))),)
+    assert seen.shape == (
+        sum(a.size for a in jax.tree.leaves(jaxatari.observation(env.game.rem(state.ram)))),
+    )
 
     def step(state, key):
         seen, state, _, terminated, truncated, info = env.step(key, state, 1, env.default_params)
         return state, (terminated, truncated, info, seen, state.time)
 
-    _, (terminated, truncated, info, seen, times) = jax.lax.scan(step, state, jax.random.split(KEY, 90))
+    _, (terminated, truncated, info, seen, times) = jax.lax.scan(
+        step, state, jax.random.split(KEY, 90)
+    )
     ends = np.flatnonzero(terminated)
     assert len(ends) > 0
     assert not truncated.any()
@@ -141,7 +145,9 @@ def test_fewer_slots():
     objects = empty("Freeway")
     valid = objects.valid.at[jnp.array([2 + 4, 2 + 29])].set(True)
     objects = dataclasses.replace(
-        objects, valid=valid, xywh=jnp.where(valid[:, None], jnp.arange(34, dtype=jnp.int16)[:, None], jnp.int16(0))
+        objects,
+        valid=valid,
+        xywh=jnp.where(valid[:, None], jnp.arange(34, dtype=jnp.int16)[:, None], jnp.int16(0)),
     )
     cars = jaxatari.observation(objects).car
     assert cars.active.tolist() == [1, 1] + [0] * 8
@@ -153,19 +159,29 @@ def test_fewer_slots():
 
 
 def test_objects_are_whole_and_somewhere():
-    """As JAXAtari has them: also where the wall of the court covers a part, and before there is a ball."""
+    """As JAXAtari has them: also where the wall of the court covers a part, and before there is a
+    ball."""
     pong = ocjax.load("Pong")
-    boxes = {"Player": [(140, 34, 4, 6), (140, 190, 4, 4), (140, 90, 4, 16)], "Ball": [(78, 100, 2, 4), (78, 34, 2, 1), None]}
+    boxes = {
+        "Player": [(140, 34, 4, 6), (140, 190, 4, 4), (140, 90, 4, 16)],
+        "Ball": [(78, 100, 2, 4), (78, 34, 2, 1), None],
+    }
     objects = empty("Pong", 3)
     xywh, valid = np.zeros((3, 5, 4), np.int16), np.zeros((3, 5), bool)
     for name, rows in boxes.items():
         for i, box in enumerate(rows):
             if box:
                 xywh[i, pong.slices[name].start], valid[i, pong.slices[name].start] = box, True
-    seen = jaxatari.observation(dataclasses.replace(objects, xywh=jnp.asarray(xywh), valid=jnp.asarray(valid)))
+    seen = jaxatari.observation(
+        dataclasses.replace(objects, xywh=jnp.asarray(xywh), valid=jnp.asarray(valid))
+    )
     assert seen.player.y.tolist() == [24, 190, 90]
     assert seen.player.height.tolist() == [16] * 3
-    assert list(zip(seen.ball.x.tolist(), seen.ball.y.tolist(), strict=True)) == [(78, 100), (78, 31), (78, 115)]
+    assert list(zip(seen.ball.x.tolist(), seen.ball.y.tolist(), strict=True)) == [
+        (78, 100),
+        (78, 31),
+        (78, 115),
+    ]
     assert (seen.ball.width.tolist(), seen.ball.active.tolist()) == ([2] * 3, [1] * 3)
     assert (seen.enemy.x.tolist(), seen.enemy.y.tolist()) == ([16] * 3, [115] * 3)
 
@@ -192,14 +208,21 @@ def theirs(request, monkeypatch):
         monkeypatch.syspath_prepend(checkout / "src")
     name = next((n for n in ("jaxtari", "jaxatari") if importlib.util.find_spec(n)), None)
     if name is None:
-        pytest.skip("neither JAXtari is installed nor --jaxatari given, the path of a checkout of JAXAtari")
+        pytest.skip(
+            "neither JAXtari is installed nor --jaxatari given, the path of a checkout of JAXAtari"
+        )
     return lambda module: importlib.import_module(f"{name}.{module}")
 
 
 @pytest.mark.filterwarnings("default")  # warnings of other projects
 def test_with_jaxatari(theirs):
-    """Observations flatten as those of JAXAtari's own environments, and its wrappers take the environment."""
-    freeway, pong, wrappers = theirs("games.jax_freeway"), theirs("games.jax_pong"), theirs("wrappers")
+    """Observations flatten as those of JAXAtari's own environments, and its wrappers take the
+    environment."""
+    freeway, pong, wrappers = (
+        theirs("games.jax_freeway"),
+        theirs("games.jax_pong"),
+        theirs("wrappers"),
+    )
     with jax.numpy_dtype_promotion("standard"), jax.numpy_rank_promotion("allow"):
         game = object.__new__(pong.JaxPong)  # without its renderer, which needs sprites
         game.consts = pong.PongConstants()
@@ -208,12 +231,21 @@ def test_with_jaxatari(theirs):
         got, _ = env.reset(KEY)
         assert got._fields == tuple(pong.PongObservation.__dataclass_fields__)
         assert [a.shape for a in jax.tree.leaves(got)] == [a.shape for a in jax.tree.leaves(want)]
-        assert (got.player.x, got.player.width, got.player.height) == (want.player.x, want.player.width, want.player.height)
+        assert (got.player.x, got.player.width, got.player.height) == (
+            want.player.x,
+            want.player.width,
+            want.player.height,
+        )
         for name in ("enemy", "ball"):  # before the first serve
             assert jax.tree.leaves(getattr(got, name)) == jax.tree.leaves(getattr(want, name))
-        assert jaxatari.fields(ocjax.load("Freeway")).keys() == freeway.FreewayObservation.__dataclass_fields__.keys()
+        assert (
+            jaxatari.fields(ocjax.load("Freeway")).keys()
+            == freeway.FreewayObservation.__dataclass_fields__.keys()
+        )
         assert np.array_equal(env.ACTION_SET, pong.JaxPong.ACTION_SET)
-        assert np.array_equal(jaxatari.Environment("Freeway").ACTION_SET, freeway.JaxFreeway.ACTION_SET)
+        assert np.array_equal(
+            jaxatari.Environment("Freeway").ACTION_SET, freeway.JaxFreeway.ACTION_SET
+        )
         wrapped = wrappers.ObjectCentricWrapper(wrappers.AtariWrapper(env, noop_max=3))
         stack, state = wrapped.reset(KEY)
         assert stack.shape == wrapped.observation_space().shape == (4, 3 * 8 + 2)
@@ -227,7 +259,8 @@ def test_with_jaxatari(theirs):
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("name", jaxatari.FIELDS)
 def test_fields_of_jaxtari(name):
-    """Observations have the fields and shapes of JAXtari's own environments, and both play the same actions."""
+    """Observations have the fields and shapes of JAXtari's own environments, and both play the same
+    actions."""
     pytest.importorskip("jaxtari")
     game = ocjax.load(name)
     simulator = Jaxtari(game)

@@ -29,15 +29,31 @@ def made(game, **categories):
 def test_ocatari_slots_are_those_of_its_tables():
     for name in ("Pong", "Kangaroo", "Seaquest"):
         game, table = ocjax.load(name), layouts._tables()[name.lower()]
-        assert layouts.ocatari_slots(name) == layouts.ocatari_slots(game) == table["objects"] | table["hud"]
-        assert layouts.ocatari_slots(game.without_hud()) == layouts.ocatari_slots(game, hud=False) == table["objects"]
+        assert (
+            layouts.ocatari_slots(name)
+            == layouts.ocatari_slots(game)
+            == table["objects"] | table["hud"]
+        )
+        assert (
+            layouts.ocatari_slots(game.without_hud())
+            == layouts.ocatari_slots(game, hud=False)
+            == table["objects"]
+        )
         assert table["objects"].keys() <= game.slices.keys()
 
 
 def test_ocatari_of_pong():
     game = ocjax.load("Pong")
-    state = made(game, Player={0: (140, 90, 4, 16)}, Ball={0: (70, 60, 2, 4)}, EnemyScore={0: (20, 1, 8, 20)})
-    assert list(layouts.ocatari_slots(game)) == ["Player", "Ball", "Enemy", "PlayerScore", "EnemyScore"]
+    state = made(
+        game, Player={0: (140, 90, 4, 16)}, Ball={0: (70, 60, 2, 4)}, EnemyScore={0: (20, 1, 8, 20)}
+    )
+    assert list(layouts.ocatari_slots(game)) == [
+        "Player",
+        "Ball",
+        "Enemy",
+        "PlayerScore",
+        "EnemyScore",
+    ]
     assert layouts.ocatari(state).tolist() == [140, 90, 70, 60, 0, 0, 0, 0, 20, 1]
     objects = ocjax.load("Pong", hud=False).rem(excerpt("Pong")["rams"][:6].reshape(2, 3, 128))
     assert layouts.ocatari(objects).shape == (2, 3, 6)
@@ -50,22 +66,35 @@ def test_ocatari_with_fewer_slots_and_other_fields():
     out = layouts.ocatari(state)
     assert out.shape == (3 + 2 * 30 + 2 * 2,)
     assert out[:9].tolist() == [80, 90, 0, 1, 2, 5, 6, 0, 0]
-    seaquest = layouts.ocatari(made(ocjax.load("Seaquest"), OxygenBar={0: (49, 170, 33, 5)}), hud=False)
+    seaquest = layouts.ocatari(
+        made(ocjax.load("Seaquest"), OxygenBar={0: (49, 170, 33, 5)}), hud=False
+    )
     assert seaquest.shape == (83,)
     assert seaquest.sum() == 33
 
 
 def test_blendrl():
     game = ocjax.load("Seaquest")
-    state = made(game, Player={0: (10, 20, 5, 4)}, Shark={7: (30, 40, 8, 6)}, OxygenBar={0: (49, 170, 33, 5)})
+    state = made(
+        game, Player={0: (10, 20, 5, 4)}, Shark={7: (30, 40, 8, 6)}, OxygenBar={0: (49, 170, 33, 5)}
+    )
     out, first = layouts.blendrl(state), game.slices["Shark"].start
     assert out.shape == (43, 4)
     assert out.dtype == jnp.int32
     assert out[0].tolist() == [1, 12, 22, 0]
-    assert out[5].tolist() == [1, 34, 43, first + 7]  # after Player and four Divers; slot 7 is the first visible one
+    assert out[5].tolist() == [
+        1,
+        34,
+        43,
+        first + 7,
+    ]  # after Player and four Divers; slot 7 is the first visible one
     assert out[36].tolist() == [1, game.slices["OxygenBar"].start, 0, 0]
     assert out[:, 0].sum() == 3
-    assert layouts.blendrl(ocjax.load("Kangaroo").rem(np.zeros((2, 128), np.uint8))).shape == (2, 49, 4)
+    assert layouts.blendrl(ocjax.load("Kangaroo").rem(np.zeros((2, 128), np.uint8))).shape == (
+        2,
+        49,
+        4,
+    )
     assert layouts.blendrl(ocjax.load("Pong").rem(np.zeros(128, np.uint8))).shape == (3, 4)
 
 
@@ -80,19 +109,27 @@ def test_blendrl_slots():
 
 def test_unknown_orientations_are_zero():
     state = made(ocjax.load("Seaquest"), Player={0: (10, 20, 5, 4)})
-    state = Objects(state.xywh, state.valid, state.orientation - jnp.int8(1), state.value, state.rgb, state.game)
+    state = Objects(
+        state.xywh, state.valid, state.orientation - jnp.int8(1), state.value, state.rgb, state.game
+    )
     assert layouts.blendrl(state)[0].tolist() == [1, 12, 22, 0]
 
 
 def test_nudge():
     freeway = ocjax.load("Freeway")
-    out = layouts.nudge(made(freeway, Chicken={0: (44, 100, 6, 8), 1: (108, 90, 6, 8)}, Car={2: (7, 59, 8, 10)}))
+    out = layouts.nudge(
+        made(freeway, Chicken={0: (44, 100, 6, 8), 1: (108, 90, 6, 8)}, Car={2: (7, 59, 8, 10)})
+    )
     assert out.shape == (11, 6)
     assert out[0].tolist() == [1, 0, 0, 0, 44, 100]
     assert out[1].tolist() == [0, 1, 0, 0, 7, 59]
     assert not np.any(out[2:])
     asterix = ocjax.load("Asterix")
-    out = layouts.nudge(made(asterix, Player={0: (1, 2, 8, 8)}, Enemy={5: (3, 4, 8, 8)}, Consumable={1: (5, 6, 8, 8)}))
+    out = layouts.nudge(
+        made(
+            asterix, Player={0: (1, 2, 8, 8)}, Enemy={5: (3, 4, 8, 8)}, Consumable={1: (5, 6, 8, 8)}
+        )
+    )
     assert out[:4].tolist() == [[1, 0, 0, 0, 1, 2], [0, 1, 0, 0, 3, 4], [0, 0, 0, 1, 5, 6], [0] * 6]
 
 
@@ -112,8 +149,19 @@ def test_games_that_have_no_such_layout():
 def test_what_is_no_objects_is_refused():
     views = OCAtari("Pong").objects
     for layout in (layouts.ocatari, layouts.blendrl, layouts.nudge):
-        for wrong, name in ((np.zeros((2, 128), np.uint8), r"uint8 \[2, 128\]"), ("Pong", "'Pong'"), ([1], r"\[1\]"), (views, r"\[")):
-            with pytest.raises(TypeError, match=rf"objects must be ocjax\.Objects, as game\.rem and game\.vem return them, got {name}"):
+        for wrong, name in (
+            (np.zeros((2, 128), np.uint8), r"uint8 \[2, 128\]"),
+            ("Pong", "'Pong'"),
+            ([1], r"\[1\]"),
+            (views, r"\["),
+        ):
+            with pytest.raises(
+                TypeError,
+                match=(
+                    r"objects must be ocjax\.Objects, as game\.rem and game\.vem return them, "
+                    rf"got {name}"
+                ),
+            ):
                 layout(wrong)
 
 

@@ -1,6 +1,8 @@
-"""The scripts in the tables of docs/scripts.md run, or fail, as the tables say. They need checkouts of the other projects.
+"""The scripts in the tables of docs/scripts.md run, or fail, as the tables say. They need checkouts
+of the other projects.
 
-This file is also the program that runs one script: `python tests/test_neighbours.py SCRIPT [ARGUMENTS]`.
+This file is also the program that runs one script: `python tests/test_neighbours.py SCRIPT
+[ARGUMENTS]`.
 """
 
 import functools
@@ -18,15 +20,23 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]  # as a program, this file cannot import tests.support
 STEPS = 100  # after which a script has shown that it runs
 SECONDS = 120  # after which it is ended
-ROW = re.compile(r"^\| `(OC_Atari|HackAtari|NUDGE|blendrl)/?(\S*)` \| (.+?) \| (works|changed|refused) \| ?(.*?) ?\|$", re.MULTILINE)
+ROW = re.compile(
+    r"^\| `(OC_Atari|HackAtari|NUDGE|blendrl)/?(\S*)` \| (.+?) \| (works|changed|refused) \| "
+    r"?(.*?) ?\|$",
+    re.MULTILINE,
+)
 QUOTED = re.compile(r"`(.+?)`")
 EDIT = re.compile(r"`([^`]+)` → `([^`]+)`")
 IMPORT = re.compile(r"\bocatari(\.\w+)*(?= import)")  # of OCAtari's modules
-ABSENT = re.compile(r"No module named '(?!ocatari|core|utils|vision)(\w+)")  # a package, not a part of OCAtari
+ABSENT = re.compile(
+    r"No module named '(?!ocatari|core|utils|vision)(\w+)"
+)  # a package, not a part of OCAtari
 SCREENLESS = {"MPLBACKEND": "Agg", "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}
 SCRIPTS = [
     pytest.param(project, Path(folder), script, result, notes, id=f"{project}/{folder}/{script}")
-    for project, folder, scripts, result, notes in ROW.findall((ROOT / "docs" / "scripts.md").read_text("utf-8"))
+    for project, folder, scripts, result, notes in ROW.findall(
+        (ROOT / "docs" / "scripts.md").read_text("utf-8")
+    )
     for script in QUOTED.findall(scripts)
 ]
 
@@ -46,7 +56,9 @@ def copy_of(request, tmp_path_factory):
             name = path.relative_to(checkout)
             if name.parts[0] != "ocatari":
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
-                (folder / name).write_text(IMPORT.sub("ocjax.ocatari", path.read_text("utf-8")), "utf-8")
+                (folder / name).write_text(
+                    IMPORT.sub("ocjax.ocatari", path.read_text("utf-8")), "utf-8"
+                )
         for path in checkout.glob("scripts/*.pickle"):  # states of games
             shutil.copy(path, folder / "scripts")
         return folder
@@ -57,7 +69,9 @@ def copy_of(request, tmp_path_factory):
 @pytest.mark.parametrize(("project", "folder", "script", "result", "notes"), SCRIPTS)
 def test_script(copy_of, tmp_path, project, folder, script, result, notes):
     root = copy_of(project)
-    hackatari = [copy_of("HackAtari")] if project in ("NUDGE", "blendrl") else []  # their environments may be HackAtari's
+    hackatari = (
+        [copy_of("HackAtari")] if project in ("NUDGE", "blendrl") else []
+    )  # their environments may be HackAtari's
     roots = [root, *hackatari, root / "nsfr"]
     name, *arguments = script.split()
     path = root / folder / name
@@ -66,7 +80,9 @@ def test_script(copy_of, tmp_path, project, folder, script, result, notes):
         assert IMPORT.sub("ocjax.ocatari", old) in text
         text = text.replace(IMPORT.sub("ocjax.ocatari", old), new)
     path.write_text(text, "utf-8")
-    environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")} | SCREENLESS
+    environment = {
+        k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")
+    } | SCREENLESS
     environment["PYTHONPATH"] = os.pathsep.join([*map(str, roots), *sys.path])
     log = tmp_path / "errors"
     with log.open("wb") as errors:
@@ -90,7 +106,8 @@ def test_script(copy_of, tmp_path, project, folder, script, result, notes):
 
 
 def run(path, *arguments):
-    """Run a script until it ends or has made its steps, with stand-ins for the debugger, the keyboard and windows with figures."""
+    """Run a script until it ends or has made its steps, with stand-ins for the debugger, the
+    keyboard and windows with figures."""
     from ale_py.env import AtariEnv
     from matplotlib import pyplot
 

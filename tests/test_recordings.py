@@ -82,7 +82,9 @@ def test_files_of_the_wrong_game_or_rom_are_refused(tmp_path):
 
 def test_drawn_pixels_read_back(tape, tmp_path):
     drawn = np.random.default_rng(0).random(tape.screens.shape) < 0.1
-    recordings.Recording(tape.game, tape.rams, tape.screens, drawn=drawn).write(tmp_path / "Pong.npz")
+    recordings.Recording(tape.game, tape.rams, tape.screens, drawn=drawn).write(
+        tmp_path / "Pong.npz"
+    )
     back = recordings.read(tmp_path / "Pong.npz")
     assert back.drawn.dtype == np.bool_
     assert np.array_equal(back.drawn, drawn)
@@ -108,11 +110,14 @@ def test_a_failed_write_leaves_the_file_as_it_was(tape, tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def damage(tmp_path_factory):
-    """A function that damages a small recording in one of four ways, chosen by a number, and returns the file."""
+    """A function that damages a small recording in one of four ways, chosen by a number, and
+    returns the file."""
     folder = tmp_path_factory.mktemp("damaged")
     whole = recordings.read(DATA / "Pong.npz")
     small = {name: array[:2] for name, array in whole.arrays.items()}
-    recordings.Recording(whole.game, **small, frame_skip=3, settings={"noop_max": 3}).write(folder / "whole.npz")
+    recordings.Recording(whole.game, **small, frame_skip=3, settings={"noop_max": 3}).write(
+        folder / "whole.npz"
+    )
     good = (folder / "whole.npz").read_bytes()
 
     def damaged(number):
@@ -134,7 +139,9 @@ def check_damaged(damage, number):
         return False
     assert tape.settings == whole.settings
     assert tape.frame_skip == whole.frame_skip
-    assert {k: v.tobytes() for k, v in tape.arrays.items()} == {k: v.tobytes() for k, v in whole.arrays.items()}
+    assert {k: v.tobytes() for k, v in tape.arrays.items()} == {
+        k: v.tobytes() for k, v in whole.arrays.items()
+    }
     return True
 
 
@@ -146,7 +153,9 @@ def test_damaged_files_are_refused(damage):
 def stored(path, name, header, data=bytes(8), **info):
     """Write a zip archive with one member, whose directory entry is changed."""
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr(f"{name}.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data)
+        archive.writestr(
+            f"{name}.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data
+        )
         for field, value in info.items():
             setattr(archive.infolist()[0], field, value)
     return path
@@ -155,17 +164,33 @@ def stored(path, name, header, data=bytes(8), **info):
 @pytest.mark.parametrize(
     ("header", "info", "message"),
     [
-        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (999999999999, 128)}", {}, "claims uint8"),
+        (
+            b"{'descr': '|u1', 'fortran_order': False, 'shape': (999999999999, 128)}",
+            {},
+            "claims uint8",
+        ),
         (
             b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}",
             {"file_size": 2**40, "compress_size": 2**40},
             "claims 1,099,511,627,776|Overlapped entries",
         ),
-        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}", {"file_size": 2**40}, "claims 1,099,511,627,776"),
+        (
+            b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}",
+            {"file_size": 2**40},
+            "claims 1,099,511,627,776",
+        ),
         (b"{'descr': '|O', 'fortran_order': False, 'shape': (1,)}", {}, "claims object"),
         (b"(" * 9000, {}, "not a readable"),
-        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}", {"compress_type": 99}, "NotImplementedError"),
-        (b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}", {"flag_bits": 1}, "encrypted"),
+        (
+            b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}",
+            {"compress_type": 99},
+            "NotImplementedError",
+        ),
+        (
+            b"{'descr': '|u1', 'fortran_order': False, 'shape': (1, 8)}",
+            {"flag_bits": 1},
+            "encrypted",
+        ),
     ],
 )
 def test_false_headers_are_refused(tmp_path, header, info, message):
@@ -200,7 +225,9 @@ def short(monkeypatch):
 @pytest.mark.slow
 def test_equal_arguments_record_equal_samples(short):
     def record(*seeds):
-        return fixtures.record(ocjax.load("Breakout"), 12, seeds=seeds, modes=(0, 4, 8), difficulties=(0, 1))
+        return fixtures.record(
+            ocjax.load("Breakout"), 12, seeds=seeds, modes=(0, 4, 8), difficulties=(0, 1)
+        )
 
     tape, again, other = record(0, 1), record(0, 1), record(2, 3)
     assert len(tape) == 12
@@ -218,12 +245,17 @@ def test_boundaries_are_first_and_last_states_and_lost_lives():
     assert (tape.rewards[tape.resets] == 0).all()
     assert (tape.lives[tape.ends] == 0).all()
     between = ~tape.resets & ~tape.ends
-    assert ((tape.lives[between] >= 1) & (tape.lives[between] < tape.lives[tape.resets].max())).all()
-    assert np.array_equal(fixtures.record_boundaries(ocjax.load("MsPacman"), 9, seed=5).rams, tape.rams)
+    assert (
+        (tape.lives[between] >= 1) & (tape.lives[between] < tape.lives[tape.resets].max())
+    ).all()
+    assert np.array_equal(
+        fixtures.record_boundaries(ocjax.load("MsPacman"), 9, seed=5).rams, tape.rams
+    )
 
 
 def test_samples_are_successive_emulated_frames(short):
-    """VEM finds the ball of Pong where REM has it on the frame, and a few pixels off on the frame before."""
+    """VEM finds the ball of Pong where REM has it on the frame, and a few pixels off on the frame
+    before."""
     game = ocjax.load("Pong")
     tape = fixtures.record(game, 24, modes=(0,))
     sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
@@ -238,11 +270,19 @@ def test_samples_are_successive_emulated_frames(short):
 
 
 def test_samples_are_spread():
-    """Modes take turns, every mode has all seeds and both frame skips, and time grows from start to end."""
+    """Modes take turns, every mode has all seeds and both frame skips, and time grows from start to
+    end."""
     settings = [(m, 0) for m in range(3)]
     runs = fixtures._schedule(36, settings, (7, 8))
-    assert {(r.mode, r.seed, r.frame_skip) for r in runs} == {(m, s, k) for m in range(3) for s in (7, 8) for k in fixtures.FRAME_SKIPS}
-    samples = sorted((i, r.mode, step * r.frame_skip) for r in runs for step, numbers in r.samples.items() for i in numbers)
+    assert {(r.mode, r.seed, r.frame_skip) for r in runs} == {
+        (m, s, k) for m in range(3) for s in (7, 8) for k in fixtures.FRAME_SKIPS
+    }
+    samples = sorted(
+        (i, r.mode, step * r.frame_skip)
+        for r in runs
+        for step, numbers in r.samples.items()
+        for i in numbers
+    )
     assert [i for i, _, _ in samples] == list(range(36))
     assert [m for _, m, _ in samples] == [0, 1, 2] * 12
     frames = np.array([frame for _, _, frame in samples])
@@ -279,9 +319,17 @@ def test_cut_from_recordings(tape, tmp_path, monkeypatch):
     rng = np.random.default_rng(0)
     shown, previous_shown = rng.integers(0, 2, (2, *tape.screens.shape), np.uint8)
     game = tape.game
-    recordings.Recording(game, tape.rams, tape.screens, tape.previous, shown, previous_shown, lives=tape.lives).write(tmp_path / "a.npz")
     recordings.Recording(
-        game, tape.rams[:9], tape.screens[:9], tape.previous[:9], shown[:9], previous_shown[:9], lives=tape.lives[:9]
+        game, tape.rams, tape.screens, tape.previous, shown, previous_shown, lives=tape.lives
+    ).write(tmp_path / "a.npz")
+    recordings.Recording(
+        game,
+        tape.rams[:9],
+        tape.screens[:9],
+        tape.previous[:9],
+        shown[:9],
+        previous_shown[:9],
+        lives=tape.lives[:9],
     ).write(tmp_path / "b.npz")
     monkeypatch.setattr(fixtures, "SAMPLES", 8)
     args = ("Pong", "samples", "--data", tmp_path)
@@ -296,7 +344,9 @@ def test_cut_from_recordings(tape, tmp_path, monkeypatch):
     assert set(cut.arrays) == {"rams", "screens", "previous", "drawn", "lives"}
     result = record(*args, "--mode", 0)
     assert result.exit_code == 2
-    assert "says what the video chip drew, which a new recording cannot" in " ".join(result.output.replace("│", " ").split())
+    assert "says what the video chip drew, which a new recording cannot" in " ".join(
+        result.output.replace("│", " ").split()
+    )
     assert np.array_equal(recordings.read(tmp_path / "Pong.npz").drawn, cut.drawn)
 
 
@@ -306,15 +356,27 @@ def test_wrong_use_of_record(tape, tmp_path, monkeypatch):
     tape.write(tmp_path / "Pong.npz")
     for args, message in (
         (("Pung",), "did you mean Pong"),
-        (("Pong", "sampels"), "a part must be samples, ends, modes, limits, expected, got 'sampels'"),
+        (
+            ("Pong", "sampels"),
+            "a part must be samples, ends, modes, limits, expected, got 'sampels'",
+        ),
         (("Pong", "samples", "--mode", 99), "Pong has no mode 99"),
         (("Pong", "samples", "--difficulty", 9), "Pong has no difficulty 9"),
         (("Pong", "samples", "--data", tmp_path / "nowhere"), "no folder"),
         (("Pong", "samples", "--from", tmp_path / "no.npz"), "no recording"),
-        (("Breakout", "samples", "--from", tmp_path / "Pong.npz"), "a recording of Pong, not of Breakout"),
-        (("Pong", "samples", "--from", tmp_path / "Pong.npz", "--data", data), "cannot cut 65 samples from 64"),
+        (
+            ("Breakout", "samples", "--from", tmp_path / "Pong.npz"),
+            "a recording of Pong, not of Breakout",
+        ),
+        (
+            ("Pong", "samples", "--from", tmp_path / "Pong.npz", "--data", data),
+            "cannot cut 65 samples from 64",
+        ),
         (("Pong", "samples", "--from", tmp_path / "Pong.npz"), "would replace the input"),
-        (("Pong", "samples", "--from", tmp_path / "Pong.npz", "--mode", 0), "with --from nothing is"),
+        (
+            ("Pong", "samples", "--from", tmp_path / "Pong.npz", "--mode", 0),
+            "with --from nothing is",
+        ),
     ):
         result = record(*args) if "--data" in args else record(*args, "--data", tmp_path)
         assert result.exit_code == 2, args

@@ -16,7 +16,12 @@ import ocjax
 from ocjax import sb3
 from tests.support.states import ROOT
 
-SHORT = {"num_workers": 1, "repeat_action_probability": 0.0, "max_episode_frames": 120, "noop_max": 0}
+SHORT = {
+    "num_workers": 1,
+    "repeat_action_probability": 0.0,
+    "max_episode_frames": 120,
+    "noop_max": 0,
+}
 
 
 @pytest.fixture
@@ -27,7 +32,8 @@ def envs():
 
 
 def test_steps_are_those_of_the_vector_environment(envs):
-    """Observations, rewards, ends, terminal observations and infos against ocjax's environments with disabled autoreset."""
+    """Observations, rewards, ends, terminal observations and infos against ocjax's environments
+    with disabled autoreset."""
     plain = ocjax.make_vec("Pong", 3, obs="vector", autoreset_mode="Disabled", **SHORT)
     got, (want, _) = envs.reset(), plain.reset(seed=5)
     rng, episodes = np.random.default_rng(0), 0
@@ -40,13 +46,19 @@ def test_steps_are_those_of_the_vector_environment(envs):
         assert np.array_equal(reward, want_reward)
         assert np.array_equal(done, terminated | truncated)
         for i in range(3):
-            assert all(infos[i][name] == info[name][i] for name in ("lives", "frame_number", "episode_return", "episode_length"))
+            assert all(
+                infos[i][name] == info[name][i]
+                for name in ("lives", "frame_number", "episode_return", "episode_length")
+            )
             assert infos[i]["TimeLimit.truncated"] == (truncated[i] and not terminated[i])
             assert ("terminal_observation" in infos[i]) == done[i] == ("episode" in infos[i])
             if done[i]:
                 episodes += 1
                 assert np.array_equal(infos[i]["terminal_observation"], want[i])
-                assert (infos[i]["episode"]["r"], infos[i]["episode"]["l"]) == (info["episode_return"][i], info["episode_length"][i])
+                assert (infos[i]["episode"]["r"], infos[i]["episode"]["l"]) == (
+                    info["episode_return"][i],
+                    info["episode_length"][i],
+                )
         if done.any():
             want, _ = plain.reset(options={"reset_mask": done})
     assert episodes == 6
@@ -112,7 +124,9 @@ def test_ppo_learns_and_is_evaluated(envs):
     before = [p.detach().clone() for p in model.policy.parameters()]
     model.learn(192 * 2)
     assert model.num_timesteps == 384
-    assert any(not torch.equal(a, b) for a, b in zip(before, model.policy.parameters(), strict=True))
+    assert any(
+        not torch.equal(a, b) for a, b in zip(before, model.policy.parameters(), strict=True)
+    )
     assert len(model.ep_info_buffer) > 0
     returns, lengths = evaluate_policy(model, envs, 3, return_episode_rewards=True)
     assert lengths == [30] * 3
@@ -153,6 +167,11 @@ def test_code_of_pages(page):
     text = (ROOT / page).read_text()
     (block,) = re.findall(r"^```py\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
     names = {"ocjax": ocjax}
-    exec(block.replace('device="cpu"', 'device="cpu", n_steps=32').replace("1_000_000", "64").replace("16", "2"), names)
+    exec(
+        block.replace('device="cpu"', 'device="cpu", n_steps=32')
+        .replace("1_000_000", "64")
+        .replace("16", "2"),
+        names,
+    )
     if "envs" in names:
         names["envs"].close()

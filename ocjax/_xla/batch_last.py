@@ -1,12 +1,14 @@
 """A `vmap` over the last axis that keeps the batch in the last axis.
 
-`jax.vmap(f, in_axes=-1, out_axes=-1)` moves the batch to the front in `concatenate`, `reshape`, `broadcast_in_dim`, `gather` and other
-operations. A decoder's operations then run along axes of a few elements, with transposes in between. Here every operation keeps the batch
-last and runs along thousands of states.
+`jax.vmap(f, in_axes=-1, out_axes=-1)` moves the batch to the front in `concatenate`, `reshape`,
+`broadcast_in_dim`, `gather` and other operations. A decoder's operations then run along axes of a
+few elements, with transposes in between. Here every operation keeps the batch last and runs along
+thousands of states.
 
-Measured against the plain `vmap` (one core, microseconds a state at batches of 4,096, jax 0.10.2): Asteroids 0.101 instead of 0.173, Beam
-Rider 0.192 instead of 0.323, Carnival 0.154 instead of 0.224, Freeway 0.069 instead of 0.098, Ms. Pac-Man 0.482 instead of 0.656; over
-nineteen games the plain `vmap` takes 1.15 times as long in the geometric mean, and in no game less than 0.97 times.
+Measured against the plain `vmap` (one core, microseconds a state at batches of 4,096, jax 0.10.2):
+Asteroids 0.101 instead of 0.173, Beam Rider 0.192 instead of 0.323, Carnival 0.154 instead of
+0.224, Freeway 0.069 instead of 0.098, Ms. Pac-Man 0.482 instead of 0.656; over nineteen games the
+plain `vmap` takes 1.15 times as long in the geometric mean, and in no game less than 0.97 times.
 """
 
 from collections.abc import Callable
@@ -21,17 +23,25 @@ from ocjax._xla.kernels import materialize, varying
 
 # Operations that are batched in place: they name axes only from the front, or none at all.
 _IN_PLACE = frozenset(
-    "argmax argmin cummax cummin cumsum optimization_barrier reduce_and reduce_max reduce_min reduce_or reduce_prod reduce_sum "
+    "argmax argmin cummax cummin cumsum optimization_barrier reduce_and reduce_max reduce_min "
+    "reduce_or reduce_prod reduce_sum "
     "reduce_xor rev squeeze".split()
 )
 
-# Operations whose parameters are extended by the batch axis: from parameters, batch size and operands to the result.
+# Operations whose parameters are extended by the batch axis: from parameters, batch size and
+# operands to the result.
 _EXTENDED: dict[str, Callable[..., jax.Array]] = {
-    "broadcast_in_dim": lambda p, n, x: lax.broadcast_in_dim(x, (*p["shape"], n), (*p["broadcast_dimensions"], len(p["shape"]))),
+    "broadcast_in_dim": lambda p, n, x: lax.broadcast_in_dim(
+        x, (*p["shape"], n), (*p["broadcast_dimensions"], len(p["shape"]))
+    ),
     "concatenate": lambda p, n, *x: lax.concatenate(x, p["dimension"]),
     "reshape": lambda p, n, x: lax.reshape(x, (*p["new_sizes"], n)),
-    "slice": lambda p, n, x: lax.slice(x, (*p["start_indices"], 0), (*p["limit_indices"], n), p["strides"] and (*p["strides"], 1)),
-    "stack": lambda p, n, *x: lax.concatenate([lax.expand_dims(v, [p["axis"]]) for v in x], p["axis"]),
+    "slice": lambda p, n, x: lax.slice(
+        x, (*p["start_indices"], 0), (*p["limit_indices"], n), p["strides"] and (*p["strides"], 1)
+    ),
+    "stack": lambda p, n, *x: lax.concatenate(
+        [lax.expand_dims(v, [p["axis"]]) for v in x], p["axis"]
+    ),
     "tile": lambda p, n, x: lax.tile(x, (*p["reps"], 1)),
     "transpose": lambda p, n, x: lax.transpose(x, (*p["permutation"], len(p["permutation"]))),
 }
@@ -39,8 +49,11 @@ SMALL = 64  # elements below which results are not stored: a call costs more tha
 Value = tuple[Any, bool]  # an array, and whether its last axis is the batch
 
 
-def batch_last(f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct) -> Callable[[jax.Array], Any]:
-    """The function on a batch in the last axis: `[*shape, B]` -> each result of shape `s` becomes `[*s, B]`.
+def batch_last(
+    f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct
+) -> Callable[[jax.Array], Any]:
+    """The function on a batch in the last axis: `[*shape, B]` -> each result of shape `s` becomes
+    `[*s, B]`.
 
     Args:
         f: of one array, without effects.
@@ -63,7 +76,9 @@ def _batched(value: Value, like: jax.Array) -> jax.Array:
     if has_batch:
         return array
     array = jnp.asarray(array)
-    return varying(lax.broadcast_in_dim(array, (*array.shape, like.shape[-1]), tuple(range(array.ndim))), like)
+    return varying(
+        lax.broadcast_in_dim(array, (*array.shape, like.shape[-1]), tuple(range(array.ndim))), like
+    )
 
 
 def _evaluate(program: Program, x: jax.Array, stored: set[int]) -> list[Value]:
@@ -75,9 +90,16 @@ def _evaluate(program: Program, x: jax.Array, stored: set[int]) -> list[Value]:
     for eqn, inputs, outputs in program.steps:
         values = [value_of(v) for v in inputs]
         batched = any(has_batch for _, has_batch in values)
-        out = _apply(eqn, values, x) if batched else eqn.primitive.bind(*(v for v, _ in values), **eqn.params)
+        out = (
+            _apply(eqn, values, x)
+            if batched
+            else eqn.primitive.bind(*(v for v, _ in values), **eqn.params)
+        )
         for i, array in zip(outputs, out if eqn.primitive.multiple_results else [out], strict=True):
-            known[i] = (materialize(lambda v: v, array, small=SMALL) if batched and i in stored else array, batched)
+            known[i] = (
+                materialize(lambda v: v, array, small=SMALL) if batched and i in stored else array,
+                batched,
+            )
     return [value_of(v) for v in program.outputs]
 
 
@@ -98,20 +120,32 @@ def _apply(eqn: Any, values: list[Value], like: jax.Array) -> Any:
     if name == "gather" and not values[1][1]:
         return _rows(eqn, whole[0], values[1][0], like)
     axes = [-1 if has_batch else None for _, has_batch in values]
-    return jax.vmap(lambda *v: eqn.primitive.bind(*v, **params), in_axes=axes, out_axes=-1)(*(varying(v, like) for v, _ in values))
+    return jax.vmap(lambda *v: eqn.primitive.bind(*v, **params), in_axes=axes, out_axes=-1)(
+        *(varying(v, like) for v, _ in values)
+    )
 
 
 def _aligned(values: list[Value], shape: tuple[int, ...], like: jax.Array) -> list[jax.Array]:
     """Operands of an elementwise operation in one shape; a condition or a bound may be a scalar beside arrays."""
     whole = [_batched(v, like) for v in values]
-    return [v if v.ndim == len(shape) + 1 else lax.broadcast_in_dim(v, (*shape, like.shape[-1]), (len(shape),)) for v in whole]
+    return [
+        v
+        if v.ndim == len(shape) + 1
+        else lax.broadcast_in_dim(v, (*shape, like.shape[-1]), (len(shape),))
+        for v in whole
+    ]
 
 
 def _is_look_up(eqn: Any, values: list[Value]) -> bool:
     """Whether a gather takes single entries along one axis of a table that all states share."""
     (_, table_has_batch), (indices, indices_have_batch) = values
     numbers = eqn.params["dimension_numbers"]
-    return indices_have_batch and not table_has_batch and indices.shape[-2] == 1 and not numbers.offset_dims
+    return (
+        indices_have_batch
+        and not table_has_batch
+        and indices.shape[-2] == 1
+        and not numbers.offset_dims
+    )
 
 
 def _look_up(eqn: Any, table: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:

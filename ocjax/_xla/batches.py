@@ -1,7 +1,7 @@
 """Batches of any shape and size, divided into chunks, in a few compiled programs.
 
-Times are microseconds for one state or frame on one core of a cloud machine, at batches of 4,096 states or 1,024 frames, jax 0.10.2.
-`B` is the batch size.
+Times are microseconds for one state or frame on one core of a cloud machine, at batches of 4,096
+states or 1,024 frames, jax 0.10.2. `B` is the batch size.
 """
 
 import contextlib
@@ -45,13 +45,16 @@ def compiler_options() -> dict[str, Any] | None:
 
 
 def jit(f: Callable[..., Any]) -> Callable[..., Any]:
-    """`jax.jit` for calls with concrete arrays, compiled by XLA's older emitters of fused loops, and in one piece.
+    """`jax.jit` for calls with concrete arrays, compiled by XLA's older emitters of fused loops,
+    and in one piece.
 
-    The newer emitters take about twice as long to compile and are no faster: Beam Rider's VEM 7.2 s instead of 5.2 of processor time, its
-    REM 1.6 instead of 0.9. Code generation split over threads takes a tenth more. With LLVM's second optimization level instead of its
-    third, compiling takes three quarters of the time, but VEM takes 13 % and REM 18 % longer. With vectors of 512 bits instead of 256, VEM
-    takes 5 % less on an Intel Xeon with AVX-512 (geometric mean of 69 games; 8 % in Adventure and Solaris) and REM 2 % less;
-    processors without AVX-512 are not affected. JAX accepts such options only for the outermost `jit`.
+    The newer emitters take about twice as long to compile and are no faster: Beam Rider's VEM 7.2 s
+    instead of 5.2 of processor time, its REM 1.6 instead of 0.9. Code generation split over threads
+    takes a tenth more. With LLVM's second optimization level instead of its third, compiling takes
+    three quarters of the time, but VEM takes 13 % and REM 18 % longer. With vectors of 512 bits
+    instead of 256, VEM takes 5 % less on an Intel Xeon with AVX-512 (geometric mean of 69 games; 8
+    % in Adventure and Solaris) and REM 2 % less; processors without AVX-512 are not affected. JAX
+    accepts such options only for the outermost `jit`.
     """
 
     @functools.cache
@@ -64,9 +67,10 @@ def jit(f: Callable[..., Any]) -> Callable[..., Any]:
 class AnyBatch:
     """A function of `[B, ...]`, B > 0, extended to any leading batch shape.
 
-    A single state and the batch sizes of `shared_size` have compiled functions of their own. Batches of other sizes and shapes are filled
-    up to the next such size, so that recordings of many lengths share a few programs. To compile the filling up takes 20 ms, and a game's
-    VEM takes seconds. `vmap` of the result is the function on a larger batch.
+    A single state and the batch sizes of `shared_size` have compiled functions of their own.
+    Batches of other sizes and shapes are filled up to the next such size, so that recordings of
+    many lengths share a few programs. To compile the filling up takes 20 ms, and a game's VEM takes
+    seconds. `vmap` of the result is the function on a larger batch.
 
     Args:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
@@ -88,10 +92,15 @@ class AnyBatch:
                 return self._traced(jnp.asarray(x))
         if isinstance(x, jax.Array):
             with _with_32_bits():
-                return self._compiled_divided(x) if len(x.sharding.device_set) > 1 else self._in_shared_size(x)
+                return (
+                    self._compiled_divided(x)
+                    if len(x.sharding.device_set) > 1
+                    else self._in_shared_size(x)
+                )
         with _with_32_bits():
             out = self._in_shared_size(x)
-        # JAX may read a numpy array in place while it computes: wait, so that the caller can overwrite it.
+        # JAX may read a numpy array in place while it computes: wait, so that the caller can
+        # overwrite it.
         return jax.block_until_ready(out)
 
     def _batch(self, x: jax.Array | np.ndarray) -> tuple[int, ...]:
@@ -106,7 +115,9 @@ class AnyBatch:
         out = self._inlined(x.reshape(n, *tail) if n else jnp.zeros((1, *tail), x.dtype))
         return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), out)
 
-    def _of_larger_batch(self, axis_size: int, in_batched: list[bool], x: jax.Array) -> tuple[Any, Any]:
+    def _of_larger_batch(
+        self, axis_size: int, in_batched: list[bool], x: jax.Array
+    ) -> tuple[Any, Any]:
         out = self(x)
         return out, jax.tree.map(lambda _: True, out)
 
@@ -119,9 +130,11 @@ class AnyBatch:
 
 
 def shared_size(n: int, chunk: int) -> int:
-    """The batch size to which a batch of `n` is filled up: a power of two up to `chunk`, then a multiple of it.
+    """The batch size to which a batch of `n` is filled up: a power of two up to `chunk`, then a
+    multiple of it.
 
-    Above eight chunks there are eight such sizes between a power of two and the next one, so that at most an eighth is computed in vain.
+    Above eight chunks there are eight such sizes between a power of two and the next one, so that
+    at most an eighth is computed in vain.
     """
     if n <= chunk:
         return 1 << max(n - 1, 0).bit_length()
@@ -161,7 +174,8 @@ def _cut_off(tree: Any, batch: tuple[int, ...]) -> Any:
 
 
 def padded_chunks(x: np.ndarray, size: int) -> Iterator[tuple[np.ndarray, int]]:
-    """Chunks of one size `[size, ...]` of a long array `[n, ...]`, and how many rows of each belong to it.
+    """Chunks of one size `[size, ...]` of a long array `[n, ...]`, and how many rows of each belong
+    to it.
 
     A function of chunks is compiled once. The last chunk is filled up with its first row.
     """
@@ -173,15 +187,20 @@ def padded_chunks(x: np.ndarray, size: int) -> Iterator[tuple[np.ndarray, int]]:
 
 def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
     """`f` of an array `[n, ...]`, n > 0, in chunks of one size: a pytree of numpy arrays `[n, ...]`."""
-    parts = [jax.tree.map(lambda a, n=n: np.asarray(a)[:n], f(chunk)) for chunk, n in padded_chunks(x, size)]
+    parts = [
+        jax.tree.map(lambda a, n=n: np.asarray(a)[:n], f(chunk))
+        for chunk, n in padded_chunks(x, size)
+    ]
     return jax.tree.map(lambda *arrays: np.concatenate(arrays), *parts)
 
 
 def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
-    """`f` of a batch, `size` elements at a time, so that intermediate results stay in the processor's cache.
+    """`f` of a batch, `size` elements at a time, so that intermediate results stay in the
+    processor's cache.
 
-    In one piece, VEM of 512 frames takes 130 instead of 72 for Space Invaders and 95 instead of 34 for Pong. Chunks are written in place:
-    stacked by `lax.map`, results are copied once more, and REM of 65,536 states takes 1.8 instead of 1.5 for Ms. Pac-Man.
+    In one piece, VEM of 512 frames takes 130 instead of 72 for Space Invaders and 95 instead of 34
+    for Pong. Chunks are written in place: stacked by `lax.map`, results are copied once more, and
+    REM of 65,536 states takes 1.8 instead of 1.5 for Ms. Pac-Man.
     """
     n = x.shape[0]
     if not on_cpu() or n <= size:
@@ -191,9 +210,12 @@ def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
     whole = jax.tree.map(lambda a: lax.empty((n, *a.shape[1:]), a.dtype), shapes)
 
     def step(i: jax.Array, whole: Any) -> Any:
-        # Where the batch is no multiple, the last chunk overlaps the one before: a smaller one would be compiled as a second program.
+        # Where the batch is no multiple, the last chunk overlaps the one before: a smaller one
+        # would be compiled as a second program.
         start = jnp.minimum(i * size, n - size)
         part = one(lax.dynamic_slice_in_dim(x, start, size))
-        return jax.tree.map(lambda a, b: lax.dynamic_update_slice_in_dim(a, b, start, 0), whole, part)
+        return jax.tree.map(
+            lambda a, b: lax.dynamic_update_slice_in_dim(a, b, start, 0), whole, part
+        )
 
     return lax.fori_loop(0, -(-n // size), step, varying(whole, x))

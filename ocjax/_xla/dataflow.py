@@ -1,8 +1,9 @@
 """The operations of a traced function as a flat list, and the choice of results to store.
 
-XLA computes a result again in every kernel that reads it and, within a kernel, for every operand of a concatenation. The categories of a
-game share most of their computation, so a decoder would compute the same numbers many times, and all of this code would be compiled.
-`worth_storing` finds the results that are cheaper to write to memory once. The README beside this file has an example.
+XLA computes a result again in every kernel that reads it and, within a kernel, for every operand of
+a concatenation. The categories of a game share most of their computation, so a decoder would
+compute the same numbers many times, and all of this code would be compiled. `worth_storing` finds
+the results that are cheaper to write to memory once. The README beside this file has an example.
 """
 
 import functools
@@ -15,17 +16,28 @@ from jax.extend.core import ClosedJaxpr, Literal
 
 # Operations whose operands and results have one shape.
 ELEMENTWISE = frozenset(
-    "abs add and clamp clz convert_element_type copy div eq ge gt integer_pow le lt max min mul ne neg not or population_count "
+    "abs add and clamp clz convert_element_type copy div eq ge gt integer_pow le lt max min mul "
+    "ne neg not or population_count "
     "rem select_n shift_left shift_right_arithmetic shift_right_logical sign square sub xor".split()
 )
-_MOVES = frozenset("broadcast_in_dim gather iota pad reshape rev slice squeeze tile transpose".split())
+_MOVES = frozenset(
+    "broadcast_in_dim gather iota pad reshape rev slice squeeze tile transpose".split()
+)
 _JOINS = frozenset("concatenate stack".split())
 # Operations that XLA fuses into the kernels that read their results.
 _FUSED = ELEMENTWISE | _MOVES | _JOINS
-# Reductions are fused as well, each as a loop that repeats the code of its operands. They are always stored: otherwise, one kernel of Krull
-# has 6,000 lines of machine-independent code instead of 400.
-_REDUCTIONS = frozenset("argmax argmin reduce_and reduce_max reduce_min reduce_or reduce_sum".split())
-_CALLS = {"jit": "jaxpr", "pjit": "jaxpr", "closed_call": "call_jaxpr", "custom_jvp_call": "call_jaxpr"}
+# Reductions are fused as well, each as a loop that repeats the code of its operands. They are
+# always stored: otherwise, one kernel of Krull has 6,000 lines of machine-independent code instead
+# of 400.
+_REDUCTIONS = frozenset(
+    "argmax argmin reduce_and reduce_max reduce_min reduce_or reduce_sum".split()
+)
+_CALLS = {
+    "jit": "jaxpr",
+    "pjit": "jaxpr",
+    "closed_call": "call_jaxpr",
+    "custom_jvp_call": "call_jaxpr",
+}
 SMALL_CONSTANT = 64  # elements up to which constants are compared by value
 WORTH = 30  # operations that storing a result has to save in the code
 
@@ -83,7 +95,9 @@ class _Flattening:
     def run(self, closed: ClosedJaxpr, args: list[Operand]) -> list[Operand]:
         """List the operations of a function and of the functions that it calls, and return its results."""
         jaxpr = closed.jaxpr
-        values: dict[Any, Operand] = dict(zip(jaxpr.constvars, map(Constant, closed.consts), strict=True))
+        values: dict[Any, Operand] = dict(
+            zip(jaxpr.constvars, map(Constant, closed.consts), strict=True)
+        )
         values.update(zip(jaxpr.invars, args, strict=True))
         for eqn in jaxpr.eqns:
             inputs = [Constant(v.val) if isinstance(v, Literal) else values[v] for v in eqn.invars]
@@ -94,7 +108,11 @@ class _Flattening:
 
     def _add(self, eqn: Any, inputs: list[Operand]) -> list[int]:
         name = eqn.primitive.name
-        key = (name, *map(_key, inputs), str(sorted(eqn.params.items()))) if name in _FUSED else object()
+        key = (
+            (name, *map(_key, inputs), str(sorted(eqn.params.items())))
+            if name in _FUSED
+            else object()
+        )
         if key not in self._known:
             self._known[key] = self.new(len(eqn.outvars))
             self.steps.append(Step(eqn, inputs, self._known[key]))
@@ -105,7 +123,11 @@ def _key(operand: Operand) -> Any:
     if not isinstance(operand, Constant):
         return operand
     a = np.asarray(operand.value)
-    return (a.dtype.str, a.shape, a.tobytes()) if a.size <= SMALL_CONSTANT else ("constant", id(operand.value))
+    return (
+        (a.dtype.str, a.shape, a.tobytes())
+        if a.size <= SMALL_CONSTANT
+        else ("constant", id(operand.value))
+    )
 
 
 def flatten(closed: ClosedJaxpr) -> Program:
@@ -128,7 +150,9 @@ def places(program: Program) -> list[set[tuple[int, int]]]:
     return found
 
 
-def _places_of_operand(step: Step, i: int, k: int, own: set[tuple[int, int]]) -> set[tuple[int, int]]:
+def _places_of_operand(
+    step: Step, i: int, k: int, own: set[tuple[int, int]]
+) -> set[tuple[int, int]]:
     """The places of the k-th operand of the i-th operation, given those of its result."""
     if step.name not in _FUSED:
         return {(i, 0)}
@@ -136,9 +160,11 @@ def _places_of_operand(step: Step, i: int, k: int, own: set[tuple[int, int]]) ->
 
 
 def worth_storing(program: Program) -> set[int]:
-    """All results of reductions, and the values that are cheaper to store than to compute in all of their places.
+    """All results of reductions, and the values that are cheaper to store than to compute in all of
+    their places.
 
-    A value that has no more places than an operation that reads it is not stored: that operation's result may be stored instead.
+    A value that has no more places than an operation that reads it is not stored: that operation's
+    result may be stored instead.
     """
     places_of = places(program)
     most = [1] * program.num_values  # places of an operation that reads the value
@@ -147,11 +173,15 @@ def worth_storing(program: Program) -> set[int]:
             count = len(places_of[step.outputs[0]]) if step.name in _FUSED else 1
             most[value] = max(most[value], count)
     stored: set[int] = set()
-    needed = [0] * program.num_values  # one bit for each operation that computing the value again takes
+    needed = [
+        0
+    ] * program.num_values  # one bit for each operation that computing the value again takes
     for i, step in enumerate(program.steps):
         out = step.outputs[0]
         if step.name in _FUSED:
-            needed[out] = functools.reduce(operator.or_, (needed[value] for _, value in step.values), 1 << i)
+            needed[out] = functools.reduce(
+                operator.or_, (needed[value] for _, value in step.values), 1 << i
+            )
         extra = len(places_of[out]) - 1
         saved = extra * needed[out].bit_count()
         if step.name in _REDUCTIONS or (extra >= most[out] and saved >= WORTH):

@@ -1,6 +1,7 @@
 """Forked processes in which JAX may wait for ever: they refuse to compute, and they end.
 
-JAX computes with threads. A process that is forked from one in which they run does not have them, and a computation may never end.
+JAX computes with threads. A process that is forked from one in which they run does not have them,
+and a computation may never end.
 """
 
 import atexit
@@ -36,8 +37,10 @@ def require_threads() -> None:
     """
     if _without_threads:
         raise RuntimeError(
-            "this process was forked from one that had already computed with JAX, and JAX may wait for ever in it: start processes with "
-            "'spawn', as with context='spawn' of gymnasium.vector.AsyncVectorEnv or multiprocessing.get_context('spawn'), or compute "
+            "this process was forked from one that had already computed with JAX, and JAX may "
+            "wait for ever in it: start processes with "
+            "'spawn', as with context='spawn' of gymnasium.vector.AsyncVectorEnv or "
+            "multiprocessing.get_context('spawn'), or compute "
             "nothing with JAX before they are forked"
         )
 

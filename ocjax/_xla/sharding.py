@@ -1,7 +1,8 @@
 """Extraction from sharded arrays: each device extracts from its own part of the batch.
 
-The compiler does not find this division by itself. VEM's loops end when no frame has a candidate left, so devices would have to communicate
-to agree on the end, and a loop over the chunks of a batch would fetch each chunk from the device that holds it.
+The compiler does not find this division by itself. VEM's loops end when no frame has a candidate
+left, so devices would have to communicate to agree on the end, and a loop over the chunks of a
+batch would fetch each chunk from the device that holds it.
 """
 
 from collections.abc import Callable
@@ -18,7 +19,8 @@ def by_device(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array],
     On one device and inside `shard_map` it is the function itself.
 
     Args:
-        f: maps `[..., *tail]` to a pytree of arrays `[..., *rest]`; states are independent of each other.
+        f: maps `[..., *tail]` to a pytree of arrays `[..., *rest]`; states are independent of each
+            other.
         rank: number of axes of `tail`, along which the array is gathered if it is divided there.
     """
     partitioned = _partitioned(f, rank)
@@ -41,9 +43,14 @@ def _partitioned(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Arra
     def rule(mesh: Any, operands: Any, results: Any) -> tuple[str, dict[str, Any]]:
         batch = [f"b{i}" for i in range(operands[0].rank - rank)]
         tail = [f"t{i}" for i in range(rank)]
-        rest = [[f"r{k}_{i}" for i in range(result.rank - len(batch))] for k, result in enumerate(results)]
+        rest = [
+            [f"r{k}_{i}" for i in range(result.rank - len(batch))]
+            for k, result in enumerate(results)
+        ]
         text = f"{' '.join(batch + tail)} -> {', '.join(' '.join(batch + names) for names in rest)}"
-        return text, {"need_replication_factors": (*tail, *(name for names in rest for name in names))}
+        return text, {
+            "need_replication_factors": (*tail, *(name for names in rest for name in names))
+        }
 
     def partition(mesh: Any, operands: Any, results: Any) -> tuple[Any, Any, Any, Any]:
         x = operands[0]
@@ -51,7 +58,8 @@ def _partitioned(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Arra
         return mesh, on_one_device, jax.tree.map(lambda _: sharding, results), (sharding,)
 
     def on_one_device(x: jax.Array) -> Any:
-        # Without it, JAX 0.12 gives new arrays the sharding of a mesh that the caller has set (`jax.set_mesh`).
+        # Without it, JAX 0.12 gives new arrays the sharding of a mesh that the caller has set
+        # (`jax.set_mesh`).
         with use_abstract_mesh(AbstractMesh((), ())):
             return f(x)
 

@@ -1,1 +1,4 @@
-"""Agents that learn from objects, and games that they play. Training needs the extra `rl`; playing does not."""
+"""Agents that learn from objects, and games that they play.
+
+Training needs the extra `rl`; playing does not.
+"""

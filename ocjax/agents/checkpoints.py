@@ -54,7 +54,10 @@ class Checkpoints:
             "progress": ocp.args.JsonSave(progress),  # pyright: ignore[reportCallIssue]
         }
         try:
-            self._try_space(sum(np.asarray(leaf).nbytes for leaf in jax.tree.leaves((state, environments))) + OVERHEAD)
+            self._try_space(
+                sum(np.asarray(leaf).nbytes for leaf in jax.tree.leaves((state, environments)))
+                + OVERHEAD
+            )
             self._manager.save(number, args=ocp.args.Composite(**items))
         except Exception as error:  # Orbax and TensorStore raise many types
             raise OSError(f"{type(error).__name__}: {error}".splitlines()[0]) from error
@@ -64,7 +67,8 @@ class Checkpoints:
     def _try_space(self, size: int) -> None:
         """Check that the disk has space for so many bytes.
 
-        On a full disk, Orbax's threads would log pages of errors until long after the first one is raised.
+        On a full disk, Orbax's threads would log pages of errors until long after the first one is
+        raised.
         """
         path = self._folder / RESERVE
         try:

@@ -25,18 +25,22 @@ class _Half:
     envs: ObjectVectorEnv
     columns: slice  # of a rollout
     obs: np.ndarray
-    ended: np.ndarray  # bool [n], whether the episode ended in the last step, so that the next one only resets
+    ended: (
+        np.ndarray
+    )  # bool [n], whether the episode ended in the last step, so that the next one only resets
 
 
 class Collector:
     """Steps two vector environments in turn and collects rollouts.
 
-    Episodes end as in Gymnasium's next-step autoreset: the observation after an episode's last step is its own last one, and the step after
-    that ignores the action and shows the first observation of a new episode.
+    Episodes end as in Gymnasium's next-step autoreset: the observation after an episode's last step
+    is its own last one, and the step after that ignores the action and shows the first observation
+    of a new episode.
 
-    Each of the first rollouts begins with a new episode in one of the environments: the second in environment 1, the third in environment
-    2, and so on. Otherwise games of a fixed length, such as Freeway's, would begin at the same time in all environments during the whole
-    training, and every rollout would show one short part of a game.
+    Each of the first rollouts begins with a new episode in one of the environments: the second in
+    environment 1, the third in environment 2, and so on. Otherwise games of a fixed length, such as
+    Freeway's, would begin at the same time in all environments during the whole training, and every
+    rollout would show one short part of a game.
 
     Args:
         first: half of the environments.
@@ -46,10 +50,13 @@ class Collector:
 
     Attributes:
         games: the returns of the games that ended in the last rollout.
-        seconds: how long the last rollout waited for the environments (emulators and extraction), and for the policy.
+        seconds: how long the last rollout waited for the environments (emulators and extraction),
+            and for the policy.
     """
 
-    def __init__(self, first: ObjectVectorEnv, second: ObjectVectorEnv, horizon: int, seed: int) -> None:
+    def __init__(
+        self, first: ObjectVectorEnv, second: ObjectVectorEnv, horizon: int, seed: int
+    ) -> None:
         self.horizon, self.steps = horizon, 0
         self._halves, start = [], 0
         for envs in (first, second):
@@ -67,7 +74,10 @@ class Collector:
         t, n, obs = self.horizon, self.num_envs, self._halves[0].obs
         out = Rollout(
             np.empty((t + 1, n, *obs.shape[1:]), obs.dtype),
-            *(np.empty((t, n), dtype) for dtype in (np.int32, np.float32, np.float32, bool, bool, bool)),
+            *(
+                np.empty((t, n), dtype)
+                for dtype in (np.int32, np.float32, np.float32, bool, bool, bool)
+            ),
         )
         self.games, self.seconds = [], {"environments": 0.0, "policy": 0.0}
         for i in range(t):
@@ -111,7 +121,13 @@ class Collector:
 
     def save(self) -> dict[str, Any]:
         """Everything that later rollouts depend on, as a pytree of numbers and arrays."""
-        halves = [{"states": np.frombuffer(half.envs.clone_state().to_bytes(), np.uint8), "ended": half.ended} for half in self._halves]
+        halves = [
+            {
+                "states": np.frombuffer(half.envs.clone_state().to_bytes(), np.uint8),
+                "ended": half.ended,
+            }
+            for half in self._halves
+        ]
         return {"steps": self.steps, "halves": halves}
 
     def restore(self, saved: Mapping[str, Any], rollouts: int) -> None:
@@ -125,12 +141,22 @@ class Collector:
             ValueError: a number or an array is not one that `save` returns after so many rollouts.
         """
         steps = rollouts * len(self._halves) * self.horizon
-        self.steps = integer("the number of steps", np.asarray(saved["steps"]).tolist(), steps, min(steps, MOST_STEPS))
+        self.steps = integer(
+            "the number of steps",
+            np.asarray(saved["steps"]).tolist(),
+            steps,
+            min(steps, MOST_STEPS),
+        )
         for half, own in zip(self._halves, saved["halves"], strict=True):
             ended = np.array(own["ended"])
             if (ended.dtype, ended.shape) != (bool, half.ended.shape):
-                raise ValueError(f"the ends of episodes must be bool {list(half.ended.shape)}, got {ended.dtype} {list(ended.shape)}")
-            half.obs, _ = half.envs.restore_state(States.from_bytes(np.asarray(own["states"]).tobytes()))
+                raise ValueError(
+                    f"the ends of episodes must be bool {list(half.ended.shape)}, got "
+                    f"{ended.dtype} {list(ended.shape)}"
+                )
+            half.obs, _ = half.envs.restore_state(
+                States.from_bytes(np.asarray(own["states"]).tobytes())
+            )
             half.ended = ended
 
     def close(self) -> None:

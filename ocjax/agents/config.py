@@ -1,4 +1,7 @@
-"""What a training run is: its game, inputs, environments and hyperparameters. Nothing here needs the extra `rl`."""
+"""What a training run is: its game, inputs, environments and hyperparameters.
+
+Nothing here needs the extra `rl`.
+"""
 
 import dataclasses
 import json
@@ -18,7 +21,8 @@ from ocjax.extraction.registry import load
 from ocjax.play.networks import Groups, groups_of
 
 FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
-# Positions on a fixed grid say nothing, and those relative to the player change all at once: in Breakout, 108 bricks hide the ball.
+# Positions on a fixed grid say nothing, and those relative to the player change all at once: in
+# Breakout, 108 bricks hide the ball.
 GRID_FEATURES = ("valid",)
 PRESET = "dqn"
 MOST = 2**31 - 1  # of seeds and hyperparameters
@@ -38,17 +42,23 @@ def _hyperparameter(default: float, meaning: str) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class Hyperparameters:
-    """Hyperparameters of PPO, the same for all games. The `help` in a field's metadata is its meaning.
+    """Hyperparameters of PPO, the same for all games. The `help` in a field's metadata is its
+    meaning.
 
-    The OCAtari paper's values (`EXPERIMENTS["paper"]`) learn more slowly per frame: after 1.3 million frames, they reach -18.4 points in
-    Pong, and the defaults -17.0. Learning rate, clipping range and entropy coefficient fall linearly to 0 over the training. The
-    entropy bonus lets the policy explore at first; later it would keep it from choosing between actions whose values differ little.
+    The OCAtari paper's values (`EXPERIMENTS["paper"]`) learn more slowly per frame: after 1.3
+    million frames, they reach -18.4 points in Pong, and the defaults -17.0. Learning rate, clipping
+    range and entropy coefficient fall linearly to 0 over the training. The entropy bonus lets the
+    policy explore at first; later it would keep it from choosing between actions whose values
+    differ little.
 
     Raises:
-        ValueError: a number is out of range, the number of environments is odd, or the minibatch does not divide a rollout.
+        ValueError: a number is out of range, the number of environments is odd, or the minibatch
+            does not divide a rollout.
     """
 
-    num_envs: int = _hyperparameter(64, "Environments, an even number: half of them step while the policy acts in the others.")
+    num_envs: int = _hyperparameter(
+        64, "Environments, an even number: half of them step while the policy acts in the others."
+    )
     horizon: int = _hyperparameter(32, "Steps of a rollout.")
     epochs: int = _hyperparameter(4, "Passes over a rollout.")
     minibatch: int = _hyperparameter(256, "Samples of a gradient step; divides num_envs * horizon.")
@@ -63,15 +73,25 @@ class Hyperparameters:
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            checked = integer(field.name, value, 1, MOST) if field.type is int else _positive(field.name, value)
+            checked = (
+                integer(field.name, value, 1, MOST)
+                if field.type is int
+                else _positive(field.name, value)
+            )
             object.__setattr__(self, field.name, checked)
         for name in ("gamma", "gae_lambda"):
             if getattr(self, name) > 1:
                 raise ValueError(f"{name} must be at most 1, got {getattr(self, name)}")
         if self.num_envs % 2:
-            raise ValueError(f"num_envs must be even, because halves of the environments take turns, got {self.num_envs}")
+            raise ValueError(
+                "num_envs must be even, because halves of the environments take turns, got "
+                f"{self.num_envs}"
+            )
         if self.num_envs * self.horizon % self.minibatch:
-            raise ValueError(f"minibatch must divide num_envs * horizon = {self.num_envs * self.horizon}, got {self.minibatch}")
+            raise ValueError(
+                f"minibatch must divide num_envs * horizon = {self.num_envs * self.horizon}, got "
+                f"{self.minibatch}"
+            )
 
 
 def _positive(name: str, value: Any) -> float:
@@ -84,7 +104,9 @@ def _positive(name: str, value: Any) -> float:
     known = isinstance(value, int | float) and not isinstance(value, bool) and value <= MOST
     if known and (value > 0 or (value == 0 and or_zero)):
         return float(value)
-    raise ValueError(f"{name} must be positive{' or 0' * or_zero} and at most {MOST:,}, got {value!r}")
+    raise ValueError(
+        f"{name} must be positive{' or 0' * or_zero} and at most {MOST:,}, got {value!r}"
+    )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,24 +117,29 @@ class Config:
         game: the game's name in any of the usual spellings.
         seed: of the environments, the network and the actions.
         inputs: "objects" (from RAM, without the display) or "pixels" (the last four grey frames).
-        preset: the settings of the environments. Rewards are not clipped, whatever it says, but scaled by the spread of the returns.
+        preset: the settings of the environments. Rewards are not clipped, whatever it says, but
+            scaled by the spread of the returns.
         hyperparameters: of PPO.
         features: of each slot, as `ocjax.envs.Vector` names them, in pixels; for "objects".
         grid_features: likewise, for the slots of fixed grids; None for the same as others.
         history: number of states of which the policy sees the features; for "objects".
-        network: "shared" (the slots of a category share weights; it takes one state) or "mlp" (a multilayer perceptron); for "objects".
-        variations: names of variations of the game, which apply together; see `ocjax.emulators.variations`.
+        network: "shared" (the slots of a category share weights; it takes one state) or "mlp" (a
+            multilayer perceptron); for "objects".
+        variations: names of variations of the game, which apply together; see
+            `ocjax.emulators.variations`.
         game_mode: as ale-py numbers it; None for the game's default.
         game_difficulty: likewise.
-        starts: values that are written to the RAM when a game begins, by the name of a field of the game's `Ram` (`ocjax ram map GAME`) or
-            the number of a byte, such as `{"level": 2}`. The environments take turns; an empty start writes nothing.
+        starts: values that are written to the RAM when a game begins, by the name of a field of the
+            game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
+            environments take turns; an empty start writes nothing.
 
     Raises:
-        ValueError: an argument is malformed or out of range, or the game has no such variation, mode, difficulty or field.
+        ValueError: an argument is malformed or out of range, or the game has no such variation,
+            mode, difficulty or field.
         TrainingError: the preset draws the number of emulated frames of each step.
         TypeError: the game's name is not a string.
-        RomError: a ValueError; a mode or difficulty is given, and the ROM is missing or is not the one that the game's decoder was
-            written for.
+        RomError: a ValueError; a mode or difficulty is given, and the ROM is missing or is not the
+            one that the game's decoder was written for.
     """
 
     game: str
@@ -134,13 +161,18 @@ class Config:
         if self.inputs not in get_args(Inputs):
             raise ValueError(f"inputs must be {' or '.join(get_args(Inputs))}, got {self.inputs!r}")
         if not isinstance(self.hyperparameters, Hyperparameters):
-            raise ValueError(f"hyperparameters must be an instance of Hyperparameters, got {self.hyperparameters!r}")
+            raise ValueError(
+                "hyperparameters must be an instance of Hyperparameters, got "
+                f"{self.hyperparameters!r}"
+            )
         _check_preset(self.preset)
         checked = {
             "game": game.name,
             "seed": integer("seed", self.seed, 0, MOST),
             "features": _names("features", self.features),
-            "grid_features": None if self.grid_features is None else _names("grid_features", self.grid_features),
+            "grid_features": None
+            if self.grid_features is None
+            else _names("grid_features", self.grid_features),
             "history": integer("history", self.history, 1, MOST_HISTORY),
             "variations": _variations(game, self.variations),
             "starts": _starts(game, self.starts),
@@ -149,11 +181,21 @@ class Config:
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         if self.network not in get_args(ObjectNetwork):
-            raise ValueError(f"network must be {' or '.join(get_args(ObjectNetwork))}, got {self.network!r}")
-        _ = self.groups  # raises ValueError for unknown features, and for those that the network cannot take
+            raise ValueError(
+                f"network must be {' or '.join(get_args(ObjectNetwork))}, got {self.network!r}"
+            )
+        _ = (
+            self.groups
+        )  # raises ValueError for unknown features, and for those that the network cannot take
 
     @classmethod
-    def of(cls, experiment: str, game: str, hyperparameters: Mapping[str, float] | None = None, **changes: Any) -> "Config":
+    def of(
+        cls,
+        experiment: str,
+        game: str,
+        hyperparameters: Mapping[str, float] | None = None,
+        **changes: Any,
+    ) -> "Config":
         """The configuration of a named experiment, with changes.
 
         Args:
@@ -168,18 +210,26 @@ class Config:
         if experiment not in EXPERIMENTS:
             raise ValueError(f"experiment must be {' or '.join(EXPERIMENTS)}, got {experiment!r}")
         fields = {"hyperparameters": Hyperparameters(), **EXPERIMENTS[experiment], **changes}
-        fields["hyperparameters"] = dataclasses.replace(fields["hyperparameters"], **(hyperparameters or {}))
+        fields["hyperparameters"] = dataclasses.replace(
+            fields["hyperparameters"], **(hyperparameters or {})
+        )
         return cls(game, **fields)
 
     @property
     def vector(self) -> Vector:
         """The observation of "objects"."""
-        return Vector(self.features, grid_features=self.grid_features, history=self.history, normalize=False)
+        return Vector(
+            self.features, grid_features=self.grid_features, history=self.history, normalize=False
+        )
 
     @property
     def groups(self) -> Groups:
         """The groups of the observation, for the network "shared"."""
-        return groups_of(load(self.game).without_hud(), self.vector) if self.network == "shared" else ()
+        return (
+            groups_of(load(self.game).without_hud(), self.vector)
+            if self.network == "shared"
+            else ()
+        )
 
     @property
     def settings(self) -> Settings:
@@ -197,7 +247,8 @@ def _check_preset(preset: Any) -> None:
     skip = settings(preset).frame_skip
     if not isinstance(skip, int):
         raise TrainingError(
-            f"training needs a preset with a fixed frame skip, such as {PRESET}: {preset} draws one of {skip} for each step"
+            f"training needs a preset with a fixed frame skip, such as {PRESET}: {preset} draws "
+            f"one of {skip} for each step"
         )
 
 
@@ -214,7 +265,11 @@ def _variant(game: Game, mode: Any, difficulty: Any) -> dict[str, int | None]:
 
 def _names(field: str, value: Any) -> tuple[str, ...]:
     """A sequence of names as a tuple."""
-    if isinstance(value, str) or not isinstance(value, Sequence) or not all(isinstance(name, str) for name in value):
+    if (
+        isinstance(value, str)
+        or not isinstance(value, Sequence)
+        or not all(isinstance(name, str) for name in value)
+    ):
         raise ValueError(f"{field} must be a sequence of names, got {value!r}")
     return tuple(value)
 
@@ -228,15 +283,19 @@ def _variations(game: Game, value: Any) -> tuple[str, ...]:
 
 def _starts(game: Game, value: Any) -> tuple[Start, ...]:
     if not isinstance(value, Sequence) or not all(isinstance(start, Mapping) for start in value):
-        raise ValueError(f"starts must be a sequence of mappings from names to values, such as [{{'level': 2}}], got {value!r}")
+        raise ValueError(
+            f"starts must be a sequence of mappings from names to values, such as [{{'level': "
+            f"2}}], got {value!r}"
+        )
     starts = tuple({str(name): number for name, number in start.items()} for start in value)
     for start in starts:
         ram_starts.variation(game, start)
     return starts
 
 
-# By name, the fields of `Config` that differ from its defaults. The paper is Delfosse et al. (2024), whose table of hyperparameters has all
-# of them but `max_grad_norm`; that of CleanRL's ppo_atari.py, 0.5, is the default.
+# By name, the fields of `Config` that differ from its defaults. The paper is Delfosse et al.
+# (2024), whose table of hyperparameters has all of them but `max_grad_norm`; that of CleanRL's
+# ppo_atari.py, 0.5, is the default.
 EXPERIMENTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "default": {},

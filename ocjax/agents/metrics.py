@@ -24,9 +24,11 @@ RECENT_GAMES = 100  # of which the mean return is reported
 
 
 class Metrics:
-    """One row per update, which is in the files as soon as `add` returns. `restore` drops rows that are later than the checkpoint.
+    """One row per update, which is in the files as soon as `add` returns. `restore` drops rows that
+    are later than the checkpoint.
 
-    Events are written in this thread. tensorboardX's own writer has a thread: after an error in it, `add_scalar` waits for ever.
+    Events are written in this thread. tensorboardX's own writer has a thread: after an error in it,
+    `add_scalar` waits for ever.
 
     Args:
         folder: of the training; gets `metrics.csv` and `tensorboard/`.
@@ -69,17 +71,28 @@ class Metrics:
         self.recent.extend(games)
         self.seconds += seconds
         self._frames = float(frames)
-        row = {"frames": frames, "seconds": round(self.seconds, 3), "games": len(games), "return": round(self.mean_return, 3)}
+        row = {
+            "frames": frames,
+            "seconds": round(self.seconds, 3),
+            "games": len(games),
+            "return": round(self.mean_return, 3),
+        }
         row |= {name: float(f"{value:.5g}") for name, value in numbers.items()}
         self._write_row(row)
         self._write_events(row)
 
     def _write_row(self, row: dict[str, Any]) -> None:
-        """Append a row. The first one replaces the file, which a run without a checkpoint may have left."""
+        """Append a row.
+
+        The first one replaces the file, which a run without a checkpoint may have left.
+        """
         first = self.rows == 0
         self._names = list(row) if first else self._names
         if list(row) != self._names:
-            raise ValueError(f"{self._folder / 'metrics.csv'} must have the columns {', '.join(row)}, got {', '.join(self._names)[:200]}")
+            raise ValueError(
+                f"{self._folder / 'metrics.csv'} must have the columns {', '.join(row)}, got "
+                f"{', '.join(self._names)[:200]}"
+            )
         text = io.StringIO()
         out = csv.writer(text, lineterminator="\n")
         out.writerows([row.keys()] * first + [row.values()])
@@ -93,11 +106,16 @@ class Metrics:
         if self._writer is None:
             (self._folder / "tensorboard").mkdir(exist_ok=True)
             self._writer = EventsWriter(str(self._folder / "tensorboard" / "events"))
-            # TensorBoard drops events from this step on that an earlier run wrote after its latest checkpoint.
-            self._writer.write_event(Event(step=frames, session_log=SessionLog(status=SessionLog.START)))
+            # TensorBoard drops events from this step on that an earlier run wrote after its latest
+            # checkpoint.
+            self._writer.write_event(
+                Event(step=frames, session_log=SessionLog(status=SessionLog.START))
+            )
         for name, value in row.items():
             if value == value:  # not nan
-                self._writer.write_event(Event(wall_time=now, step=frames, summary=summary.scalar(name, value)))
+                self._writer.write_event(
+                    Event(wall_time=now, step=frames, summary=summary.scalar(name, value))
+                )
         self._writer.flush()
 
     def close(self) -> None:
@@ -124,9 +142,14 @@ class Metrics:
         integer("the number of rows", saved["rows"], updates, updates)
         seconds, recent = saved["seconds"], saved["recent"]
         if not _are_numbers([seconds]) or seconds < 0:
-            raise ValueError(f"the seconds of the training must be a number of at least 0, got {seconds!r}")
+            raise ValueError(
+                f"the seconds of the training must be a number of at least 0, got {seconds!r}"
+            )
         if not isinstance(recent, list) or len(recent) > RECENT_GAMES or not _are_numbers(recent):
-            raise ValueError(f"the recent returns must be at most {RECENT_GAMES} finite numbers, got {str(recent)[:200]}")
+            raise ValueError(
+                f"the recent returns must be at most {RECENT_GAMES} finite numbers, got "
+                f"{str(recent)[:200]}"
+            )
         path = self._folder / "metrics.csv"
         kept = _read(path, updates)
         if kept.size < path.stat().st_size:
@@ -137,7 +160,9 @@ class Metrics:
 
 
 def _are_numbers(values: list[Any]) -> bool:
-    return all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < LARGEST for v in values)
+    return all(
+        isinstance(v, int | float) and not isinstance(v, bool) and abs(v) < LARGEST for v in values
+    )
 
 
 class _Kept(NamedTuple):
@@ -163,7 +188,9 @@ def _read(path: Path, count: int) -> _Kept:
             if len(set(names)) < len(names) or not {"frames", "return"} <= set(names):
                 raise ValueError(f"metrics.csv has the columns {', '.join(names)[:200]}")
             if len(row) != len(names):
-                raise ValueError(f"row {i + 1} of metrics.csv has another number of columns than its heading")
+                raise ValueError(
+                    f"row {i + 1} of metrics.csv has another number of columns than its heading"
+                )
             frames = dict(zip(names, map(float, row), strict=True))["frames"]
         return _Kept(names, frames, file.tell())
 
@@ -187,7 +214,8 @@ class Bar:
             TextColumn(f"training {name}"),
             BarColumn(),
             TextColumn(
-                "{task.completed:,.0f} of {task.total:,.0f} frames, {task.fields[speed]:,.0f} a second, return {task.fields[mean]:,.1f}"
+                "{task.completed:,.0f} of {task.total:,.0f} frames, {task.fields[speed]:,.0f} a "
+                "second, return {task.fields[mean]:,.1f}"
             ),
             TimeRemainingColumn(),
         )

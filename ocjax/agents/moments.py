@@ -27,10 +27,18 @@ def initial_moments(shape: tuple[int, ...]) -> Moments:
 def merge_moments(moments: Moments, samples: jax.Array | np.ndarray) -> Moments:
     """The moments with samples `[n, ...]` added, by the parallel algorithm of Chan et al. (1979)."""
     samples = jnp.asarray(samples)
-    mean, variance, count = jnp.mean(samples, axis=0), jnp.var(samples, axis=0), jnp.float32(samples.shape[0])
+    mean, variance, count = (
+        jnp.mean(samples, axis=0),
+        jnp.var(samples, axis=0),
+        jnp.float32(samples.shape[0]),
+    )
     total = moments.total + count
     difference = mean - moments.mean
-    squares = moments.variance * moments.total + variance * count + difference**2 * (moments.total * count / total)
+    squares = (
+        moments.variance * moments.total
+        + variance * count
+        + difference**2 * (moments.total * count / total)
+    )
     return Moments(moments.mean + difference * (count / total), squares / total, total)
 
 
@@ -43,7 +51,9 @@ def standardized(moments: Moments, x: jax.Array | np.ndarray) -> jax.Array:
     """Inputs with mean 0 and variance 1; those that have hardly varied so far are only centred."""
     lead = (1,) * (np.ndim(x) - moments.mean.ndim)
     centered = jnp.asarray(x) - moments.mean.reshape(*lead, *moments.mean.shape)
-    return jnp.clip(centered / deviation(moments).reshape(*lead, *moments.mean.shape), -MAX_INPUT, MAX_INPUT)
+    return jnp.clip(
+        centered / deviation(moments).reshape(*lead, *moments.mean.shape), -MAX_INPUT, MAX_INPUT
+    )
 
 
 def scaled(moments: Moments, x: jax.Array | np.ndarray) -> jax.Array:

@@ -8,7 +8,15 @@ import jax.numpy as jnp
 from jax.nn.initializers import orthogonal
 
 from ocjax.play import networks
-from ocjax.play.networks import CONVOLUTION_OUTPUT, CONVOLUTIONS, ENCODER, Groups, Layers, convolved, perceptron
+from ocjax.play.networks import (
+    CONVOLUTION_OUTPUT,
+    CONVOLUTIONS,
+    ENCODER,
+    Groups,
+    Layers,
+    convolved,
+    perceptron,
+)
 
 Params = dict[str, list[dict[str, jax.Array]]]
 
@@ -22,10 +30,14 @@ class Network(NamedTuple):
     """An actor and a critic."""
 
     init: Callable[[jax.Array], Params]  # random key -> parameters
-    apply: Callable[[Params, jax.Array], tuple[jax.Array, jax.Array]]  # observations [B, ...] -> logits [B, A], values [B]
+    apply: Callable[
+        [Params, jax.Array], tuple[jax.Array, jax.Array]
+    ]  # observations [B, ...] -> logits [B, A], values [B]
 
 
-def _dense_layers(key: jax.Array, sizes: Sequence[int], last_gain: float) -> list[dict[str, jax.Array]]:
+def _dense_layers(
+    key: jax.Array, sizes: Sequence[int], last_gain: float
+) -> list[dict[str, jax.Array]]:
     gains = [GAIN] * (len(sizes) - 2) + [last_gain]
     keys = jax.random.split(key, len(gains))
     return [
@@ -34,7 +46,11 @@ def _dense_layers(key: jax.Array, sizes: Sequence[int], last_gain: float) -> lis
     ]
 
 
-def _dense(layers: Sequence[dict[str, jax.Array]], x: jax.Array, activation: Callable[[jax.Array], jax.Array]) -> jax.Array:
+def _dense(
+    layers: Sequence[dict[str, jax.Array]],
+    x: jax.Array,
+    activation: Callable[[jax.Array], jax.Array],
+) -> jax.Array:
     """A multilayer perceptron without activation after its last layer."""
     return perceptron(_pairs(layers), x, activation)
 
@@ -66,15 +82,25 @@ def shared(groups: Groups, num_actions: int, hidden: Sequence[int] = HIDDEN) -> 
 
     def layers(key: jax.Array, outputs: int, gain: float) -> list[dict[str, jax.Array]]:
         *keys, last = jax.random.split(key, len(pooled) + 1)
-        encoders = [_dense_layers(k, (len(group.features), *ENCODER), GAIN) for k, group in zip(keys, pooled, strict=True)]
-        return [layer for encoder in encoders for layer in encoder] + _dense_layers(last, (width, *hidden, outputs), gain)
+        encoders = [
+            _dense_layers(k, (len(group.features), *ENCODER), GAIN)
+            for k, group in zip(keys, pooled, strict=True)
+        ]
+        return [layer for encoder in encoders for layer in encoder] + _dense_layers(
+            last, (width, *hidden, outputs), gain
+        )
 
     def init(key: jax.Array) -> Params:
         actor, critic = jax.random.split(key)
-        return {"actor": layers(actor, num_actions, ACTOR_GAIN), "critic": layers(critic, 1, CRITIC_GAIN)}
+        return {
+            "actor": layers(actor, num_actions, ACTOR_GAIN),
+            "critic": layers(critic, 1, CRITIC_GAIN),
+        }
 
     def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
-        logits, values = (networks.shared(_pairs(params[name]), x, groups) for name in ("actor", "critic"))
+        logits, values = (
+            networks.shared(_pairs(params[name]), x, groups) for name in ("actor", "critic")
+        )
         return logits, values[:, 0]
 
     return Network(init, apply)
@@ -86,7 +112,9 @@ def nature_cnn(stack: int, num_actions: int) -> Network:
     def init(key: jax.Array) -> Params:
         keys = jax.random.split(key, len(CONVOLUTIONS) + 3)
         channels = (stack, *(n for n, _, _ in CONVOLUTIONS))
-        initial = orthogonal(GAIN, column_axis=0)  # a filter's weights [channels out, in, height, width]
+        initial = orthogonal(
+            GAIN, column_axis=0
+        )  # a filter's weights [channels out, in, height, width]
         torso = [
             {"w": initial(k, (n, before, size, size), jnp.float32), "b": jnp.zeros(n, jnp.float32)}
             for k, before, (n, size, _) in zip(keys, channels, CONVOLUTIONS, strict=False)
@@ -101,6 +129,8 @@ def nature_cnn(stack: int, num_actions: int) -> Network:
     def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
         x = convolved(_pairs(params["torso"]), x)
         x = jax.nn.relu(_dense(params["dense"], x, jax.nn.relu))
-        return _dense(params["actor"], x, jax.nn.relu), _dense(params["critic"], x, jax.nn.relu)[:, 0]
+        return _dense(params["actor"], x, jax.nn.relu), _dense(params["critic"], x, jax.nn.relu)[
+            :, 0
+        ]
 
     return Network(init, apply)

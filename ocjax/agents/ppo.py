@@ -1,6 +1,7 @@
 """Proximal Policy Optimization (Schulman et al., 2017) as pure, jit-compiled functions.
 
-`T` is the number of steps of a rollout, `B` the number of environments, and `D` the shape of an observation.
+`T` is the number of steps of a rollout, `B` the number of environments, and `D` the shape of an
+observation.
 """
 
 from collections.abc import Callable
@@ -66,13 +67,27 @@ def init(network: Network, h: Hyperparameters, num_inputs: int, seed: int) -> Le
     key, own = jax.random.split(jax.random.key(seed))
     params = network.init(own)
     moments = initial_moments((num_inputs,)), initial_moments(())
-    return Learner(params, _optimizer(h).init(params), *moments, jnp.zeros(h.num_envs, jnp.float32), jax.random.key_data(key))
+    return Learner(
+        params,
+        _optimizer(h).init(params),
+        *moments,
+        jnp.zeros(h.num_envs, jnp.float32),
+        jax.random.key_data(key),
+    )
 
 
-def advantages(reward: jax.Array, value: jax.Array, terminated: jax.Array, ended: jax.Array, gamma: float, decay: float) -> jax.Array:
+def advantages(
+    reward: jax.Array,
+    value: jax.Array,
+    terminated: jax.Array,
+    ended: jax.Array,
+    gamma: float,
+    decay: float,
+) -> jax.Array:
     """Generalised advantage estimation (Schulman et al., 2016), float32 `[T, B]`.
 
-    A truncated episode continues in the value of its last observation; a terminated one is worth nothing from then on.
+    A truncated episode continues in the value of its last observation; a terminated one is worth
+    nothing from then on.
 
     Args:
         reward: float32 `[T, B]`.
@@ -96,13 +111,16 @@ def advantages(reward: jax.Array, value: jax.Array, terminated: jax.Array, ended
 def compressed(reward: jax.Array) -> jax.Array:
     """sign(r) log(1 + |r|) (Hester et al., 2018), float32.
 
-    Rewards of one game can differ by orders of magnitude. In Skiing, each step gives -7 points, and the last one down to -10,000 for missed
-    gates: with these rewards and a discount factor of 0.99, an agent learns to delay the end of the game.
+    Rewards of one game can differ by orders of magnitude. In Skiing, each step gives -7 points, and
+    the last one down to -10,000 for missed gates: with these rewards and a discount factor of 0.99,
+    an agent learns to delay the end of the game.
     """
     return jnp.sign(reward) * jnp.log1p(jnp.abs(reward))
 
 
-def _scaled_rewards(learner: Learner, rollout: Rollout, gamma: float) -> tuple[jax.Array, Moments, jax.Array]:
+def _scaled_rewards(
+    learner: Learner, rollout: Rollout, gamma: float
+) -> tuple[jax.Array, Moments, jax.Array]:
     """Compressed rewards in units of the standard deviation of their discounted sums, and the moments and present values of these."""
 
     def add(total: jax.Array, step: tuple[jax.Array, ...]) -> tuple[jax.Array, jax.Array]:
@@ -132,7 +150,9 @@ def _mean(x: jax.Array, weight: jax.Array) -> jax.Array:
     return jnp.sum(x * weight) / jnp.maximum(jnp.sum(weight), 1)
 
 
-def _loss(params: Params, network: Network, h: Hyperparameters, left: jax.Array, s: _Samples) -> tuple[jax.Array, Losses]:
+def _loss(
+    params: Params, network: Network, h: Hyperparameters, left: jax.Array, s: _Samples
+) -> tuple[jax.Array, Losses]:
     """The clipped surrogate objective with value loss and entropy bonus, when so much of the training is left."""
     clip, bonus = h.clip * left, h.entropy_coefficient * left
     logits, value = network.apply(params, s.obs)
@@ -156,11 +176,14 @@ def make_act(network: Network, *, standardize: bool) -> Callable[..., tuple[jax.
     """The compiled function that chooses actions.
 
     Returns:
-        A function of parameters, moments of inputs, observations `[B, *D]`, the data of a key and the number of the step. It returns
-        actions, int32 `[B]`, and their log probabilities, float32 `[B]`.
+        A function of parameters, moments of inputs, observations `[B, *D]`, the data of a key and
+        the number of the step. It returns actions, int32 `[B]`, and their log probabilities,
+        float32 `[B]`.
     """
 
-    def act(params: Params, inputs: Moments, obs: jax.Array, key: jax.Array, step: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def act(
+        params: Params, inputs: Moments, obs: jax.Array, key: jax.Array, step: jax.Array
+    ) -> tuple[jax.Array, jax.Array]:
         logits, _ = network.apply(params, standardized(inputs, obs) if standardize else obs)
         own = jax.random.fold_in(jax.random.wrap_key_data(key), step)
         action = jax.random.categorical(own, logits)
@@ -170,30 +193,57 @@ def make_act(network: Network, *, standardize: bool) -> Callable[..., tuple[jax.
     return jax.jit(act)
 
 
-def make_update(network: Network, h: Hyperparameters, *, standardize: bool) -> Callable[..., tuple[Learner, Losses]]:
+def make_update(
+    network: Network, h: Hyperparameters, *, standardize: bool
+) -> Callable[..., tuple[Learner, Losses]]:
     """The compiled update.
 
     Returns:
-        A function of the learner, the moments of inputs with which the actions were chosen, the rollout and the share of the training
-        that is left. It returns the new learner and the losses.
+        A function of the learner, the moments of inputs with which the actions were chosen, the
+        rollout and the share of the training that is left. It returns the new learner and the
+        losses.
     """
     optimizer = _optimizer(h)
 
-    def samples(learner: Learner, inputs: Moments, rollout: Rollout) -> tuple[_Samples, Learner, jax.Array]:
+    def samples(
+        learner: Learner, inputs: Moments, rollout: Rollout
+    ) -> tuple[_Samples, Learner, jax.Array]:
         obs = standardized(inputs, rollout.obs) if standardize else jnp.asarray(rollout.obs)
         value = lax.map(lambda x: network.apply(learner.params, x)[1], obs)
         reward, returns, discounted = _scaled_rewards(learner, rollout, h.gamma)
         ended = jnp.asarray(rollout.terminated | rollout.truncated)
-        advantage = advantages(reward, value, jnp.asarray(rollout.terminated), ended, h.gamma, h.gae_lambda)
+        advantage = advantages(
+            reward, value, jnp.asarray(rollout.terminated), ended, h.gamma, h.gae_lambda
+        )
         target = advantage + value[:-1]
         weight = 1 - jnp.asarray(rollout.resets).astype(jnp.float32)
-        residual, spread = _mean((target - value[:-1]) ** 2, weight), _mean((target - _mean(target, weight)) ** 2, weight)
-        fields = obs[:-1], jnp.asarray(rollout.action), jnp.asarray(rollout.log_prob), advantage, target, weight
+        residual, spread = (
+            _mean((target - value[:-1]) ** 2, weight),
+            _mean((target - _mean(target, weight)) ** 2, weight),
+        )
+        fields = (
+            obs[:-1],
+            jnp.asarray(rollout.action),
+            jnp.asarray(rollout.log_prob),
+            advantage,
+            target,
+            weight,
+        )
         flat = _Samples(*(f.reshape(-1, *f.shape[2:]) for f in fields))
-        seen = merge_moments(learner.inputs, rollout.obs[:-1].reshape(-1, *rollout.obs.shape[2:])) if standardize else learner.inputs
-        return flat, learner._replace(inputs=seen, returns=returns, discounted=discounted), 1 - residual / jnp.maximum(spread, 1e-8)
+        seen = (
+            merge_moments(learner.inputs, rollout.obs[:-1].reshape(-1, *rollout.obs.shape[2:]))
+            if standardize
+            else learner.inputs
+        )
+        return (
+            flat,
+            learner._replace(inputs=seen, returns=returns, discounted=discounted),
+            1 - residual / jnp.maximum(spread, 1e-8),
+        )
 
-    def update(learner: Learner, inputs: Moments, rollout: Rollout, left: jax.Array) -> tuple[Learner, Losses]:
+    def update(
+        learner: Learner, inputs: Moments, rollout: Rollout, left: jax.Array
+    ) -> tuple[Learner, Losses]:
         all_samples, learner, explained = samples(learner, inputs, rollout)
         n = h.num_envs * h.horizon
         key, own = jax.random.split(jax.random.wrap_key_data(learner.key))
@@ -209,7 +259,9 @@ def make_update(network: Network, h: Hyperparameters, *, standardize: bool) -> C
             return (params, opt), losses  # pyright: ignore[reportReturnType]
 
         orders = jax.vmap(lambda k: jax.random.permutation(k, n))(jax.random.split(own, h.epochs))
-        (params, opt), losses = lax.scan(step, (learner.params, learner.optimizer), orders.reshape(-1, h.minibatch))
+        (params, opt), losses = lax.scan(
+            step, (learner.params, learner.optimizer), orders.reshape(-1, h.minibatch)
+        )
         learner = learner._replace(params=params, optimizer=opt, key=jax.random.key_data(key))
         return learner, jax.tree.map(jnp.mean, losses)._replace(explained_variance=explained)
 

@@ -50,13 +50,16 @@ class _Updated(NamedTuple):
 
 
 class Trainer:
-    """A training in a folder, which gets `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`.
+    """A training in a folder, which gets `config.json`, `metrics.csv`, `tensorboard/`,
+    `checkpoints/` and `policy.npz`.
 
-    While the emulators play a rollout, another thread computes the update from the rollout before. So the policy that acts is behind by
-    one update, always: what is computed does not depend on how fast either is.
+    While the emulators play a rollout, another thread computes the update from the rollout before.
+    So the policy that acts is behind by one update, always: what is computed does not depend on how
+    fast either is.
 
     Args:
-        config: of the training. If the folder holds a training, it must be the same one, which goes on from its latest checkpoint.
+        config: of the training. If the folder holds a training, it must be the same one, which goes
+            on from its latest checkpoint.
         folder: is created if necessary.
 
     Raises:
@@ -75,7 +78,10 @@ class Trainer:
         self.frames_per_update = h.num_envs * h.horizon * skip
         first, second = (self._make_envs(start) for start in (0, h.num_envs // 2))
         self._collector = Collector(first, second, h.horizon, config.seed)
-        (inputs, *_), self.num_actions = first.single_observation_space.shape, first.single_action_space.n  # pyright: ignore
+        (inputs, *_), self.num_actions = (
+            first.single_observation_space.shape,
+            first.single_action_space.n,
+        )  # pyright: ignore
         self._network = config.network if self._objects else "nature_cnn"
         network = self._make_network(inputs)
         standardize = NETWORKS[self._network].standardized
@@ -84,7 +90,9 @@ class Trainer:
         learner = ppo.init(network, h, inputs if standardize else 1, config.seed)
         self._acting = _Acting(learner.params, learner.inputs)
         self._pending = _completed(_Updated(learner, ppo.NO_LOSSES, 0.0))
-        self._key = jax.random.key_data(jax.random.fold_in(jax.random.key(config.seed), ACTION_SEED))
+        self._key = jax.random.key_data(
+            jax.random.fold_in(jax.random.key(config.seed), ACTION_SEED)
+        )
         self.updates, self.metrics = 0, Metrics(self.folder)
         self._checkpoints: Checkpoints | None = None
         self._kept = 0  # the updates before the latest checkpoint
@@ -101,9 +109,20 @@ class Trainer:
         mode: Mode = "rem" if self._objects else "raw"
         obs = c.vector if self._objects else "dqn"
         screens = tuple(required_screens(mode, requested_kinds(mode, obs)[0]))
-        begin = [ram_starts.variation(self.game, c.starts[i % len(c.starts)]) for i in range(start, start + num_envs) if c.starts]
-        variant: dict[str, Any] = {"hook": c.variations, "game_mode": c.game_mode, "game_difficulty": c.game_difficulty, "starts": begin}
-        return ObjectVectorEnv(AlePool(self.game, num_envs, c.settings, screens=screens, **variant), mode, obs)
+        begin = [
+            ram_starts.variation(self.game, c.starts[i % len(c.starts)])
+            for i in range(start, start + num_envs)
+            if c.starts
+        ]
+        variant: dict[str, Any] = {
+            "hook": c.variations,
+            "game_mode": c.game_mode,
+            "game_difficulty": c.game_difficulty,
+            "starts": begin,
+        }
+        return ObjectVectorEnv(
+            AlePool(self.game, num_envs, c.settings, screens=screens, **variant), mode, obs
+        )
 
     def _make_network(self, inputs: int) -> networks.Network:
         """Actor and critic; `inputs` is the number of inputs on objects."""
@@ -114,7 +133,8 @@ class Trainer:
         return networks.mlp(inputs, self.num_actions)
 
     def run(self, frames: int, console: Console) -> None:
-        """Train until so many emulated frames have been played, counted from the start of the training.
+        """Train until so many emulated frames have been played, counted from the start of the
+        training.
 
         Learning rate, clipping range and entropy coefficient reach 0 at that number.
 
@@ -126,11 +146,15 @@ class Trainer:
         with ThreadPoolExecutor(1) as executor, Bar(console, self.game.name, frames) as bar:
             while self.updates < total:
                 start, acting = time.monotonic(), self._acting
-                rollout = self._collector.collect(lambda obs, t, own=acting: self._act(*own, obs, self._key, jnp.int32(t)))
+                rollout = self._collector.collect(
+                    lambda obs, t, own=acting: self._act(*own, obs, self._key, jnp.int32(t))
+                )
                 previous = self._pending.result()
                 self._acting = _Acting(previous.learner.params, previous.learner.inputs)
                 left = jnp.float32(1 - self.updates / total)
-                self._pending = executor.submit(self._compute, previous.learner, acting.inputs, rollout, left)
+                self._pending = executor.submit(
+                    self._compute, previous.learner, acting.inputs, rollout, left
+                )
                 self.updates += 1
                 self._note(previous, time.monotonic() - start)
                 bar.update(self.frames, self.metrics.frames_per_second, self.metrics.mean_return)
@@ -138,14 +162,18 @@ class Trainer:
                     self._save()
                     saved = time.monotonic()
 
-    def _compute(self, learner: Learner, inputs: Moments, rollout: Rollout, left: jax.Array) -> _Updated:
+    def _compute(
+        self, learner: Learner, inputs: Moments, rollout: Rollout, left: jax.Array
+    ) -> _Updated:
         start = time.monotonic()
         learner, losses = jax.block_until_ready(self._update(learner, inputs, rollout, left))
         return _Updated(learner, losses, time.monotonic() - start)
 
     def _note(self, previous: _Updated, seconds: float) -> None:
         """Add a row of metrics: games of the last rollout, and losses of the update that was computed meanwhile."""
-        shares = {f"{name}_share": value / seconds for name, value in self._collector.seconds.items()}
+        shares = {
+            f"{name}_share": value / seconds for name, value in self._collector.seconds.items()
+        }
         shares["update_share"] = previous.seconds / seconds  # at the same time as the others
         losses = {name: float(value) for name, value in previous.losses._asdict().items()}
         with self._writing():
@@ -155,12 +183,26 @@ class Trainer:
         """The current policy."""
         learner = self._pending.result().learner
         parts = ("actor",) if self._objects else ("torso", "dense", "actor")
-        layers = [(np.asarray(layer["w"]), np.asarray(layer["b"])) for part in parts for layer in learner.params[part]]
-        known = {"sampled": True, "settings": self.config.settings, "preset": self.config.preset, "frames": self.frames}
+        layers = [
+            (np.asarray(layer["w"]), np.asarray(layer["b"]))
+            for part in parts
+            for layer in learner.params[part]
+        ]
+        known = {
+            "sampled": True,
+            "settings": self.config.settings,
+            "preset": self.config.preset,
+            "frames": self.frames,
+        }
         known |= {"network": self._network}
         if NETWORKS[self._network].standardized:
-            known |= {"mean": np.asarray(learner.inputs.mean), "deviation": np.asarray(deviation(learner.inputs))}
-        return SavedPolicy(self.game, layers, self.config.vector if self._objects else Dqn(), **known)
+            known |= {
+                "mean": np.asarray(learner.inputs.mean),
+                "deviation": np.asarray(deviation(learner.inputs)),
+            }
+        return SavedPolicy(
+            self.game, layers, self.config.vector if self._objects else Dqn(), **known
+        )
 
     def _save(self) -> None:
         """Write the policy and a checkpoint.
@@ -186,9 +228,14 @@ class Trainer:
         try:
             yield
         except OSError as error:
-            after = f"after {self._kept * self.frames_per_update:,} frames" if self._kept else "from the start"
+            after = (
+                f"after {self._kept * self.frames_per_update:,} frames"
+                if self._kept
+                else "from the start"
+            )
             raise TrainingError(
-                f"{self.folder}: the training cannot be saved after {self.frames:,} frames: {error}. Make space, and run the same command "
+                f"{self.folder}: the training cannot be saved after {self.frames:,} frames: "
+                f"{error}. Make space, and run the same command "
                 f"again: it continues {after}"
             ) from error
 
@@ -201,10 +248,13 @@ class Trainer:
             if step is not None:
                 faulty = f"the checkpoint checkpoints/{step} or metrics.csv"
                 self._restore_from(self._checkpoints, step)
-        except Exception as error:  # a damaged file can fail anywhere in Orbax, TensorStore, JSON, and the states of the emulators
+        # a damaged file can fail anywhere in Orbax, TensorStore, JSON, and the states of the
+        # emulators
+        except Exception as error:
             self.close()
             raise TrainingError(
-                f"{self.folder}: {faulty} is damaged, or another version of ocjax wrote it: {_in_one_line(error)}. Restore the folder from "
+                f"{self.folder}: {faulty} is damaged, or another version of ocjax wrote it: "
+                f"{_in_one_line(error)}. Restore the folder from "
                 "a copy, or train in another one"
             ) from error
 
@@ -215,7 +265,10 @@ class Trainer:
         if jax.tree.map(_form, saved["state"]) != jax.tree.map(_form, state):
             raise ValueError("its arrays have other shapes or types than those of this training")
         updates = integer("the number of updates", saved["progress"]["updates"], step, step)
-        self._pending, self._acting = _completed(saved["state"]["pending"]), saved["state"]["acting"]
+        self._pending, self._acting = (
+            _completed(saved["state"]["pending"]),
+            saved["state"]["acting"],
+        )
         self._collector.restore(saved["environments"], updates)
         self.metrics.restore(saved["progress"]["metrics"], updates)
         self.updates = self._kept = updates

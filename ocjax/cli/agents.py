@@ -30,41 +30,72 @@ from ocjax.play.policies import TRAINED
 
 EVALUATION_EPISODES = 10
 ENVIRONMENTS = "Environments"  # heading of options
-FIXED_SKIP = [name for name, settings in PRESETS.items() if isinstance(settings.frame_skip, int)]  # presets for training
+FIXED_SKIP = [
+    name for name, settings in PRESETS.items() if isinstance(settings.frame_skip, int)
+]  # presets for training
 FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
 
 
 @fields_as_options(Hyperparameters, "Hyperparameters of PPO")
 def train(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
-    frames: Annotated[int, typer.Option(min=1, help="Emulated frames to train for, counted from the start of the training.")] = 20_000_000,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the environments, the network and the actions.")] = 0,
-    out: Annotated[Path | None, typer.Option(help="Folder of the training. Default: ocjax-<Game>-<seed>.")] = None,
-    inputs: Annotated[str, typer.Option(help="objects (from RAM), or pixels (four grey frames of 84 x 84).")] = "objects",
+    frames: Annotated[
+        int,
+        typer.Option(
+            min=1, help="Emulated frames to train for, counted from the start of the training."
+        ),
+    ] = 20_000_000,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Seed of the environments, the network and the actions.")
+    ] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the training. Default: ocjax-<Game>-<seed>.")
+    ] = None,
+    inputs: Annotated[
+        str, typer.Option(help="objects (from RAM), or pixels (four grey frames of 84 x 84).")
+    ] = "objects",
     experiment: Annotated[
-        str, typer.Option(metavar="|".join(EXPERIMENTS), help="Inputs and hyperparameters: ocjax's, or those of the OCAtari paper.")
+        str,
+        typer.Option(
+            metavar="|".join(EXPERIMENTS),
+            help="Inputs and hyperparameters: ocjax's, or those of the OCAtari paper.",
+        ),
     ] = "default",
     preset: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help=f"Settings: {', '.join(FIXED_SKIP)}. Default: {PRESET}.", rich_help_panel=ENVIRONMENTS),
+        typer.Option(
+            metavar="NAME",
+            help=f"Settings: {', '.join(FIXED_SKIP)}. Default: {PRESET}.",
+            rich_help_panel=ENVIRONMENTS,
+        ),
     ] = None,
     variation: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="Variation of the game, such as lazy_enemy in Pong. May be repeated: all apply together.",
+            help=(
+                "Variation of the game, such as lazy_enemy in Pong. May be repeated: all apply "
+                "together."
+            ),
             rich_help_panel=ENVIRONMENTS,
         ),
     ] = None,
-    game_mode: Annotated[int | None, typer.Option(min=0, help="Game mode as ale-py numbers it.", rich_help_panel=ENVIRONMENTS)] = None,
+    game_mode: Annotated[
+        int | None,
+        typer.Option(min=0, help="Game mode as ale-py numbers it.", rich_help_panel=ENVIRONMENTS),
+    ] = None,
     game_difficulty: Annotated[
-        int | None, typer.Option(min=0, help="Game difficulty as ale-py numbers it.", rich_help_panel=ENVIRONMENTS)
+        int | None,
+        typer.Option(
+            min=0, help="Game difficulty as ale-py numbers it.", rich_help_panel=ENVIRONMENTS
+        ),
     ] = None,
     start: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE[,...]",
-            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax ram map`, or numbers of bytes; none for "
+            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
+            "ram map`, or numbers of bytes; none for "
             "the ordinary start. May be repeated: the environments take turns.",
             rich_help_panel=ENVIRONMENTS,
         ),
@@ -74,13 +105,22 @@ def train(
     """Train an agent with PPO, and show how it plays.
 
     Run it again with the same folder to resume from the latest checkpoint. The folder gets the
-    metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an animation of a game (agent.gif).
+    metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an animation of
+    a game (agent.gif).
     """
     if inputs not in ("objects", "pixels"):
         raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
     with errors_in_one_line():
-        variant = {"variations": variation or (), "game_mode": game_mode, "game_difficulty": game_difficulty}
-        changes = variant | {"seed": seed, "inputs": inputs, "starts": [ram_starts.parse(text) for text in start or ()]}
+        variant = {
+            "variations": variation or (),
+            "game_mode": game_mode,
+            "game_difficulty": game_difficulty,
+        }
+        changes = variant | {
+            "seed": seed,
+            "inputs": inputs,
+            "starts": [ram_starts.parse(text) for text in start or ()],
+        }
         changes |= {} if preset is None else {"preset": preset}
         given = {name: value for name, value in hyperparameters.items() if value is not None}
         config = Config.of(experiment, game, given, **changes)
@@ -94,12 +134,20 @@ def _train(config: Config, folder: Path, frames: int) -> None:
     trainer = _import_trainer()(config, folder)
     try:
         if trainer.frames >= frames:
-            console.print(f"{folder} has been trained for {trainer.frames:,} frames already: ask for more with --frames.", soft_wrap=True)
+            console.print(
+                f"{folder} has been trained for {trainer.frames:,} frames already: ask for more "
+                "with --frames.",
+                soft_wrap=True,
+            )
         trainer.run(frames, console)
     finally:
         trainer.close()
     mean = trainer.metrics.mean_return
-    writing.announce(console, f"{trainer.frames:,} frames of {config.game}, mean return of the last games {mean:,.1f}", folder)
+    writing.announce(
+        console,
+        f"{trainer.frames:,} frames of {config.game}, mean return of the last games {mean:,.1f}",
+        folder,
+    )
 
 
 def _show(config: Config, folder: Path) -> None:
@@ -108,9 +156,18 @@ def _show(config: Config, folder: Path) -> None:
     varied = f" with {', '.join(config.variations)}" if config.variations else ""
     ordinary = config.game_mode is None and config.game_difficulty is None and not config.starts
     default = "" if ordinary else ", in the default mode and difficulty and from the ordinary start"
-    console.print(f"Playing {EVALUATION_EPISODES} games of {config.game}{varied}, of at most {most:,} emulated frames each{default}.")
-    spec, policy, picture = registry.load(config.game), str(folder / "policy.npz"), folder / "agent.gif"
-    played = play_games(spec, policy, EVALUATION_EPISODES, seed=config.seed, pictures=True, hook=config.variations)
+    console.print(
+        f"Playing {EVALUATION_EPISODES} games of {config.game}{varied}, of at most {most:,} "
+        f"emulated frames each{default}."
+    )
+    spec, policy, picture = (
+        registry.load(config.game),
+        str(folder / "policy.npz"),
+        folder / "agent.gif",
+    )
+    played = play_games(
+        spec, policy, EVALUATION_EPISODES, seed=config.seed, pictures=True, hook=config.variations
+    )
     with console.status("writing the animation"):
         save(played.pictures, picture, frame_time=FRAME_TIME)
     tables.show(_table(spec, played), console)
@@ -129,55 +186,113 @@ def play(
     policy: Annotated[
         str,
         typer.Option(
-            help="trained (the one that ships with ocjax), random, repeat, or a file of a saved policy: .npz, or .zip of Stable-Baselines3."
+            help=(
+                "trained (the one that ships with ocjax), random, repeat, or a file of a saved "
+                "policy: .npz, or .zip of Stable-Baselines3."
+            )
         ),
     ] = TRAINED,
     episodes: Annotated[int, typer.Option(min=1, help="Games to play.")] = EVALUATION_EPISODES,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the emulators and the actions.")] = 0,
-    preset: Annotated[str | None, typer.Option(help="Settings of the emulators. Default: those of the policy's training, or dqn.")] = None,
-    frame_skip: Annotated[int | None, typer.Option(min=1, help="Emulated frames per step. Default: those of the settings.")] = None,
-    repeat_action_probability: Annotated[
-        float | None, typer.Option(min=0, help="Probability that an emulated frame repeats the previous action. Default: as above.")
+    preset: Annotated[
+        str | None,
+        typer.Option(
+            help="Settings of the emulators. Default: those of the policy's training, or dqn."
+        ),
     ] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write the return and the emulated frames of each game as CSV.")] = None,
-    gif: Annotated[Path | None, typer.Option(help="Write an animation of the first game, with its objects.")] = None,
+    frame_skip: Annotated[
+        int | None,
+        typer.Option(min=1, help="Emulated frames per step. Default: those of the settings."),
+    ] = None,
+    repeat_action_probability: Annotated[
+        float | None,
+        typer.Option(
+            min=0,
+            help=(
+                "Probability that an emulated frame repeats the previous action. Default: as above."
+            ),
+        ),
+    ] = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option(help="Write the return and the emulated frames of each game as CSV."),
+    ] = None,
+    gif: Annotated[
+        Path | None, typer.Option(help="Write an animation of the first game, with its objects.")
+    ] = None,
     variations: Annotated[
         str | None,
-        typer.Option(help="Compare the original with variations: all, objects (categories are removed and frozen), or names with commas."),
+        typer.Option(
+            help=(
+                "Compare the original with variations: all, objects (categories are removed and "
+                "frozen), or names with commas."
+            )
+        ),
     ] = None,
-    markdown: Annotated[Path | None, typer.Option(help="Write the comparison of variations as Markdown.")] = None,
-    json: Annotated[Path | None, typer.Option(help="Write the comparison of variations as JSON.")] = None,
-    human: Annotated[bool, typer.Option("--human", help="Play yourself, in a window that shows the objects.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Recording of what you play. Default with --human: ocjax-<Game>.npz.")] = None,
+    markdown: Annotated[
+        Path | None, typer.Option(help="Write the comparison of variations as Markdown.")
+    ] = None,
+    json: Annotated[
+        Path | None, typer.Option(help="Write the comparison of variations as JSON.")
+    ] = None,
+    human: Annotated[
+        bool, typer.Option("--human", help="Play yourself, in a window that shows the objects.")
+    ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Recording of what you play. Default with --human: ocjax-<Game>.npz."),
+    ] = None,
 ) -> None:
     """Let a policy play complete games, under the settings that it was trained with.
 
-    With --variations, it plays the original game and each of the variations, with the same seeds, and a table compares the returns.
+    With --variations, it plays the original game and each of the variations, with the same seeds,
+    and a table compares the returns.
 
-    With --human, a window opens in which you play: arrows or wasd move, space fires, b hides the boxes, p pauses, and Escape ends. What you
-    have played is written as a recording, which `ocjax evaluate`, `ocjax render` and `ocjax extract` read, and as an animation.
+    With --human, a window opens in which you play: arrows or wasd move, space fires, b hides the
+    boxes, p pauses, and Escape ends. What you have played is written as a recording, which `ocjax
+    evaluate`, `ocjax render` and `ocjax extract` read, and as an animation.
     """
     with errors_in_one_line():
         spec = registry.load(game)
-        protocol = {"preset": preset, "frame_skip": frame_skip, "repeat_action_probability": repeat_action_probability}
+        protocol = {
+            "preset": preset,
+            "frame_skip": frame_skip,
+            "repeat_action_probability": repeat_action_probability,
+        }
         if gif is not None:
             writing.check_suffix(gif, (".gif",))
         if human:
-            plays = csv is not None or variations is not None or policy != TRAINED or episodes != EVALUATION_EPISODES
+            plays = (
+                csv is not None
+                or variations is not None
+                or policy != TRAINED
+                or episodes != EVALUATION_EPISODES
+            )
             if plays or any(value is not None for value in protocol.values()):
                 raise ValueError(
-                    "--policy, --episodes, --variations, --csv and the settings say how a policy plays: they do not apply with --human"
+                    "--policy, --episodes, --variations, --csv and the settings say how a policy "
+                    "plays: they do not apply with --human"
                 )
             recording = out or writing.unnamed(Path(f"ocjax-{spec.name}.npz"))
-            _play_by_hand(spec, seed, recording, gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif")))
+            _play_by_hand(
+                spec, seed, recording, gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif"))
+            )
             return
         if out is not None:
-            raise ValueError("--out is of the recording that --human makes; `ocjax dataset` records the play of policies")
+            raise ValueError(
+                "--out is of the recording that --human makes; `ocjax dataset` records the play "
+                "of policies"
+            )
         if variations is not None:
             if csv is not None or gif is not None:
-                raise ValueError("--csv and --gif are of the original game: with --variations, there are --markdown and --json")
+                raise ValueError(
+                    "--csv and --gif are of the original game: with --variations, there are "
+                    "--markdown and --json"
+                )
             writing.check(markdown, json, reads=[policies.file_of(policy)])
-            rows = varied.compare(spec, policy, varied.chosen(spec, variations), episodes, seed=seed, **protocol)
+            rows = varied.compare(
+                spec, policy, varied.chosen(spec, variations), episodes, seed=seed, **protocol
+            )
             _show_rows(spec, policy, rows, markdown, json)
             return
         if markdown is not None or json is not None:
@@ -193,7 +308,9 @@ def play(
             writing.announce(console, "The first game", gif)
 
 
-def _show_rows(game: Game, policy: str, rows: Sequence[varied.Row], markdown: Path | None, json: Path | None) -> None:
+def _show_rows(
+    game: Game, policy: str, rows: Sequence[varied.Row], markdown: Path | None, json: Path | None
+) -> None:
     """Show the comparison of the original and variations, and write it."""
     table = varied.table(game, policy, rows)
     tables.show(table, console)
@@ -201,7 +318,11 @@ def _show_rows(game: Game, policy: str, rows: Sequence[varied.Row], markdown: Pa
         writing.write_text(markdown, tables.to_markdown([table]))
         writing.announce(console, "Written", markdown)
     if json is not None:
-        about = {"game": game.name, "policy": policy, "variations": [dataclasses.asdict(row) for row in rows]}
+        about = {
+            "game": game.name,
+            "policy": policy,
+            "variations": [dataclasses.asdict(row) for row in rows],
+        }
         writing.write_text(json, json_format.dumps(about, indent=2) + "\n")
         writing.announce(console, "Written", json)
 
@@ -224,21 +345,44 @@ def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
     writing.announce(console, f"{len(tape):,} samples of {game.name}", out)
     samples = slice(0, min(len(tape), PICTURE_STEPS))
     with console.status("drawing"):
-        save([*pictures(tape, extract(tape, ("REM",), samples), samples, scale=2)], gif, frame_time=FRAME_TIME)
+        save(
+            [*pictures(tape, extract(tape, ("REM",), samples), samples, scale=2)],
+            gif,
+            frame_time=FRAME_TIME,
+        )
     writing.announce(console, "The first steps", gif)
 
 
 def _table(game: Game, played: Played) -> Table:
     r = played.returns
-    numbers = (r.mean(), r.std(ddof=1) if len(r) > 1 else 0.0, r.min(), r.max(), played.frames.mean())
-    header = ("Games", "Mean return", "Standard deviation", "Least", "Greatest", "Mean emulated frames")
-    return Table(f"{game.name}: returns of complete games", header, [[f"{len(r):,}", *(f"{n:,.1f}" for n in numbers)]])
+    numbers = (
+        r.mean(),
+        r.std(ddof=1) if len(r) > 1 else 0.0,
+        r.min(),
+        r.max(),
+        played.frames.mean(),
+    )
+    header = (
+        "Games",
+        "Mean return",
+        "Standard deviation",
+        "Least",
+        "Greatest",
+        "Mean emulated frames",
+    )
+    return Table(
+        f"{game.name}: returns of complete games",
+        header,
+        [[f"{len(r):,}", *(f"{n:,.1f}" for n in numbers)]],
+    )
 
 
 def _to_csv(played: Played) -> str:
     text = io.StringIO()
     out = csv_format.writer(text, lineterminator="\n")
     out.writerow(("episode", "return", "frames"))
-    for i, (total, frames) in enumerate(zip(played.returns.tolist(), played.frames.tolist(), strict=True)):
+    for i, (total, frames) in enumerate(
+        zip(played.returns.tolist(), played.frames.tolist(), strict=True)
+    ):
         out.writerow((i, f"{total:g}", frames))
     return text.getvalue()

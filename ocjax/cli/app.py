@@ -1,4 +1,7 @@
-"""The command `ocjax`. A subcommand's module is imported when the subcommand runs, so `ocjax --help` is quick."""
+"""The command `ocjax`.
+
+A subcommand's module is imported when the subcommand runs, so `ocjax --help` is quick.
+"""
 
 import contextlib
 import importlib
@@ -27,13 +30,25 @@ COMMANDS = {  # the module of each subcommand in this package
 }
 SUMMARIES = {  # the first line of each subcommand's help
     "games": "List the supported games, or show everything that is known about one.",
-    "demo": "Play a game with random actions, time both extraction methods, and draw the objects that they find.",
+    "demo": (
+        "Play a game with random actions, time both extraction methods, and draw the objects "
+        "that they find."
+    ),
     "render": "Draw objects over the frames of a recording.",
-    "evaluate": "Measure how well REM and VEM agree in each category, and how often scores and lives are right.",
-    "parity": "Compare another implementation of a game with the real ROM, frame by frame, with the same actions.",
+    "evaluate": (
+        "Measure how well REM and VEM agree in each category, and how often scores and lives are "
+        "right."
+    ),
+    "parity": (
+        "Compare another implementation of a game with the real ROM, frame by frame, with the "
+        "same actions."
+    ),
     "bench": "Time REM, VEM and the environments on one core of this machine, beside other programs.",
     "extract": "Extract objects from RAM or frames in files.",
-    "gaze": "Find the objects that people look at in Atari-HEAD: frames, actions and gaze of people who play.",
+    "gaze": (
+        "Find the objects that people look at in Atari-HEAD: frames, actions and gaze of people "
+        "who play."
+    ),
     "dataset": "Make a dataset of frames and RAM with the objects of both methods.",
     "relabel": "Write the objects of a dataset anew with the present decoders, and its datasheet.",
     "export": "Export a dataset to CSV or Minari.",
@@ -54,7 +69,10 @@ def load(name: str) -> Any:
 
 
 class Commands(Interruptible):
-    """The subcommands. Each is imported when it is called; until then, only its line of help is known."""
+    """The subcommands.
+
+    Each is imported when it is called; until then, only its line of help is known.
+    """
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """The subcommand that the arguments call."""
@@ -62,7 +80,9 @@ class Commands(Interruptible):
         return name, None if name is None else load(name), rest
 
 
-app = typer.Typer(cls=Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False)
+app = typer.Typer(
+    cls=Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False
+)
 for _name, _summary in SUMMARIES.items():
     app.command(_name, help=_summary)(lambda: None)
 
@@ -75,7 +95,12 @@ def _print_version(wanted: bool) -> None:
 
 @app.callback()
 def prepare(
-    version: Annotated[bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")] = False,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version and exit."
+        ),
+    ] = False,
 ) -> None:
     """Extract objects from Atari 2600 games."""
     from ocjax._xla import process

@@ -23,23 +23,39 @@ PLAYED = 100  # agent steps from which states are taken
 
 def bench(
     game: Annotated[list[str] | None, typer.Argument(help="Games to measure.")] = None,
-    num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances of the environments.")] = 64,
+    num_envs: Annotated[
+        int, typer.Option("--envs", min=1, help="Number of instances of the environments.")
+    ] = 64,
     seconds: Annotated[float, typer.Option(min=0.01, help="Duration of each measurement.")] = 1.0,
     ocatari: Annotated[bool, typer.Option("--ocatari", help="Time OCAtari 2.2.1, too.")] = False,
     ocatari_env: Annotated[
-        Path | None, typer.Option(help="Virtual environment with OCAtari, created if needed. Default: one in the user's cache.")
+        Path | None,
+        typer.Option(
+            help=(
+                "Virtual environment with OCAtari, created if needed. Default: one in the user's "
+                "cache."
+            )
+        ),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Write a line of JSON for each measurement.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--json", metavar="FILE", help="Write a line of JSON for each measurement."),
+    ] = None,
     plots: Annotated[
-        Path | None, typer.Option(metavar="FOLDER", help="Write figures: steps.png and batches.png. Needs matplotlib.")
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="Write figures: steps.png and batches.png. Needs matplotlib."
+        ),
     ] = None,
 ) -> None:
     """Time REM, VEM and the environments on one core of this machine, beside other programs.
 
-    These are ale-py's vector environment, envpool and OpenCV where they are installed, and OCAtari with --ocatari. On systems that cannot
-    bind a process to a core, such as macOS, all cores take part.
+    These are ale-py's vector environment, envpool and OpenCV where they are installed, and OCAtari
+    with --ocatari. On systems that cannot bind a process to a core, such as macOS, all cores take
+    part.
 
-    Times are of one state, frame or agent step, which emulates four frames. Each is the median of repeated calls after the first one.
+    Times are of one state, frame or agent step, which emulates four frames. Each is the median of
+    repeated calls after the first one.
     """
     with errors_in_one_line(), timing.one_core():  # before JAX starts its threads
         if plots is not None:
@@ -52,13 +68,19 @@ def bench(
         found = []
         for known in games:
             for measurement in _measurements(known, num_envs, seconds, python):
-                console.print(f"{measurement.game}, {measurement.what}, {measurement.batch}: {measurement.median:.3f} us", markup=False)
+                console.print(
+                    f"{measurement.game}, {measurement.what}, {measurement.batch}: "
+                    f"{measurement.median:.3f} us",
+                    markup=False,
+                )
                 found.append(measurement)
         tables.show(_table(found), console)
         _write(found, out, plots)
 
 
-def _measurements(game: Game, num_envs: int, seconds: float, python: Path | None) -> Iterator[Measurement]:
+def _measurements(
+    game: Game, num_envs: int, seconds: float, python: Path | None
+) -> Iterator[Measurement]:
     rams, frames = states(game, PLAYED, seed=0)
     yield from timing.methods(game, rams, frames, seconds)
     yield from timing.opencv(game, np.ascontiguousarray(frames), seconds)
@@ -74,9 +96,14 @@ def _write(found: list[Measurement], out: Path | None, plots: Path | None) -> No
         writing.write_text(out, "\n".join(lines) + "\n")
         writing.announce(console, f"{len(lines)} measurements", out)
     if plots is not None:
-        for name, draw in (("steps.png", time_plots.steps_figure), ("batches.png", time_plots.batches_figure)):
+        for name, draw in (
+            ("steps.png", time_plots.steps_figure),
+            ("batches.png", time_plots.batches_figure),
+        ):
             picture = draw(found)
-            writing.write(plots / name, lambda file, picture=picture: file.write(picture), follow=False)
+            writing.write(
+                plots / name, lambda file, picture=picture: file.write(picture), follow=False
+            )
             writing.announce(console, "A figure", plots / name)
 
 
@@ -85,7 +112,19 @@ def _table(found: list[Measurement]) -> tables.Table:
     cores = "1 core" if machine["cores"] == 1 else f"{machine['cores']} cores"
     title = f"{machine['processor']}, {cores}, jax {machine['jax']}, ocjax {machine['ocjax']}"
     rows = [
-        (m.game, m.what, m.batch, f"{m.first_call:.2f}", f"{m.median:.3f}", f"{m.low:.3f}-{m.high:.3f}", round(1e6 / m.median))
+        (
+            m.game,
+            m.what,
+            m.batch,
+            f"{m.first_call:.2f}",
+            f"{m.median:.3f}",
+            f"{m.low:.3f}-{m.high:.3f}",
+            round(1e6 / m.median),
+        )
         for m in found
     ]
-    return tables.Table(title, ("game", "what", "batch", "first call, s", "median, us", "10-90 %", "per second"), rows)
+    return tables.Table(
+        title,
+        ("game", "what", "batch", "first call, s", "median, us", "10-90 %", "per second"),
+        rows,
+    )

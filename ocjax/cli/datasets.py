@@ -18,24 +18,35 @@ from ocjax.files import writing
 def dataset(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     out: Annotated[Path, typer.Option(help="Folder of the dataset.")],
-    states: Annotated[int, typer.Option(min=1, help="States to play, of all seeds together.")] = 10_000,
-    seed: Annotated[list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")] = None,
+    states: Annotated[
+        int, typer.Option(min=1, help="States to play, of all seeds together.")
+    ] = 10_000,
+    seed: Annotated[
+        list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")
+    ] = None,
     policy: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME[=PERCENT]",
-            help="Policy (random, repeat, trained, or a file of a saved policy) and the percentage of the states that it plays, a multiple "
-            "of 10; may be repeated. Default: random=30, and trained=70 or, in games without a trained policy, repeat=70.",
+            help="Policy (random, repeat, trained, or a file of a saved policy) and the "
+            "percentage of "
+            "the states that it plays, a multiple "
+            "of 10; may be repeated. Default: random=30, and trained=70 or, in games without a "
+            "trained policy, repeat=70.",
         ),
     ] = None,
     least_f1: Annotated[
-        float, typer.Option(min=0, max=1, help="Leave out sequences in which the F1 of REM against VEM is less.")
+        float,
+        typer.Option(
+            min=0, max=1, help="Leave out sequences in which the F1 of REM against VEM is less."
+        ),
     ] = LEAST_F1,
     start: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE[,...]",
-            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax ram map`, or numbers of bytes; none for "
+            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
+            "ram map`, or numbers of bytes; none for "
             "the ordinary start. May be repeated: the instances take turns.",
         ),
     ] = None,
@@ -48,11 +59,17 @@ def dataset(
     with errors_in_one_line():
         spec = registry.load(game)
         begin = [ram_starts.parse(text) for text in start or ()]
-        plan = plan_dataset(spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1, begin)
+        plan = plan_dataset(
+            spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1, begin
+        )
         was_complete = (out / generation.SHEET).exists() and not generation.missing(plan, out)
         with progress_bar(f"playing {spec.name}", "states", console) as report:
             generation.generate(plan, out, ray=ray, report=report)
-    writing.announce(console, "Complete already" if was_complete else "Written", out if was_complete else out / generation.SHEET)
+    writing.announce(
+        console,
+        "Complete already" if was_complete else "Written",
+        out if was_complete else out / generation.SHEET,
+    )
 
 
 def _percentages(policies: list[str]) -> dict[str, int]:
@@ -83,7 +100,15 @@ def relabel(
 
 def export(
     folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
-    out: Annotated[str, typer.Option(help="A .csv file (replaced) in the layout of the OCAtari paper's dataset, or a new minari:ID.")],
+    out: Annotated[
+        str,
+        typer.Option(
+            help=(
+                "A .csv file (replaced) in the layout of the OCAtari paper's dataset, or a new "
+                "minari:ID."
+            )
+        ),
+    ],
 ) -> None:
     """Export a dataset to CSV or Minari."""
     with errors_in_one_line(), progress_bar("exporting", "states", console) as report:

@@ -33,7 +33,9 @@ def demo(
     num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 64,
     steps: Annotated[int, typer.Option(min=1, help="Agent steps of each instance.")] = 250,
     seed: Annotated[int, typer.Option(min=0, help="Seed of actions and emulators.")] = 0,
-    out: Annotated[Path | None, typer.Option(help="Picture to write. Default: ocjax-<Game>.png.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Picture to write. Default: ocjax-<Game>.png.")
+    ] = None,
 ) -> None:
     """Play a game with random actions, time both extraction methods, and draw the objects that they find."""
     spec = load_playable(game)
@@ -43,7 +45,10 @@ def demo(
         writing.check(out)
     result = run(spec, num_envs, steps, seed)
     tables.print_whole(to_table(result), console)
-    console.print("First call, compilation included: " + ", ".join(f"{name} {s:.2f} s" for name, s in result.first_call.items()))
+    console.print(
+        "First call, compilation included: "
+        + ", ".join(f"{name} {s:.2f} s" for name, s in result.first_call.items())
+    )
     with errors_in_one_line():
         writing.write_picture(out, picture(result))
     writing.announce(console, "Objects on the last frames, REM beside VEM", out)
@@ -77,7 +82,9 @@ def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
         steps: agent steps of each instance.
         seed: seed of the actions; the instances have seeds from here on.
     """
-    with contextlib.closing(AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))) as pool:
+    with contextlib.closing(
+        AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))
+    ) as pool:
         with console.status(f"starting {num_envs} instances of {game.name}"):
             pool.reset([seed + i for i in range(num_envs)])
         methods = {"REM": (game.rem, pool.ram), "VEM": (game.vem, pool.screen[:, 1])}
@@ -88,13 +95,21 @@ def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
         actions = np.random.default_rng(seed).integers(len(pool.actions), size=(steps, num_envs))
         seconds: dict[str, list[float]] = {"step": [], "REM": [], "VEM": []}
         objects: dict[str, Objects] = {}
-        for action in track(actions, description=f"playing {game.name}", console=console, transient=True):
+        for action in track(
+            actions, description=f"playing {game.name}", console=console, transient=True
+        ):
             seconds["step"].append(_timed(pool.step, action)[0])
             for name, (extract, source) in methods.items():
                 spent, objects[name] = _timed(extract, source)
                 seconds[name].append(spent)
         on_host = {name: jax.tree.map(np.asarray, o) for name, o in objects.items()}
-        return Demonstration(game, {k: np.array(v) for k, v in seconds.items()}, first_call, np.array(pool.screen[:, 1]), on_host)
+        return Demonstration(
+            game,
+            {k: np.array(v) for k, v in seconds.items()},
+            first_call,
+            np.array(pool.screen[:, 1]),
+            on_host,
+        )
 
 
 def _timed(f: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
@@ -109,11 +124,20 @@ def to_table(shown: Demonstration) -> Table:
     num_envs = len(shown.frames)
     steps = shown.seconds["step"]
     step = float(np.median(steps))
-    title = f"{shown.game.name}: {num_envs} instances, {len(steps)} steps of {FRAME_SKIP} emulated frames, random actions"
+    title = (
+        f"{shown.game.name}: {num_envs} instances, {len(steps)} steps of {FRAME_SKIP} emulated "
+        "frames, random actions"
+    )
     table = Table(title=title, title_justify="left")
     for heading in ("", "median", "10-90 %", "per second", "of step"):
         table.add_column(heading, justify="right" if heading else "left")
-    table.add_row("step", f"{1e3 * step:.2f} ms", _spread(steps, 1e3), f"{num_envs / step:,.0f} agent steps", "100 %")
+    table.add_row(
+        "step",
+        f"{1e3 * step:.2f} ms",
+        _spread(steps, 1e3),
+        f"{num_envs / step:,.0f} agent steps",
+        "100 %",
+    )
     table.add_row("", "", "", f"{num_envs * FRAME_SKIP / step:,.0f} emulated frames")
     for name in ("REM", "VEM"):
         median = float(np.median(shown.seconds[name]))
@@ -134,6 +158,11 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
 
 def picture(shown: Demonstration) -> Image.Image:
     """The last frames of the instances that show most kinds of objects, with those of both methods drawn over them, REM on the left."""
-    instances = richest(shown.game, shown.objects["REM"], shown.frames, min(ROWS, len(shown.frames)))
-    rows = [[overlay(shown.game, shown.frames[i], shown.objects[name][i]) for name in ("REM", "VEM")] for i in instances]
+    instances = richest(
+        shown.game, shown.objects["REM"], shown.frames, min(ROWS, len(shown.frames))
+    )
+    rows = [
+        [overlay(shown.game, shown.frames[i], shown.objects[name][i]) for name in ("REM", "VEM")]
+        for i in instances
+    ]
     return sheet(rows, [f"{shown.game.name}: REM (from RAM; {HIDDEN})", "VEM (from pixels)"])

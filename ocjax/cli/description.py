@@ -17,7 +17,8 @@ PARAGRAPH = re.compile(r"\n\s*\n")
 
 
 def describe(game: Game) -> dict[str, Any]:
-    """A game as JSON values: its ROM, categories, address map, accuracy, modes, variations, whether an agent ships with ocjax, and notes.
+    """A game as JSON values: its ROM, categories, address map, accuracy, modes, variations, whether
+    an agent ships with ocjax, and notes.
 
     Args:
         game: the game; its ROM need not be installed.
@@ -44,10 +45,13 @@ def describe(game: Game) -> dict[str, Any]:
 def accuracy() -> dict[str, dict[str, float | None]]:
     """Percentages of each game as measured by `benchmarks/table.py`.
 
-    `f1`, `iou` and `exact` compare REM with VEM on random play, `drawn_f1` on recordings of what the video chip drew. `score` and `lives`
-    are the shares of samples in which REM's equal the emulator's. None: there is no such figure.
+    `f1`, `iou` and `exact` compare REM with VEM on random play, `drawn_f1` on recordings of what
+    the video chip drew. `score` and `lives` are the shares of samples in which REM's equal the
+    emulator's. None: there is no such figure.
     """
-    return json.loads(importlib.resources.files("ocjax.cli").joinpath("accuracy.json").read_text("utf-8"))
+    return json.loads(
+        importlib.resources.files("ocjax.cli").joinpath("accuracy.json").read_text("utf-8")
+    )
 
 
 def variants(game: Game) -> dict[str, list[int]]:
@@ -79,7 +83,12 @@ def _category(game: Game, c: Category) -> dict[str, Any]:
 
 
 def _field(field: Field, comment: str) -> dict[str, Any]:
-    return {"name": field.name, "bytes": [_address(place) for place in field.places], "read": field.meaning, "comment": comment}
+    return {
+        "name": field.name,
+        "bytes": [_address(place) for place in field.places],
+        "read": field.meaning,
+        "comment": comment,
+    }
 
 
 def _address(place: Place) -> str:

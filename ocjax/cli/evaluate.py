@@ -21,39 +21,76 @@ SEED = 12345
 
 
 def evaluate(
-    what: Annotated[list[str], typer.Argument(metavar="GAME|RECORDING...", help="Games to play, or recordings (.npz) with frames.")],
-    samples: Annotated[int, typer.Option(min=8, help="Samples of each game, seed, mode and difficulty.")] = 2000,
+    what: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="GAME|RECORDING...", help="Games to play, or recordings (.npz) with frames."
+        ),
+    ],
+    samples: Annotated[
+        int, typer.Option(min=8, help="Samples of each game, seed, mode and difficulty.")
+    ] = 2000,
     policy: Annotated[
         str,
         typer.Option(
-            help="random, repeat (random actions held for 1 to 8 steps), idle (no action), seldom (mostly none), trained, "
+            help="random, repeat (random actions held for 1 to 8 steps), idle (no action), seldom "
+            "(mostly none), trained, "
             "or an .npz file of a saved policy."
         ),
     ] = "repeat",
-    after: Annotated[int, typer.Option(min=0, help="Emulated frames that each instance plays before its first sample.")] = 0,
-    seed: Annotated[list[int] | None, typer.Option(min=0, help=f"Seed; may be repeated. Default: {SEED}.")] = None,
+    after: Annotated[
+        int,
+        typer.Option(
+            min=0, help="Emulated frames that each instance plays before its first sample."
+        ),
+    ] = 0,
+    seed: Annotated[
+        list[int] | None, typer.Option(min=0, help=f"Seed; may be repeated. Default: {SEED}.")
+    ] = None,
     game_mode: Annotated[
-        list[int] | None, typer.Option("--mode", help="Game mode as ale-py numbers it; may be repeated. Default: the game's.")
+        list[int] | None,
+        typer.Option(
+            "--mode", help="Game mode as ale-py numbers it; may be repeated. Default: the game's."
+        ),
     ] = None,
     game_difficulty: Annotated[
-        list[int] | None, typer.Option("--difficulty", help="Difficulty as ale-py numbers it; may be repeated. Default: the game's.")
+        list[int] | None,
+        typer.Option(
+            "--difficulty",
+            help="Difficulty as ale-py numbers it; may be repeated. Default: the game's.",
+        ),
     ] = None,
     frame_skip: Annotated[
         int | None,
         typer.Option(
             min=1,
-            help="Emulated frames per step; an odd number covers both phases of flicker. Default: 3, or those of the policy's training.",
+            help=(
+                "Emulated frames per step; an odd number covers both phases of flicker. Default: "
+                "3, or those of the policy's training."
+            ),
         ),
     ] = None,
     num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 8,
-    ocatari: Annotated[bool, typer.Option("--ocatari", help="Run OCAtari 2.2.1 on the same frames.")] = False,
+    ocatari: Annotated[
+        bool, typer.Option("--ocatari", help="Run OCAtari 2.2.1 on the same frames.")
+    ] = False,
     ocatari_env: Annotated[
-        Path | None, typer.Option(help="Virtual environment with OCAtari, created if needed. Default: one in the user's cache.")
+        Path | None,
+        typer.Option(
+            help=(
+                "Virtual environment with OCAtari, created if needed. Default: one in the user's "
+                "cache."
+            )
+        ),
     ] = None,
     markdown: Annotated[Path | None, typer.Option(help="Write the tables as Markdown.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write all numbers as CSV.")] = None,
-    latex: Annotated[Path | None, typer.Option(help="Write LaTeX tables in the OCAtari paper's layout.")] = None,
-    html: Annotated[Path | None, typer.Option(help="Write a page with pictures of the worst frames.")] = None,
+    latex: Annotated[
+        Path | None, typer.Option(help="Write LaTeX tables in the OCAtari paper's layout.")
+    ] = None,
+    html: Annotated[
+        Path | None, typer.Option(help="Write a page with pictures of the worst frames.")
+    ] = None,
 ) -> None:
     """Measure how well REM and VEM agree in each category, and how often scores and lives are right."""
     with errors_in_one_line():
@@ -67,11 +104,27 @@ def evaluate(
             if w in tapes:
                 tape, source = tapes[w], f"{len(tapes[w]):,} samples of {w}"
             else:
-                choices = {"seed": seed or [SEED], "game_mode": game_mode or [None], "game_difficulty": game_difficulty or [None]}
-                tape = _play_all(specs[w], choices, samples=samples, policy=policy, num_envs=num_envs, frame_skip=frame_skip, after=after)
+                choices = {
+                    "seed": seed or [SEED],
+                    "game_mode": game_mode or [None],
+                    "game_difficulty": game_difficulty or [None],
+                }
+                tape = _play_all(
+                    specs[w],
+                    choices,
+                    samples=samples,
+                    policy=policy,
+                    num_envs=num_envs,
+                    frame_skip=frame_skip,
+                    after=after,
+                )
                 source = _describe(tape, policy, choices, after)
             with console.status(f"evaluating {tape.game.name}"):
-                done.append(report.evaluate(tape, source, ocatari_peer.run(tape, python) if python else None))
+                done.append(
+                    report.evaluate(
+                        tape, source, ocatari_peer.run(tape, python) if python else None
+                    )
+                )
             for table in report.tables_of(done[-1]):
                 tables.show(table, console)
             for note in report.notes(done[-1]):
@@ -85,32 +138,56 @@ def _read_with_frames(paths: Iterator[str]) -> dict[str, Recording]:
     tapes = {path: recordings.read(path) for path in paths}
     for path, tape in tapes.items():
         if tape.screens is None:
-            raise recordings.RecordingError(f"{path} has no frames (an array 'screens'): there is nothing to compare REM with")
+            raise recordings.RecordingError(
+                f"{path} has no frames (an array 'screens'): there is nothing to compare REM with"
+            )
     return tapes
 
 
 def _play_all(game: Game, choices: dict[str, list], *, samples: int, **options: Any) -> Recording:
     """Play every combination of seeds, modes and difficulties."""
-    runs = [dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())]
+    runs = [
+        dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())
+    ]
     return recordings.join([rollout(game, samples, **options, **run) for run in runs])
 
 
 def _describe(tape: Recording, policy: str, choices: dict[str, list], after: int) -> str:
     late = f" after {after:,} frames" * (after > 0)
     skip = (tape.settings or {})["frame_skip"]
-    text = f"{len(tape):,} samples of {policy} play{late}, {skip} emulated frames per step, seeds {choices['seed']}"
-    for name, values in (("modes", choices["game_mode"]), ("difficulties", choices["game_difficulty"])):
+    text = (
+        f"{len(tape):,} samples of {policy} play{late}, {skip} emulated frames per step, seeds "
+        f"{choices['seed']}"
+    )
+    for name, values in (
+        ("modes", choices["game_mode"]),
+        ("difficulties", choices["game_difficulty"]),
+    ):
         text += f", {name} {values}" * (values != [None])
     return text
 
 
 def _write_reports(
-    done: Sequence[report.Evaluation], markdown: Path | None, csv: Path | None, latex: Path | None, html: Path | None
+    done: Sequence[report.Evaluation],
+    markdown: Path | None,
+    csv: Path | None,
+    latex: Path | None,
+    html: Path | None,
 ) -> None:
     def to_markdown(evaluations: Sequence[report.Evaluation]) -> str:
-        return tables.to_markdown([report.overview(evaluations), *(table for e in evaluations for table in report.tables_of(e))])
+        return tables.to_markdown(
+            [
+                report.overview(evaluations),
+                *(table for e in evaluations for table in report.tables_of(e)),
+            ]
+        )
 
-    outputs = (markdown, to_markdown), (csv, formats.to_csv), (latex, formats.to_latex), (html, formats.to_html)
+    outputs = (
+        (markdown, to_markdown),
+        (csv, formats.to_csv),
+        (latex, formats.to_latex),
+        (html, formats.to_html),
+    )
     for path, to_text in outputs:
         if path is not None:
             writing.write_text(path, to_text(done))

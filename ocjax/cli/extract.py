@@ -16,27 +16,43 @@ def extract(
         str,
         typer.Argument(
             metavar="INPUT",
-            help=".npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, .zarr folder, folder of pictures (.png, .gif, "
+            help=".npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, .zarr folder, folder "
+            "of "
+            "pictures (.png, .gif, "
             ".webp, .bmp, .tif), of .parquet files or of datasets.save_to_disk, or minari:ID.",
         ),
     ],
     out: Annotated[
         str,
         typer.Option(
-            help="Objects: .npz, .h5, .hdf5, .parquet, .json (COCO), .txt (MOT), yolo:FOLDER, or minari:ID to copy a Minari dataset."
+            help=(
+                "Objects: .npz, .h5, .hdf5, .parquet, .json (COCO), .txt (MOT), yolo:FOLDER, or "
+                "minari:ID to copy a Minari dataset."
+            )
         ),
     ],
-    game: Annotated[str | None, typer.Option(help="Name of the game, if neither the input nor its name tells it.")] = None,
+    game: Annotated[
+        str | None,
+        typer.Option(help="Name of the game, if neither the input nor its name tells it."),
+    ] = None,
     array: Annotated[
         str | None,
-        typer.Option(help="Name of the array or column. Default: the first of rams, ram, screens, frames, observations, obs that fits."),
+        typer.Option(
+            help=(
+                "Name of the array or column. Default: the first of rams, ram, screens, frames, "
+                "observations, obs that fits."
+            )
+        ),
     ] = None,
-    hud: Annotated[bool, typer.Option(help="Whether display objects (score, lives) are included.")] = True,
+    hud: Annotated[
+        bool, typer.Option(help="Whether display objects (score, lives) are included.")
+    ] = True,
     ray: RAY = None,
 ) -> None:
     """Extract objects from RAM or frames in files.
 
-    If it is interrupted, repeat the command to resume. Until the output is complete, the work is kept in the folder OUT.parts.
+    If it is interrupted, repeat the command to resume. Until the output is complete, the work is
+    kept in the folder OUT.parts.
     """
     with errors_in_one_line(), progress_bar("extracting", "rows", console) as report:
         extract_file(source, out, game, array=array, hud=hud, ray=ray, report=report)

@@ -17,9 +17,11 @@ EVERY = 10  # agent steps from one state that is looked at to the next
 
 
 def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.ndarray:
-    """The indices of the states in which objects of most categories are drawn, the richest one first.
+    """The indices of the states in which objects of most categories are drawn, the richest one
+    first.
 
-    Of equal ones, that with fewer objects that the frame does not show comes first, then the later one.
+    Of equal ones, that with fewer objects that the frame does not show comes first, then the later
+    one.
 
     Args:
         game: the objects' game.
@@ -28,7 +30,9 @@ def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.
         count: number of states, at most B.
     """
     on_host = jax.tree.map(np.asarray, objects)
-    shown = np.stack([drawn(game, frame, state) for frame, state in zip(frames, on_host, strict=True)])
+    shown = np.stack(
+        [drawn(game, frame, state) for frame, state in zip(frames, on_host, strict=True)]
+    )
     kinds = np.stack([shown[:, slots].any(axis=1) for slots in game.slices.values()]).sum(axis=0)
     hidden = np.count_nonzero(on_host.valid & ~shown, axis=1)
     return np.lexsort((np.arange(len(frames)), -hidden, kinds))[::-1][:count]
@@ -46,7 +50,10 @@ def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.I
     rams, frames = states(game, steps, seed)
     at = richest(game, game.rem(rams), frames, 1)[0]
     seen = game.rem(rams[at]), game.vem(frames[at])
-    columns = [overlay(game, frames[at], jax.tree.map(np.asarray, objects), scale=scale) for objects in seen]
+    columns = [
+        overlay(game, frames[at], jax.tree.map(np.asarray, objects), scale=scale)
+        for objects in seen
+    ]
     return sheet([columns], [f"REM ({HIDDEN})", "VEM"])
 
 

@@ -25,10 +25,19 @@ FIGURES = {  # of `accuracy.json`, with what they say
 
 
 def games(
-    game: Annotated[str | None, typer.Argument(help="Name of a game; without one, all games are listed.")] = None,
-    picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the game's objects to this .png file.")] = None,
+    game: Annotated[
+        str | None, typer.Argument(help="Name of a game; without one, all games are listed.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the game's objects to this .png file.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
-    suite: Annotated[str | None, typer.Option(help="List the games of a suite: atari100k, atari5, atari10, atari57 or ocatari.")] = None,
+    suite: Annotated[
+        str | None,
+        typer.Option(
+            help="List the games of a suite: atari100k, atari5, atari10, atari57 or ocatari."
+        ),
+    ] = None,
 ) -> None:
     """List the supported games, or show everything that is known about one."""
     if game is None:
@@ -61,10 +70,16 @@ def _print_list(suite: str | None, as_json: bool) -> None:
         return
     missing: list[str] = []
     if suite is None:
-        console.print(f"{len(supported)} games, each with both methods, REM (from RAM) and VEM (from pixels):\n")
+        console.print(
+            f"{len(supported)} games, each with both methods, REM (from RAM) and VEM (from "
+            "pixels):\n"
+        )
     else:
         source, every = names.suite_of(suite).source, names.suite_of(suite).games
-        console.print(f"{suite}: {len(supported)} of {len(every)} games are supported. Source: {source}.\n", highlight=False)
+        console.print(
+            f"{suite}: {len(supported)} of {len(every)} games are supported. Source: {source}.\n",
+            highlight=False,
+        )
         missing = [name for name in every if name not in supported]
     _print_names(supported)
     if missing:
@@ -86,9 +101,14 @@ def _print_page(about: dict[str, Any]) -> None:
     from ocjax.evaluation import tables
 
     screen, variants = about["screen"], about["variants"]
-    figures = [f"{text} {about['accuracy'][key]:.2f} %" for key, text in FIGURES.items() if about["accuracy"].get(key) is not None]
+    figures = [
+        f"{text} {about['accuracy'][key]:.2f} %"
+        for key, text in FIGURES.items()
+        if about["accuracy"].get(key) is not None
+    ]
     paragraphs = (
-        f"ROM {about['rom']}, MD5 {about['md5']}; screen {screen[1]} x {screen[0]}; {about['slots']} slots; "
+        f"ROM {about['rom']}, MD5 {about['md5']}; screen {screen[1]} x {screen[0]}; "
+        f"{about['slots']} slots; "
         f"modes {_listed(variants['modes'])}; difficulties {_listed(variants['difficulties'])}",
         *about["notes"],
         *(["Accuracy: " + ", ".join(figures)] if figures else []),
@@ -97,7 +117,11 @@ def _print_page(about: dict[str, Any]) -> None:
     for text in paragraphs:
         console.print(f"\n{text}", markup=False, highlight=False, soft_wrap=not console.is_terminal)
     if about["agent"]:
-        console.print(f"\nAn agent ships with ocjax: `ocjax play {about['name']}`", markup=False, highlight=False)
+        console.print(
+            f"\nAn agent ships with ocjax: `ocjax play {about['name']}`",
+            markup=False,
+            highlight=False,
+        )
     varied = [_variations(about["variations"])] if about["variations"] else []
     for table in (_categories(about["categories"]), *varied, _ram(about["ram"])):
         console.print()
@@ -109,14 +133,21 @@ def _listed(numbers: Iterable[int]) -> str:
 
 
 def _categories(categories: Iterable[dict[str, Any]]) -> Table:
-    table = Table("Category", "Slots", "Attributes", "What it is", title="Objects", title_justify="left")
+    table = Table(
+        "Category", "Slots", "Attributes", "What it is", title="Objects", title_justify="left"
+    )
     for c in categories:
         first, end = c["slots"]
         attributes = [name for name in ("hud", "value", "orientation", "blinks") if c[name]]
         if c["value"] and not c["vem_reads_value"]:
             attributes[attributes.index("value")] = "value (REM)"
         also = f" (also {', '.join(c['aliases'])})" if c["aliases"] else ""
-        table.add_row(c["name"] + also, str(first) if end - first == 1 else f"{first}-{end - 1}", ", ".join(attributes), c["doc"])
+        table.add_row(
+            c["name"] + also,
+            str(first) if end - first == 1 else f"{first}-{end - 1}",
+            ", ".join(attributes),
+            c["doc"],
+        )
     return table
 
 
@@ -128,7 +159,9 @@ def _variations(docs: dict[str, str]) -> Table:
 
 
 def _ram(fields: Iterable[dict[str, Any]]) -> Table:
-    table = Table("Field", "Bytes", "Read as", "Meaning", title="RAM that REM reads", title_justify="left")
+    table = Table(
+        "Field", "Bytes", "Read as", "Meaning", title="RAM that REM reads", title_justify="left"
+    )
     for f in fields:
         table.add_row(f["name"], ", ".join(f["bytes"]), f["read"], f["comment"])
     return table

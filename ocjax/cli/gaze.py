@@ -19,7 +19,20 @@ from ocjax.files.atari_head import Look, looks
 from ocjax.files.pictures import PictureFolder
 from ocjax.transforms.drawing import overlay
 
-COLUMNS = ("frame_id", "episode", "action", "reward", "gaze_positions", "category", "slot", "x", "y", "w", "h", "share")
+COLUMNS = (
+    "frame_id",
+    "episode",
+    "action",
+    "reward",
+    "gaze_positions",
+    "category",
+    "slot",
+    "x",
+    "y",
+    "w",
+    "h",
+    "share",
+)
 SCALE = 3  # picture pixels per screen pixel
 DOT = 3  # half the size of a gaze position in the picture
 
@@ -27,10 +40,21 @@ DOT = 3  # half the size of a gaze position in the picture
 def gaze(
     trial: Annotated[Path, typer.Argument(help="The text file of a trial of Atari-HEAD.")],
     game: Annotated[str, typer.Option(help="Name of the game.")],
-    out: Annotated[Path, typer.Option(help="A .csv file: a line for each frame, with the object that is looked at.")],
-    frames: Annotated[Path | None, typer.Option(help="Folder of the trial's pictures. Default: the file's name without .txt.")] = None,
+    out: Annotated[
+        Path,
+        typer.Option(help="A .csv file: a line for each frame, with the object that is looked at."),
+    ],
+    frames: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the trial's pictures. Default: the file's name without .txt."),
+    ] = None,
     picture: Annotated[
-        Path | None, typer.Option(help="A .png of the first frame with an object that is looked at, or of the first frame.")
+        Path | None,
+        typer.Option(
+            help=(
+                "A .png of the first frame with an object that is looked at, or of the first frame."
+            )
+        ),
     ] = None,
 ) -> None:
     """Find the objects that people look at in Atari-HEAD: frames, actions and gaze of people who play."""
@@ -64,7 +88,17 @@ def _to_csv(found: list[Look]) -> str:
     for look in found:
         f = look.frame
         box = [""] * 4 if look.slot is None else np.asarray(look.objects.xywh)[look.slot].tolist()
-        row = [f.frame_id, f.episode, f.action, f.reward, len(f.gaze), look.category, look.index, *box, f"{look.share:.3f}"]
+        row = [
+            f.frame_id,
+            f.episode,
+            f.action,
+            f.reward,
+            len(f.gaze),
+            look.category,
+            look.index,
+            *box,
+            f"{look.share:.3f}",
+        ]
         writer.writerow(["" if cell is None else cell for cell in row])
     return file.getvalue()
 
@@ -72,8 +106,14 @@ def _to_csv(found: list[Look]) -> str:
 def _to_table(game: Game, found: list[Look]) -> tables.Table:
     """How many frames each category is looked at on."""
     counts = Counter(look.category for look in found if len(look.frame.gaze))
-    rows: list[list[tables.Cell]] = [[name or "nothing", n, 100 * n / counts.total()] for name, n in counts.most_common()]
-    return tables.Table(f"{game.name}: what is looked at on {counts.total()} frames with gaze", ["Category", "Frames", "%"], rows)
+    rows: list[list[tables.Cell]] = [
+        [name or "nothing", n, 100 * n / counts.total()] for name, n in counts.most_common()
+    ]
+    return tables.Table(
+        f"{game.name}: what is looked at on {counts.total()} frames with gaze",
+        ["Category", "Frames", "%"],
+        rows,
+    )
 
 
 def _drawn(game: Game, folder: Path, look: Look) -> Image.Image:
@@ -83,5 +123,7 @@ def _drawn(game: Game, folder: Path, look: Look) -> Image.Image:
     image = overlay(game, pictures.read(row, row + 1)[0], look.objects, scale=SCALE)
     draw = ImageDraw.Draw(image)
     for x, y in look.frame.gaze * (2 * SCALE, SCALE):
-        draw.ellipse((x - DOT, y - DOT, x + DOT, y + DOT), fill=(255, 0, 0), outline=(255, 255, 255))
+        draw.ellipse(
+            (x - DOT, y - DOT, x + DOT, y + DOT), fill=(255, 0, 0), outline=(255, 255, 255)
+        )
     return image

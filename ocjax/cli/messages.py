@@ -45,7 +45,12 @@ def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[
     Yields:
         A function to call with how many are done, and how many there are.
     """
-    columns = TextColumn(action), BarColumn(), TextColumn(f"{{task.completed:,}} of {{task.total:,}} {unit}"), TimeRemainingColumn()
+    columns = (
+        TextColumn(action),
+        BarColumn(),
+        TextColumn(f"{{task.completed:,}} of {{task.total:,}} {unit}"),
+        TimeRemainingColumn(),
+    )
     with contextlib.ExitStack() as shown:
         progress = Progress(*columns, console=console)
         task = progress.add_task("", total=0)
@@ -69,4 +74,8 @@ class Interruptible(TyperGroup):
             say("Interrupted.")
             sys.stdout.flush()
             sys.stderr.flush()
-            os._exit(INTERRUPTED)  # threads of XLA that still compile or compute crash an interpreter that shuts down in order
+            os._exit(
+                INTERRUPTED
+                # threads of XLA that still compile or compute crash an interpreter that shuts down
+                # in order
+            )

@@ -12,14 +12,18 @@ RAY = Annotated[
     typer.Option(
         "--ray",
         metavar="ADDRESS",
-        help="Spread the work over a Ray cluster whose machines share the files: its address, auto for the one that this machine is "
+        help="Spread the work over a Ray cluster whose machines share the files: its address, auto "
+        "for the one that this machine is "
         "part of, or local for this machine alone.",
     ),
 ]
 
 
-def fields_as_options(kind: type, panel: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """A decorator for commands with `**given`: it gives them an option for each field of a dataclass, which is None by default.
+def fields_as_options(
+    kind: type, panel: str
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """A decorator for commands with `**given`: it gives them an option for each field of a
+    dataclass, which is None by default.
 
     Args:
         kind: the dataclass. The metadata of its fields have their `help`.
@@ -32,7 +36,10 @@ def fields_as_options(kind: type, panel: str) -> Callable[[Callable[..., None]],
             default=None,
             annotation=Annotated[
                 field.type | None,  # pyright: ignore[reportOperatorIssue]
-                typer.Option(help=f"{field.metadata['help']} Default: {field.default:g}.", rich_help_panel=panel),
+                typer.Option(
+                    help=f"{field.metadata['help']} Default: {field.default:g}.",
+                    rich_help_panel=panel,
+                ),
             ],
         )
         for field in dataclasses.fields(kind)
@@ -40,7 +47,9 @@ def fields_as_options(kind: type, panel: str) -> Callable[[Callable[..., None]],
 
     def decorate(command: Any) -> Any:
         signature = inspect.signature(command)
-        own = [p for p in signature.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD]
+        own = [
+            p for p in signature.parameters.values() if p.kind is not inspect.Parameter.VAR_KEYWORD
+        ]
         command.__signature__ = signature.replace(parameters=[*own, *options])
         return command
 

@@ -20,13 +20,31 @@ FRAME_TIME = 50  # milliseconds per frame of an animation
 
 
 def parity(
-    name: Annotated[str, typer.Argument(metavar="GAME", help="Name of the game, or all: a line for each game that both have.")],
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="GAME", help="Name of the game, or all: a line for each game that both have."
+        ),
+    ],
     against: Annotated[str, typer.Option(help="The other implementation: jaxtari.")] = "jaxtari",
-    seeds: Annotated[int, typer.Option(min=1, help="Number of runs; their seeds are 0, 1, 2, ...")] = 3,
+    seeds: Annotated[
+        int, typer.Option(min=1, help="Number of runs; their seeds are 0, 1, 2, ...")
+    ] = 3,
     frames: Annotated[int, typer.Option(min=1, help="Emulated frames of each run.")] = 300,
-    align: Annotated[bool, typer.Option(help="Begin with the simulator's positions where the real game can be edited so.")] = True,
+    align: Annotated[
+        bool,
+        typer.Option(
+            help="Begin with the simulator's positions where the real game can be edited so."
+        ),
+    ] = True,
     out: Annotated[
-        Path | None, typer.Option(help="A .png of the first frame that differs (the last one if none does), or a .gif of the first run.")
+        Path | None,
+        typer.Option(
+            help=(
+                "A .png of the first frame that differs (the last one if none does), or a .gif "
+                "of the first run."
+            )
+        ),
     ] = None,
     markdown: Annotated[Path | None, typer.Option(help="Write the table as Markdown.")] = None,
 ) -> None:
@@ -55,8 +73,12 @@ def parity(
 def _runs(name: str, seeds: int, frames: int, *, align: bool) -> list[referee.Parity]:
     game = registry.load(name)
     simulator = Jaxtari(game)
-    numbers = track(range(seeds), description=f"{game.name}, {simulator.name}", console=console, transient=True)
-    return [referee.compare(game, simulator, seed=seed, frames=frames, align=align) for seed in numbers]
+    numbers = track(
+        range(seeds), description=f"{game.name}, {simulator.name}", console=console, transient=True
+    )
+    return [
+        referee.compare(game, simulator, seed=seed, frames=frames, align=align) for seed in numbers
+    ]
 
 
 def _frames(p: referee.Parity, out: Path) -> list[int]:

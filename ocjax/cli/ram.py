@@ -25,9 +25,16 @@ from ocjax.recordings import Recording
 
 ram = typer.Typer(no_args_is_help=True, help="Reverse-engineer the RAM of a game.")
 GAME = typer.Argument(metavar="GAME", help="Name of the game.")
-WHAT = typer.Argument(metavar="GAME|RECORDING", help="A game to play, or a recording (.npz) with frames.")
+WHAT = typer.Argument(
+    metavar="GAME|RECORDING", help="A game to play, or a recording (.npz) with frames."
+)
 SAMPLES = typer.Option(min=100, help="Samples to play.")
-POLICY = typer.Option(help="random, repeat (random actions held for 1 to 8 steps), trained, or an .npz file of a saved policy.")
+POLICY = typer.Option(
+    help=(
+        "random, repeat (random actions held for 1 to 8 steps), trained, or an .npz file of a "
+        "saved policy."
+    )
+)
 SEED = typer.Option(min=0, help="Seed of actions and emulators.")
 MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the game's.")
 VALUES_CONFIRMED = 32  # values of a byte that `map --confirm` writes
@@ -58,14 +65,18 @@ def _give(found: list[tables.Table], markdown: Path | None) -> None:
 @ram.command()
 def correlate(
     what: Annotated[str, WHAT],
-    target: Annotated[str, typer.Option(help="vem: what the vision rules detect; sprites: what the video chip drew.")] = "vem",
+    target: Annotated[
+        str,
+        typer.Option(help="vem: what the vision rules detect; sprites: what the video chip drew."),
+    ] = "vem",
     samples: Annotated[int, SAMPLES] = 2000,
     policy: Annotated[str, POLICY] = "repeat",
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Find the bytes, nibbles or bits that explain the position, size, value and look of each visible object.
+    """Find the bytes, nibbles or bits that explain the position, size, value and look of each
+    visible object.
 
     Formulas are fitted on half of the episodes and scored on the others.
 
@@ -77,22 +88,37 @@ def correlate(
         writing.check(markdown, reads=_read_files(what, policy))
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
-        raise typer.BadParameter(f"{what} has no array {'screens' if tape.screens is None else 'shown'}: there is nothing to explain")
+        raise typer.BadParameter(
+            f"{what} has no array {'screens' if tape.screens is None else 'shown'}: there is "
+            "nothing to explain"
+        )
     with console.status("searching"):
         found = list(correlation.correlate(tape, target))
-    _give([correlation.to_table(found, f"{tape.game.name}: RAM that explains objects, percent of {len(tape):,} samples")], markdown)
+    _give(
+        [
+            correlation.to_table(
+                found,
+                f"{tape.game.name}: RAM that explains objects, percent of {len(tape):,} samples",
+            )
+        ],
+        markdown,
+    )
 
 
 @ram.command()
 def causes(
     name: Annotated[str, GAME],
-    steps: Annotated[int, typer.Option(min=0, help="Agent steps of random play that lead to the state.")] = 200,
+    steps: Annotated[
+        int, typer.Option(min=0, help="Agent steps of random play that lead to the state.")
+    ] = 200,
     frames: Annotated[int, typer.Option(min=2, help="Emulated frames after each change.")] = 2,
     values: Annotated[int, typer.Option(min=2, max=256, help="Values to try for each byte.")] = 256,
     seed: Annotated[int, SEED] = 0,
     num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 64,
     game_mode: Annotated[int | None, MODE] = None,
-    out: Annotated[Path | None, typer.Option(help="Picture to write. Default: ocjax-causes-<Game>.png.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Picture to write. Default: ocjax-causes-<Game>.png.")
+    ] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Set each byte to each value in one state, step the emulator, and show which pixels and objects change."""
@@ -101,7 +127,15 @@ def causes(
         out = out or writing.unnamed(Path(f"ocjax-causes-{game.name}.png"))
         writing.check_suffix(out, (".png",))
         writing.check(markdown, out)
-        found = causal.causes(game, steps=steps, frames=frames, seed=seed, values=values, num_envs=num_envs, game_mode=game_mode)
+        found = causal.causes(
+            game,
+            steps=steps,
+            frames=frames,
+            seed=seed,
+            values=values,
+            num_envs=num_envs,
+            game_mode=game_mode,
+        )
     _give([causal.to_table(found)], markdown)
     with errors_in_one_line():
         writing.write_picture(out, causal.picture(found))
@@ -131,7 +165,12 @@ def residual(
 @ram.command()
 def twins(
     name: Annotated[str, GAME],
-    moment: Annotated[str, typer.Option(help="play: any frame; life: frames on which a life is lost; end: last frames of games.")] = "play",
+    moment: Annotated[
+        str,
+        typer.Option(
+            help="play: any frame; life: frames on which a life is lost; end: last frames of games."
+        ),
+    ] = "play",
     count: Annotated[int, typer.Option(min=1, help="Number of moments.")] = 10,
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
@@ -139,24 +178,34 @@ def twins(
 ) -> None:
     """Find states with equal RAM and different pictures, which prove what the RAM does not tell.
 
-    Before a moment of random play, every byte is changed, and the same actions are repeated. The game needs vision rules, but no decoder.
+    Before a moment of random play, every byte is changed, and the same actions are repeated. The
+    game needs vision rules, but no decoder.
     """
     with errors_in_one_line():
         writing.check(markdown)
-        found = pairs.twins(registry.load(name), moment, count=count, seed=seed, game_mode=game_mode)
+        found = pairs.twins(
+            registry.load(name), moment, count=count, seed=seed, game_mode=game_mode
+        )
     _give([pairs.to_table(found)], markdown)
 
 
 @ram.command()
 def control(
-    name: Annotated[str, typer.Argument(metavar="GAME|all", help="Name of the game, or all games.")],
+    name: Annotated[
+        str, typer.Argument(metavar="GAME|all", help="Name of the game, or all games.")
+    ],
     seed: Annotated[int, SEED] = 0,
     out: Annotated[
-        Path | None, typer.Option("--json", help="File to write. Games that it has are left as they are, unless they are named.")
+        Path | None,
+        typer.Option(
+            "--json",
+            help="File to write. Games that it has are left as they are, unless they are named.",
+        ),
     ] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Find the bytes that remove, freeze or recolour the objects of a category, each confirmed on the screen.
+    """Find the bytes that remove, freeze or recolour the objects of a category, each confirmed on
+    the screen.
 
     Displays are not tried, nor what is seldom seen in random play. A game takes about a minute.
     """
@@ -186,7 +235,12 @@ def show_map(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
     confirm: Annotated[
         bool,
-        typer.Option(help="With --json: write each byte in a state of random play, and tell which categories change on the screen."),
+        typer.Option(
+            help=(
+                "With --json: write each byte in a state of random play, and tell which "
+                "categories change on the screen."
+            )
+        ),
     ] = False,
     seed: Annotated[int, SEED] = 0,
     markdown: Annotated[Path | None, MARKDOWN] = None,
@@ -207,11 +261,18 @@ def show_map(
 @ram.command()
 def watch(
     name: Annotated[str, GAME],
-    policy: Annotated[str, typer.Option(help="keyboard, random, repeat, or an .npz file of a saved policy.")] = "keyboard",
+    policy: Annotated[
+        str, typer.Option(help="keyboard, random, repeat, or an .npz file of a saved policy.")
+    ] = "keyboard",
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
-    in_window: Annotated[bool, typer.Option("--window", help="Use a window instead of the terminal.")] = False,
-    frames: Annotated[int | None, typer.Option(min=1, help="Stop after this many frames are shown (terminal only).")] = None,
+    in_window: Annotated[
+        bool, typer.Option("--window", help="Use a window instead of the terminal.")
+    ] = False,
+    frames: Annotated[
+        int | None,
+        typer.Option(min=1, help="Stop after this many frames are shown (terminal only)."),
+    ] = None,
 ) -> None:
     """Play a game while objects, boxes and changing bytes are shown live; write bytes, save and load the state."""
     with errors_in_one_line():

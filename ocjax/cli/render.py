@@ -24,7 +24,10 @@ FRAME_TIME = 120  # milliseconds per frame of an animation
 def render(
     recording: Annotated[Path, typer.Argument(help="Recording (.npz) with rams and screens.")],
     out: Annotated[Path, typer.Option(help="A .png of one sample, or a .gif of several.")],
-    game: Annotated[str | None, typer.Option(help="Name of the game, if neither the file's name nor its contents give it.")] = None,
+    game: Annotated[
+        str | None,
+        typer.Option(help="Name of the game, if neither the file's name nor its contents give it."),
+    ] = None,
     method: Annotated[str, typer.Option(help="rem, vem, or both side by side.")] = "both",
     first: Annotated[int, typer.Option(min=0, help="First sample to draw.")] = 0,
     count: Annotated[int, typer.Option(min=1, help="Number of samples in a .gif.")] = 50,
@@ -40,7 +43,9 @@ def render(
     if tape.screens is None:
         raise typer.BadParameter(f"{recording} has no frames (an array 'screens') to draw on")
     if first >= len(tape):
-        raise typer.BadParameter(f"{recording} has {len(tape)} samples, so the first to draw cannot be {first}")
+        raise typer.BadParameter(
+            f"{recording} has {len(tape)} samples, so the first to draw cannot be {first}"
+        )
     samples = slice(first, min(len(tape), first + (count if out.suffix == ".gif" else 1)))
     with console.status("extracting"):
         objects = extract(tape, METHODS[method], samples)
@@ -55,23 +60,36 @@ def render(
 def extract(recording: Recording, methods: Sequence[str], samples: slice) -> dict[str, Objects]:
     """Objects of some samples of a recording with frames, for each of the methods "REM" and "VEM"."""
     assert recording.screens is not None
-    sources = {"REM": (recording.game.rem, recording.rams), "VEM": (recording.game.vem, recording.screens)}
-    return {name: jax.tree.map(np.asarray, sources[name][0](sources[name][1][samples])) for name in methods}
+    sources = {
+        "REM": (recording.game.rem, recording.rams),
+        "VEM": (recording.game.vem, recording.screens),
+    }
+    return {
+        name: jax.tree.map(np.asarray, sources[name][0](sources[name][1][samples]))
+        for name in methods
+    }
 
 
-def pictures(recording: Recording, objects: Mapping[str, Objects], samples: slice, scale: int) -> Iterator[Image.Image]:
+def pictures(
+    recording: Recording, objects: Mapping[str, Objects], samples: slice, scale: int
+) -> Iterator[Image.Image]:
     """Draw samples of a recording, the methods side by side."""
     assert recording.screens is not None
     for i, frame in enumerate(recording.screens[samples]):
         titles = [f"{recording.game.name} {samples.start + i}: {method}" for method in objects]
-        yield sheet([[overlay(recording.game, frame, o[i], scale=scale) for o in objects.values()]], titles)
+        yield sheet(
+            [[overlay(recording.game, frame, o[i], scale=scale) for o in objects.values()]], titles
+        )
 
 
 def save(images: Sequence[Image.Image], path: Path, *, frame_time: int = FRAME_TIME) -> None:
     """Write one picture, or several as an animated .gif with so many milliseconds per frame."""
     if path.suffix == ".gif":
         # Pillow's own choice of colours takes five times as long, and is further from the pictures.
-        first, *others = (image.quantize(method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE) for image in images)
+        first, *others = (
+            image.quantize(method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+            for image in images
+        )
         animation = {"save_all": True, "append_images": others, "duration": frame_time, "loop": 0}
         writing.write(path, lambda file: first.save(file, "GIF", **animation))
     else:

@@ -19,7 +19,9 @@ _MOST = 255  # of a number in a `BoxTable`
 _SHIFTS = np.array((0, 8, 16, 24))  # of its four numbers in a word
 
 Number = jax.Array | np.ndarray | int | bool
-Area = tuple[int, int, int, int]  # left, top, right, bottom in pixels; right and bottom are exclusive
+Area = tuple[
+    int, int, int, int
+]  # left, top, right, bottom in pixels; right and bottom are exclusive
 
 
 def check_area(area: Area) -> None:
@@ -30,7 +32,10 @@ def check_area(area: Area) -> None:
     """
     left, top, right, bottom = area
     if not (0 <= left < right <= WIDTH and 0 <= top < bottom):
-        raise ValueError(f"a region is (left, top, right, bottom) with 0 <= left < right <= {WIDTH} and 0 <= top < bottom, got {area}")
+        raise ValueError(
+            f"a region is (left, top, right, bottom) with 0 <= left < right <= {WIDTH} and 0 <= "
+            f"top < bottom, got {area}"
+        )
 
 
 @jax.tree_util.register_dataclass
@@ -48,21 +53,29 @@ class Box:
     color: jax.Array | None  # int32: palette index; None: the category's colour
 
     def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
-        """Clip the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside becomes invalid.
+        """Clip the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside
+        becomes invalid.
 
         Raises:
-            ValueError: the edges are numbers that every box is clipped to anyway, because they are beyond the screen.
+            ValueError: the edges are numbers that every box is clipped to anyway, because they are
+                beyond the screen.
         """
         if isinstance(left, int) and isinstance(right, int) and not 0 <= left < right <= WIDTH:
-            raise ValueError(f"boxes are clipped to columns from 0 to {WIDTH}, got {left} to {right}")
+            raise ValueError(
+                f"boxes are clipped to columns from 0 to {WIDTH}, got {left} to {right}"
+            )
         x0, y0 = jnp.maximum(self.x, left), jnp.maximum(self.y, top)
         w = jnp.minimum(self.x + self.w, right) - x0
         h = jnp.minimum(self.y + self.h, bottom) - y0
         return replace(self, x=x0, y=y0, w=w, h=h, valid=self.valid & (w > 0) & (h > 0))
 
-    def trimmed(self, left: Number = 0, top: Number = 0, right: Number = 0, bottom: Number = 0) -> Box:
+    def trimmed(
+        self, left: Number = 0, top: Number = 0, right: Number = 0, bottom: Number = 0
+    ) -> Box:
         """The boxes without so many pixels at each edge; they grow where the number is negative."""
-        return replace(self, x=self.x + left, y=self.y + top, w=self.w - left - right, h=self.h - top - bottom)
+        return replace(
+            self, x=self.x + left, y=self.y + top, w=self.w - left - right, h=self.h - top - bottom
+        )
 
     def __getitem__(self, slots: int | slice) -> Box:
         """The boxes at an index of the slots; scalar fields, which all slots share, stay as they are."""
@@ -89,20 +102,36 @@ def box(
 ) -> Box:
     """Make boxes from left, top, width and height in pixels of the ALE screen.
 
-    Boxes are clipped to the screen later, and empty boxes become invalid, so nothing needs to be zeroed where `valid` is false.
+    Boxes are clipped to the screen later, and empty boxes become invalid, so nothing needs to be
+    zeroed where `valid` is false.
 
     Args:
         x, y, w, h: scalars, or vectors with one entry per slot of the category.
         valid: whether the game has the object in play.
         value: score, lives, time, ... of categories that declare the attribute.
-        orientation: compass point 0-15, clockwise from north, of categories that declare the attribute.
-        color: palette index of the colour in which the objects are drawn, where it changes; None stands for the category's colour.
+        orientation: compass point 0-15, clockwise from north, of categories that declare the
+            attribute.
+        color: palette index of the colour in which the objects are drawn, where it changes; None
+            stands for the category's colour.
     """
-    x, y, w, h, value, orientation = (jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation))
-    return Box(x, y, w, h, jnp.asarray(valid, jnp.bool_), value, orientation, None if color is None else jnp.asarray(color, jnp.int32))
+    x, y, w, h, value, orientation = (
+        jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation)
+    )
+    return Box(
+        x,
+        y,
+        w,
+        h,
+        jnp.asarray(valid, jnp.bool_),
+        value,
+        orientation,
+        None if color is None else jnp.asarray(color, jnp.int32),
+    )
 
 
-def edges(left: Number, top: Number, right: Number, bottom: Number, valid: Number = True, **fields: Any) -> Box:
+def edges(
+    left: Number, top: Number, right: Number, bottom: Number, valid: Number = True, **fields: Any
+) -> Box:
     """Make boxes from their edges in pixels of the ALE screen; `right` and `bottom` are exclusive.
 
     Args:
@@ -118,7 +147,8 @@ class BoxTable:
     """Boxes that are known in advance, one of which is chosen by an index.
 
     Args:
-        rows: left, top, width and height of each box, 0 to 255, `[n, 4]`. Rows of zeros have no box.
+        rows: left, top, width and height of each box, 0 to 255, `[n, 4]`. Rows of zeros have no
+            box.
 
     Raises:
         ValueError: the rows have another shape, or a number is out of range.
@@ -127,11 +157,16 @@ class BoxTable:
     def __init__(self, rows: ArrayLike) -> None:
         table = np.asarray(rows, np.int64)
         if table.ndim != 2 or table.shape[1] != 4 or table.min() < 0 or table.max() > _MOST:
-            raise ValueError(f"rows must be [n, 4] numbers from 0 to {_MOST}, got an array of shape {table.shape}")
+            raise ValueError(
+                f"rows must be [n, 4] numbers from 0 to {_MOST}, got an array of shape "
+                f"{table.shape}"
+            )
         # A look-up costs more than shifts, so that a box is one number.
         self._packed = (table << _SHIFTS).sum(axis=1).astype(np.uint32).view(np.int32)
 
-    def at(self, index: jax.Array, *, x: Number = 0, y: Number = 0, valid: Number = True, **fields: Any) -> Box:
+    def at(
+        self, index: jax.Array, *, x: Number = 0, y: Number = 0, valid: Number = True, **fields: Any
+    ) -> Box:
         """The boxes at an index; one that is out of range takes the nearest box.
 
         Args:

@@ -23,7 +23,8 @@ class Font:
     """Pictures of the digits 0 to 9 as a game draws them.
 
     Args:
-        glyphs: ten pictures; each is its rows from the top, each row a number whose lowest bit is the rightmost dot.
+        glyphs: ten pictures; each is its rows from the top, each row a number whose lowest bit is
+            the rightmost dot.
         dots: width of a picture in dots.
         dot: (width, height) of a dot in pixels.
         pitch: pixels from the left edge of a digit to that of the next one.
@@ -39,9 +40,18 @@ class Font:
     def __post_init__(self) -> None:
         heights = {len(glyph) for glyph in (*self.glyphs, *self.signs)}
         if len(self.glyphs) != BASE or len(heights) != 1:
-            raise ValueError(f"a font needs ten pictures of equal height, got {len(self.glyphs)} with {sorted(heights)} rows")
-        if not 0 < self.width <= 32 or max(row for glyph in (*self.glyphs, *self.signs) for row in glyph) >> self.dots:
-            raise ValueError(f"the pictures must fit {self.dots} dots and 32 pixels, got dots of {self.dot[0]} pixels")
+            raise ValueError(
+                f"a font needs ten pictures of equal height, got {len(self.glyphs)} with "
+                f"{sorted(heights)} rows"
+            )
+        if (
+            not 0 < self.width <= 32
+            or max(row for glyph in (*self.glyphs, *self.signs) for row in glyph) >> self.dots
+        ):
+            raise ValueError(
+                f"the pictures must fit {self.dots} dots and 32 pixels, got dots of "
+                f"{self.dot[0]} pixels"
+            )
 
     @property
     def width(self) -> int:
@@ -57,23 +67,45 @@ class Font:
     def left(self) -> np.ndarray:
         """First column of each digit that holds a pixel, int `[10]`; 0 for an empty picture."""
         ink = [int(np.bitwise_or.reduce(glyph)) for glyph in self.glyphs]
-        return np.array([self.dot[0] * (self.dots - bits.bit_length()) if bits else 0 for bits in ink])
+        return np.array(
+            [self.dot[0] * (self.dots - bits.bit_length()) if bits else 0 for bits in ink]
+        )
 
     @property
     def right(self) -> np.ndarray:
         """Column after the last one of each digit that holds a pixel, int `[10]`."""
         ink = [int(np.bitwise_or.reduce(glyph)) for glyph in self.glyphs]
-        return np.array([self.dot[0] * (self.dots - ((bits & -bits).bit_length() - 1 if bits else 0)) for bits in ink])
+        return np.array(
+            [
+                self.dot[0] * (self.dots - ((bits & -bits).bit_length() - 1 if bits else 0))
+                for bits in ink
+            ]
+        )
 
 
-def hex_font(words: Iterable[str], dots: int = 8, dot: tuple[int, int] = (1, 1), pitch: int = 8) -> Font:
+def hex_font(
+    words: Iterable[str], dots: int = 8, dot: tuple[int, int] = (1, 1), pitch: int = 8
+) -> Font:
     """A font from ten words of hexadecimal digits: each row from the top takes as many of them as its dots need."""
     n = -(-dots // 4)
-    glyphs = tuple(tuple(int(word[i : i + n], 16) for i in range(0, len(word), n)) for word in words)
+    glyphs = tuple(
+        tuple(int(word[i : i + n], 16) for i in range(0, len(word), n)) for word in words
+    )
     return Font(glyphs, dots, dot, pitch)
 
 
-DIGITS_3X5 = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "75757", "75711")
+DIGITS_3X5 = (
+    "75557",
+    "22222",
+    "71747",
+    "71317",
+    "55711",
+    "74717",
+    "44757",
+    "71111",
+    "75757",
+    "75711",
+)
 """The digits of 3 x 5 dots that several games of 1977-1980 share, one hexadecimal digit a row."""
 
 
@@ -81,8 +113,9 @@ DIGITS_3X5 = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71
 class Digits:
     """How VEM reads a number: digits in fixed cells, each compared with the font's ten pictures.
 
-    An empty cell counts as 0, because many games do not show leading zeros. Where a cell holds something that is not one of the pictures,
-    or a picture that several digits share, the value is unknown.
+    An empty cell counts as 0, because many games do not show leading zeros. Where a cell holds
+    something that is not one of the pictures, or a picture that several digits share, the value is
+    unknown.
 
     Args:
         font: the pictures.
@@ -90,11 +123,13 @@ class Digits:
         top: first row of the cells.
         weights: what a 1 in each cell is worth; powers of ten by default.
         base: value of a display of zeros.
-        required: whether the object is valid only if the last cell matches a picture, and the cells of `free` are empty. Use this if the
-            game shows other things in the number's place.
-        free: left columns of cells that hold nothing while the number is shown. The value is unknown where one of them does.
+        required: whether the object is valid only if the last cell matches a picture, and the cells
+            of `free` are empty. Use this if the game shows other things in the number's place.
+        free: left columns of cells that hold nothing while the number is shown. The value is
+            unknown where one of them does.
         centered: whether shorter numbers leave cells on the right empty, too.
-        step: what every number is a multiple of. The value is unknown where it is not; use this if the game shows other numbers there.
+        step: what every number is a multiple of. The value is unknown where it is not; use this if
+            the game shows other numbers there.
     """
 
     font: Font
@@ -110,11 +145,19 @@ class Digits:
     def __post_init__(self) -> None:
         object.__setattr__(self, "lefts", tuple(self.lefts))
         if self.weights is not None and len(self.weights) != len(self.lefts):
-            raise ValueError(f"each of the {len(self.lefts)} digits needs one weight, got {len(self.weights)} weights")
+            raise ValueError(
+                f"each of the {len(self.lefts)} digits needs one weight, got {len(self.weights)} "
+                "weights"
+            )
         if self.free and not all(any(glyph) for glyph in self.font.glyphs):
-            raise ValueError("cells that are free cannot be told from a digit whose picture is empty")
+            raise ValueError(
+                "cells that are free cannot be told from a digit whose picture is empty"
+            )
         if min(self.cells) < 0 or max(self.cells) + self.font.width > WIDTH:
-            raise ValueError(f"every cell must lie on the screen of {WIDTH} columns, got left columns {self.cells}")
+            raise ValueError(
+                f"every cell must lie on the screen of {WIDTH} columns, got left columns "
+                f"{self.cells}"
+            )
 
     @property
     def cells(self) -> tuple[int, ...]:
@@ -188,4 +231,6 @@ def _last_edge(font: Font, value: jax.Array) -> jax.Array | int:
         return int(edges[0])
     ones = value - BASE * div(value, BASE)
     usual = int(np.bincount(edges).argmax())
-    return usual + sum(jnp.where(ones == d, int(edges[d]) - usual, 0) for d in range(BASE) if edges[d] != usual)
+    return usual + sum(
+        jnp.where(ones == d, int(edges[d]) - usual, 0) for d in range(BASE) if edges[d] != usual
+    )

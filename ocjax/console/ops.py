@@ -1,6 +1,8 @@
-"""Operations for decoders: table lookups and divisions in the forms that XLA compiles to vector code.
+"""Operations for decoders: table lookups and divisions in the forms that XLA compiles to vector
+code.
 
-All but `only` and `extremes` are elementwise: they take scalars or vectors of int32 and keep the shape.
+All but `only` and `extremes` are elementwise: they take scalars or vectors of int32 and keep the
+shape.
 """
 
 from collections.abc import Sequence
@@ -10,7 +12,19 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-__all__ = ["BEYOND", "among", "div", "extremes", "lookup", "match", "mod", "only", "pick", "reached", "when"]
+__all__ = [
+    "BEYOND",
+    "among",
+    "div",
+    "extremes",
+    "lookup",
+    "match",
+    "mod",
+    "only",
+    "pick",
+    "reached",
+    "when",
+]
 
 _Value = jax.Array | np.ndarray | int
 
@@ -56,7 +70,8 @@ def only(chosen: jax.Array, values: _Value, axis: int | None = None) -> jax.Arra
 
 
 def extremes(seen: jax.Array, first: _Value, last: _Value) -> tuple[jax.Array, jax.Array]:
-    """The least `first` and the greatest `last` of the entries that are seen, int32 scalars; `BEYOND` and 0 if none is.
+    """The least `first` and the greatest `last` of the entries that are seen, int32 scalars;
+    `BEYOND` and 0 if none is.
 
     For example, the first and last row in which a part of an object shows.
     """
@@ -65,18 +80,26 @@ def extremes(seen: jax.Array, first: _Value, last: _Value) -> tuple[jax.Array, j
 
 def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
     """`table[index]` of a one-dimensional table; an index that is out of range takes the nearest entry."""
-    return jnp.take(jnp.asarray(np.asarray(table, np.int32)), index, mode="clip")  # `table[index]` slices for a scalar index
+    return jnp.take(
+        jnp.asarray(np.asarray(table, np.int32)), index, mode="clip"
+    )  # `table[index]` slices for a scalar index
 
 
 def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:
-    """Whether `x` is one of some values, such as the states that one kind of object has: bool. A range has consecutive values."""
+    """Whether `x` is one of some values, such as the states that one kind of object has: bool.
+
+    A range has consecutive values.
+    """
     if isinstance(values, range):
         return (x >= values.start) & (x < values.stop)
     return sum((x == value for value in values), jnp.zeros_like(x, bool))
 
 
 def reached(x: jax.Array, limits: Sequence[int]) -> jax.Array:
-    """The number of limits that `x` has reached. For example, the limits are the depths at which an object has its next larger picture."""
+    """The number of limits that `x` has reached.
+
+    For example, the limits are the depths at which an object has its next larger picture.
+    """
     return sum((jnp.where(x >= limit, 1, 0) for limit in limits), jnp.zeros_like(x))
 
 
@@ -87,4 +110,6 @@ def div(x: jax.Array, by: int) -> jax.Array:
 
 def mod(x: jax.Array, by: int) -> jax.Array:
     """`x % by` for `x >= 0` and `by > 0`."""
-    return lax.rem(x, jnp.full_like(x, by))  # with `x` twice (`x - by * div(x, by)`), XLA computes an expensive `x` twice
+    return lax.rem(
+        x, jnp.full_like(x, by)
+    )  # with `x` twice (`x - by * div(x, by)`), XLA computes an expensive `x` twice

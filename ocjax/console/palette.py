@@ -1,11 +1,13 @@
 """The palettes of the console: from RGB to the emulator's palette index and back.
 
-The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the upper three bits of the low one; the
-lowest bit is not used. On PAL consoles, the emulator sets it in frames that follow one with an odd number of lines: as a television does,
-it then shows each colour as a grey of the same brightness.
+The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the
+upper three bits of the low one; the lowest bit is not used. On PAL consoles, the emulator sets it
+in frames that follow one with an odd number of lines: as a television does, it then shows each
+colour as a grey of the same brightness.
 
-Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are those that ale-py 0.12.1 shows, read
-off its screens; those of PAL consoles are the emulator's (Stella), checked against ale-py's screens of Pac-Man and Air Raid.
+Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are
+those that ale-py 0.12.1 shows, read off its screens; those of PAL consoles are the emulator's
+(Stella), checked against ale-py's screens of Pac-Man and Air Raid.
 """
 
 import functools
@@ -57,7 +59,13 @@ _PAL_EVEN = """
 
 
 def _table(even: str) -> np.ndarray:
-    return np.repeat(np.array([[int(c[i : i + 2], 16) for i in (0, 2, 4)] for c in even.split()], dtype=np.uint8), 2, axis=0)
+    return np.repeat(
+        np.array(
+            [[int(c[i : i + 2], 16) for i in (0, 2, 4)] for c in even.split()], dtype=np.uint8
+        ),
+        2,
+        axis=0,
+    )
 
 
 NTSC = _table(_NTSC_EVEN)
@@ -65,7 +73,8 @@ NTSC = _table(_NTSC_EVEN)
 PAL = _table(_PAL_EVEN)
 """The same for ROMs made for PAL consoles. The greys that the emulator shows for odd indices count as the colours of the even ones."""
 
-# A multiplicative hash of 24-bit colours without collisions among the colours of a palette; `_hashed` proves it.
+# A multiplicative hash of 24-bit colours without collisions among the colours of a palette;
+# `_hashed` proves it.
 _MULTIPLIER, _SHIFT = 0xC8C42CD1, 20
 _BRIGHTNESS = 0.2989, 0.5870, 0.1140  # of red, green and blue in the emulator's greys
 
@@ -104,13 +113,15 @@ def _hashed_of(palette: bytes, own: tuple[int, ...]) -> _Hashed:
 
 
 def to_index(rgb: jax.Array, palette: np.ndarray = NTSC, own: tuple[int, ...] = ()) -> jax.Array:
-    """Palette indices uint8 `[...]` of colours uint8 `[..., 3]`, all of which must be in the palette (`check_rgb` tells).
+    """Palette indices uint8 `[...]` of colours uint8 `[..., 3]`, all of which must be in the
+    palette (`check_rgb` tells).
 
     Args:
         rgb: the colours.
         palette: of the game.
-        own: the palette indices of the game's rules, in ascending order. PAL consoles show several indices as the same grey, of which RGB
-            gives the lowest of these, or else the lowest of all.
+        own: the palette indices of the game's rules, in ascending order. PAL consoles show several
+            indices as the same grey, of which RGB gives the lowest of these, or else the lowest of
+            all.
     """
     r, g, b = (rgb[..., i].astype(jnp.uint32) for i in range(3))
     return jnp.asarray(_hashed(palette, own).even)[_hash(r, g, b)]
@@ -155,6 +166,7 @@ def check_rgb(rgb: np.ndarray | jax.Array, palette: np.ndarray = NTSC) -> None:
     if wrong.any():
         examples = np.unique(host[wrong], axis=0)[:3].tolist()
         raise PaletteError(
-            f"{int(wrong.sum())} of {wrong.size} pixels have colours that are not in the console's palette, such as {examples}: "
+            f"{int(wrong.sum())} of {wrong.size} pixels have colours that are not in the "
+            f"console's palette, such as {examples}: "
             "give the emulator's own screen, not one that was max-pooled, resized or compressed"
         )

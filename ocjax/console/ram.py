@@ -4,12 +4,13 @@ A game declares its address map once, as a class:
 
     class Ram(RamMap):
         chicken_y = byte(14, 15)             # two bytes -> int32 [2]
-        score = bcd((103, 104))              # one number of four digits, most significant byte first
-        paddle_low = bits(51, count=1)       # the lowest bit of byte 51
+        score = bcd((103, 104))              # one number of four digits, most significant byte
+        first paddle_low = bits(51, count=1)       # the lowest bit of byte 51
 
-The game's decoder then reads `m.chicken_y`. Fields are cast to int32 because uint8 arithmetic wraps around (`uint8(30) - 49` is 237). A
-place is an address from 0 to 127, or a tuple of addresses, most significant first, that together hold one number. A field with one place is
-a scalar. A field with several places is a vector in the given order.
+The game's decoder then reads `m.chicken_y`. Fields are cast to int32 because uint8 arithmetic wraps
+around (`uint8(30) - 49` is 237). A place is an address from 0 to 127, or a tuple of addresses, most
+significant first, that together hold one number. A field with one place is a scalar. A field with
+several places is a vector in the given order.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,10 +40,15 @@ class Field:
     def __post_init__(self) -> None:
         widths = {len(p) if isinstance(p, tuple) else 1 for p in self.places}
         if len(widths) != 1 or 0 in widths:
-            raise ValueError(f"a RAM field needs one or more places of the same number of bytes each, got {self.places}")
+            raise ValueError(
+                "a RAM field needs one or more places of the same number of bytes each, got "
+                f"{self.places}"
+            )
         for address in self.addresses:
             if not (isinstance(address, int) and 0 <= address < RAM_SIZE):
-                raise ValueError(f"a RAM address must be an int from 0 to {RAM_SIZE - 1}, got {address!r}")
+                raise ValueError(
+                    f"a RAM address must be an int from 0 to {RAM_SIZE - 1}, got {address!r}"
+                )
 
     @property
     def addresses(self) -> tuple[int, ...]:
@@ -102,12 +108,19 @@ class RamMap:
     @classmethod
     def addresses(cls) -> tuple[int, ...]:
         """All addresses that the declared fields read, each once, in the order in which the fields gather them."""
-        return tuple(dict.fromkeys(a for f in cls.fields().values() for column in f.columns for a in column))
+        return tuple(
+            dict.fromkeys(a for f in cls.fields().values() for column in f.columns for a in column)
+        )
 
     @classmethod
     def fields(cls) -> dict[str, Field]:
         """The declared fields by name, in order of declaration."""
-        return {k: v for base in reversed(cls.__mro__) for k, v in vars(base).items() if isinstance(v, Field)}
+        return {
+            k: v
+            for base in reversed(cls.__mro__)
+            for k, v in vars(base).items()
+            if isinstance(v, Field)
+        }
 
 
 def _join(parts: tuple[jax.Array, ...], base: int) -> jax.Array:
@@ -118,7 +131,10 @@ def _join(parts: tuple[jax.Array, ...], base: int) -> jax.Array:
 
 
 def byte(*places: Place) -> Field:
-    """Unsigned bytes 0-255. A tuple of addresses is one unsigned number, most significant byte first."""
+    """Unsigned bytes 0-255.
+
+    A tuple of addresses is one unsigned number, most significant byte first.
+    """
     return Field(places, "unsigned", lambda parts: _join(parts, 256))
 
 
@@ -135,12 +151,20 @@ def signed(*places: Place) -> Field:
 def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
     """A field of `count` bits whose lowest is bit `first` (0 is the least significant)."""
     if not (first >= 0 and count > 0):
-        raise ValueError(f"a bit field needs first >= 0 and count > 0, got first={first}, count={count}")
+        raise ValueError(
+            f"a bit field needs first >= 0 and count > 0, got first={first}, count={count}"
+        )
     there = 8 * min((len(place) if isinstance(place, tuple) else 1 for place in places), default=1)
     if first + count > there:
-        raise ValueError(f"a bit field must end within its {there} bits, got first={first}, count={count}")
+        raise ValueError(
+            f"a bit field must end within its {there} bits, got first={first}, count={count}"
+        )
     mask = (1 << count) - 1
-    return Field(places, f"bits {first}-{first + count - 1}", lambda parts: (_join(parts, 256) >> first) & mask)
+    return Field(
+        places,
+        f"bits {first}-{first + count - 1}",
+        lambda parts: (_join(parts, 256) >> first) & mask,
+    )
 
 
 def low(*places: Place) -> Field:
@@ -154,7 +178,10 @@ def high(*places: Place) -> Field:
 
 
 def bcd(*places: Place) -> Field:
-    """Binary-coded decimal, two digits per byte. Nibbles above 9 count as 10 to 15, so that every state has a value."""
+    """Binary-coded decimal, two digits per byte.
+
+    Nibbles above 9 count as 10 to 15, so that every state has a value.
+    """
 
     def read(parts: tuple[jax.Array, ...]) -> jax.Array:
         return _join(tuple((p >> 4) * 10 + (p & 15) for p in parts), 100)

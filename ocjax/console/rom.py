@@ -1,7 +1,8 @@
 """Tables, fonts and the tight extents of pictures, read from the ROM that ale-py installs.
 
-Offsets count bytes from the beginning of the ROM file. In a ROM of 2 or 4 KiB, console address `a` is at offset `a & (size - 1)`. A ROM of
-8 KiB has two banks of 4 KiB, and the address is at offset `4096 * bank + (a & 0xFFF)`.
+Offsets count bytes from the beginning of the ROM file. In a ROM of 2 or 4 KiB, console address `a`
+is at offset `a & (size - 1)`. A ROM of 8 KiB has two banks of 4 KiB, and the address is at offset
+`4096 * bank + (a & 0xFFF)`.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ from ocjax.console.ops import lookup, pick
 __all__ = ["Pictures", "Rom", "RomError", "read_rom", "rom_path"]
 
 _PLAYER = 8  # dots of a row of a player's picture
-_FEW = 8  # pictures up to which selects are faster than a gather: Asterix' REM takes 0.049 us a state instead of 0.052
+# pictures up to which selects are faster than a gather: Asterix' REM takes 0.049 us a state instead
+# of 0.052
+_FEW = 8
 
 
 class RomError(ValueError):
@@ -41,7 +44,8 @@ def rom_path(rom: str) -> Path:
         rom: ale-py's name of the ROM, such as "space_invaders".
 
     Returns:
-        `<rom>.bin` in the folder that the environment variable `ALE_ROMS_DIR` names, or by default where ale-py installs its ROMs.
+        `<rom>.bin` in the folder that the environment variable `ALE_ROMS_DIR` names, or by default
+        where ale-py installs its ROMs.
 
     Raises:
         RomError: a ValueError; there is no such file.
@@ -50,11 +54,16 @@ def rom_path(rom: str) -> Path:
     if not folder:
         spec = importlib.util.find_spec("ale_py")
         if spec is None or not spec.submodule_search_locations:
-            raise RomError(f"the ROM {rom!r} comes with ale-py, which is not installed: pip install ale-py")
+            raise RomError(
+                f"the ROM {rom!r} comes with ale-py, which is not installed: pip install ale-py"
+            )
         folder = Path(spec.submodule_search_locations[0]) / "roms"
     path = Path(folder) / f"{rom}.bin"
     if not path.is_file():
-        raise RomError(f"expected the ROM {rom!r} at {path}, which does not exist: install ale-py >= 0.12, or correct ALE_ROMS_DIR")
+        raise RomError(
+            f"expected the ROM {rom!r} at {path}, which does not exist: install ale-py >= 0.12, "
+            "or correct ALE_ROMS_DIR"
+        )
     return path
 
 
@@ -72,7 +81,8 @@ def read_rom(rom: str, md5: str) -> bytes:
     data, found = _contents(path)
     if found != md5:
         raise RomError(
-            f"expected the ROM {rom!r} with md5 {md5}, which the game's decoder was written for, but {path} has md5 {found}: "
+            f"expected the ROM {rom!r} with md5 {md5}, which the game's decoder was written for, "
+            f"but {path} has md5 {found}: "
             "reinstall ale-py, or point ALE_ROMS_DIR to a folder with the expected ROM"
         )
     return data
@@ -106,15 +116,19 @@ class Rom:
         """A table, int32 `[count]`: every `step`-th byte from an offset on."""
         return self.data[offset : offset + count * step : step].astype(np.int32)
 
-    def rows(self, offsets: int | Sequence[int], height: int, *, step: int = 1, top_first: bool = False) -> np.ndarray:
-        """The rows of pictures from the top, int32 `[pictures, height]` (`[height]` of a single one).
+    def rows(
+        self, offsets: int | Sequence[int], height: int, *, step: int = 1, top_first: bool = False
+    ) -> np.ndarray:
+        """The rows of pictures from the top, int32 `[pictures, height]` (`[height]` of a single
+        one).
 
         Args:
             offsets: where each picture begins.
             height: number of rows.
-            step: bytes from one row of a picture to the next, where the ROM holds the first rows of all pictures, then all second rows.
-            top_first: the first byte is the top row. Most games store pictures with the bottom row first, because their drawing
-                loops count down.
+            step: bytes from one row of a picture to the next, where the ROM holds the first rows of
+                all pictures, then all second rows.
+            top_first: the first byte is the top row. Most games store pictures with the bottom row
+                first, because their drawing loops count down.
         """
         at = np.asarray(offsets)[..., None] + step * np.arange(height)
         rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)
@@ -146,19 +160,29 @@ class Rom:
         """
         if isinstance(offsets, int):
             offsets = [offsets + i * (rows if stride is None else stride) for i in range(10)]
-        pictures = self.rows(offsets, rows, step=step, top_first=top_first) >> shift & (1 << dots) - 1
+        pictures = (
+            self.rows(offsets, rows, step=step, top_first=top_first) >> shift & (1 << dots) - 1
+        )
         return Font(tuple(tuple(p) for p in pictures.tolist()), dots, dot, pitch)
 
-    def pictures(self, offsets: Sequence[int], height: int | Sequence[int], *, top_first: bool = False) -> Pictures:
+    def pictures(
+        self, offsets: Sequence[int], height: int | Sequence[int], *, top_first: bool = False
+    ) -> Pictures:
         """The tight extents of the pictures of players, eight dots wide.
 
         Args:
-            offsets: where each picture begins. For a pointer in RAM, all places in the page that it may point to: `range(0xF00, 0x1000)`.
+            offsets: where each picture begins. For a pointer in RAM, all places in the page that it
+                may point to: `range(0xF00, 0x1000)`.
             height: number of rows of all pictures, or of each.
             top_first: see `rows`.
         """
         heights = np.broadcast_to(height, len(offsets))
-        return Pictures.of([self.rows(o, h, top_first=top_first) for o, h in zip(offsets, heights.tolist(), strict=True)])
+        return Pictures.of(
+            [
+                self.rows(o, h, top_first=top_first)
+                for o, h in zip(offsets, heights.tolist(), strict=True)
+            ]
+        )
 
 
 def _extent(rows: np.ndarray) -> int:
@@ -176,8 +200,10 @@ class Pictures:
     """Tight extents of pictures of eight dots.
 
     Args:
-        packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first row (8) and the height (8).
-        axes: what the pictures differ in, each with its number of values, if they are of all combinations. The last one varies fastest.
+        packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first
+            row (8) and the height (8).
+        axes: what the pictures differ in, each with its number of values, if they are of all
+            combinations. The last one varies fastest.
 
     Raises:
         ValueError: there are more or fewer pictures than the axes have combinations.
@@ -188,7 +214,10 @@ class Pictures:
 
     def __post_init__(self) -> None:
         if self.axes and math.prod(self.axes.values()) != len(self.packed):
-            raise ValueError(f"{len(self.packed)} pictures are not those of all combinations of {dict(self.axes)}")
+            raise ValueError(
+                f"{len(self.packed)} pictures are not those of all combinations of "
+                f"{dict(self.axes)}"
+            )
 
     @classmethod
     def of(cls, pictures: Iterable[np.ndarray], **axes: int) -> Pictures:
@@ -202,14 +231,20 @@ class Pictures:
             TypeError: the places are not those of all axes.
         """
         if places.keys() != self.axes.keys():
-            raise TypeError(f"pictures differ in {', '.join(self.axes) or 'nothing that is named'}, got {', '.join(places)}")
+            raise TypeError(
+                f"pictures differ in {', '.join(self.axes) or 'nothing that is named'}, got "
+                f"{', '.join(places)}"
+            )
         index = jnp.int32(0)
         for name, count in self.axes.items():
             index = count * index + places[name]
         return index
 
-    def extent(self, index: jax.Array, *, mirrored: Number = False) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-        """First column, first row, width and height of the pictures at an index, int32 each; out of range, of the nearest picture.
+    def extent(
+        self, index: jax.Array, *, mirrored: Number = False
+    ) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
+        """First column, first row, width and height of the pictures at an index, int32 each; out of
+        range, of the nearest picture.
 
         Args:
             index: of the pictures, such as the low byte of a pointer.
@@ -222,8 +257,18 @@ class Pictures:
             left = jnp.where(mirrored, _PLAYER - left - width, left)
         return left, p >> 8 & 255, width, p >> 16
 
-    def box(self, index: jax.Array, x: Number, y: Number, *, mirrored: Number = False, zoom: int = 1, **fields: Any) -> Box:
-        """Tight boxes of pictures on the screen; a picture that is empty makes a box that is not valid.
+    def box(
+        self,
+        index: jax.Array,
+        x: Number,
+        y: Number,
+        *,
+        mirrored: Number = False,
+        zoom: int = 1,
+        **fields: Any,
+    ) -> Box:
+        """Tight boxes of pictures on the screen; a picture that is empty makes a box that is not
+        valid.
 
         Args:
             index: of the pictures, such as the low byte of a pointer.

@@ -1,7 +1,8 @@
-"""The columns of a dataset: Arrow tables whose schema tells the library `datasets` which columns are pictures.
+"""The columns of a dataset: Arrow tables whose schema tells the library `datasets` which columns
+are pictures.
 
-Objects are lists of records with the fields of `OBJECT`. A record's `orientation` and `value` are null where its category has none, and
-the orientation is -1 where VEM cannot tell it.
+Objects are lists of records with the fields of `OBJECT`. A record's `orientation` and `value` are
+null where its category has none, and the orientation is -1 where VEM cannot tell it.
 """
 
 import dataclasses
@@ -32,7 +33,13 @@ STATE = {
     "episode": "int32",
     "step": "int32",
 }
-STEP = {"action": "int32", "reward": "float64", "terminated": "bool", "truncated": "bool", "lives": "int32"}
+STEP = {
+    "action": "int32",
+    "reward": "float64",
+    "terminated": "bool",
+    "truncated": "bool",
+    "lives": "int32",
+}
 OBJECT = {
     "category": "string",
     "index": "int32",
@@ -56,9 +63,14 @@ def schema(facts: Mapping[str, Any]) -> Any:
     record = pa.struct([(name, pa.type_for_alias(kind)) for name, kind in OBJECT.items()])
     types = {name: pa.type_for_alias(kind) for name, kind in STATE.items()}
     types |= dict.fromkeys(PICTURES, pa.struct([("bytes", pa.binary()), ("path", pa.string())]))
-    types |= {"ram": pa.list_(pa.uint8(), 128)} | {name: pa.type_for_alias(kind) for name, kind in STEP.items()}
+    types |= {"ram": pa.list_(pa.uint8(), 128)} | {
+        name: pa.type_for_alias(kind) for name, kind in STEP.items()
+    }
     types |= dict.fromkeys(OBJECTS, pa.list_(record))
-    metadata = {b"huggingface": json.dumps({"info": {"features": _features()}}), FACTS: json.dumps(facts)}
+    metadata = {
+        b"huggingface": json.dumps({"info": {"features": _features()}}),
+        FACTS: json.dumps(facts),
+    }
     return pa.schema(list(types.items()), metadata=metadata)
 
 
@@ -68,12 +80,17 @@ def _features() -> dict[str, Any]:
     record = {name: {"dtype": kind, "_type": "Value"} for name, kind in OBJECT.items()}
     ram = {"feature": {"dtype": "uint8", "_type": "Value"}, "length": 128, "_type": "List"}
     objects = {"feature": record, "_type": "List"}
-    out = {name: numbers[name] for name in STATE} | {name: {"_type": "Image"} for name in PICTURES} | {"ram": ram}
+    out = (
+        {name: numbers[name] for name in STATE}
+        | {name: {"_type": "Image"} for name in PICTURES}
+        | {"ram": ram}
+    )
     return out | {name: numbers[name] for name in STEP} | dict.fromkeys(OBJECTS, objects)
 
 
 def facts_of(stored: Any) -> dict[str, Any]:
-    """What a shard says about itself: its `code`, `counts`, `states`, `sequences`, `states_left_out` and `sequences_left_out`.
+    """What a shard says about itself: its `code`, `counts`, `states`, `sequences`,
+    `states_left_out` and `sequences_left_out`.
 
     Args:
         stored: its metadata, a `pyarrow.parquet.FileMetaData`.
@@ -88,13 +105,22 @@ def facts_of(stored: Any) -> dict[str, Any]:
         facts = json.loads(metadata[FACTS])
     except (ValueError, RecursionError) as error:
         raise DatasetError(f"its metadata are damaged: {error}") from error
-    if not isinstance(facts, dict) or not isinstance(facts.get("code"), str) or not isinstance(facts.get("counts"), dict):
-        raise DatasetError(f"its metadata must have a text code and an object counts, got {reprlib.repr(facts)}")
+    if (
+        not isinstance(facts, dict)
+        or not isinstance(facts.get("code"), str)
+        or not isinstance(facts.get("counts"), dict)
+    ):
+        raise DatasetError(
+            f"its metadata must have a text code and an object counts, got {reprlib.repr(facts)}"
+        )
     for name in ("states", "sequences"):
         total = integer(f"{name} in its metadata", facts.get(name), 0, MOST_STATES)
         integer(f"{name}_left_out in its metadata", facts.get(f"{name}_left_out"), 0, total)
     if stored.num_rows != facts["states"] - facts["states_left_out"]:
-        raise DatasetError(f"it has {stored.num_rows:,} rows, but its metadata claim {facts['states'] - facts['states_left_out']:,}")
+        raise DatasetError(
+            f"it has {stored.num_rows:,} rows, but its metadata claim "
+            f"{facts['states'] - facts['states_left_out']:,}"
+        )
     return facts
 
 
@@ -134,7 +160,15 @@ def _parts(column: Any, name: str) -> list[Any]:
         return [column, column.flatten()]
     if name in OBJECTS:
         records = column.flatten()
-        return [column, records, *(part for part, field in zip(records.flatten(), OBJECT, strict=True) if field not in ATTRIBUTES)]
+        return [
+            column,
+            records,
+            *(
+                part
+                for part, field in zip(records.flatten(), OBJECT, strict=True)
+                if field not in ATTRIBUTES
+            ),
+        ]
     return [column]
 
 
@@ -143,7 +177,11 @@ def pictures(frames: np.ndarray, game: Game) -> Any:
     pa = require("pyarrow")
     table = np.asarray(game.palette).tobytes()
     return pa.StructArray.from_arrays(
-        [pa.array([_png(f, table) for f in frames], pa.binary()), pa.nulls(len(frames), pa.string())], ["bytes", "path"]
+        [
+            pa.array([_png(f, table) for f in frames], pa.binary()),
+            pa.nulls(len(frames), pa.string()),
+        ],
+        ["bytes", "path"],
     )
 
 
@@ -161,7 +199,9 @@ def frames(column: Any, game: Game) -> np.ndarray:
     Raises:
         DatasetError: a picture is damaged, or is not of the game's size with palette indices.
     """
-    return np.stack([_indices(picture["bytes"], game, i) for i, picture in enumerate(column.to_pylist())])
+    return np.stack(
+        [_indices(picture["bytes"], game, i) for i, picture in enumerate(column.to_pylist())]
+    )
 
 
 def _indices(data: bytes, game: Game, row: int) -> np.ndarray:
@@ -169,7 +209,10 @@ def _indices(data: bytes, game: Game, row: int) -> np.ndarray:
     try:
         image = Image.open(io.BytesIO(data), formats=("PNG",))
         if image.size != (width, height) or image.mode != "P":  # before it is decoded
-            raise ValueError(f"it must have palette indices, {width} x {height}, got {image.mode}, {image.width} x {image.height}")
+            raise ValueError(
+                f"it must have palette indices, {width} x {height}, got {image.mode}, "
+                f"{image.width} x {image.height}"
+            )
         return np.asarray(image)
     except Exception as error:  # a damaged picture can fail anywhere in Pillow
         raise DatasetError(f"the picture of row {row} cannot be read: {error}") from error
@@ -192,12 +235,20 @@ def objects(found: Objects, game: Game, slots: np.ndarray) -> Any:
     n, block = len(found.valid), compact(found)
     listed = slots[block.slot]
     row, slot = block.row[listed], block.slot[listed]
-    columns = {name: column[listed] for name, column in records.of_slots(block.slot, block, game).items()}
+    columns = {
+        name: column[listed] for name, column in records.of_slots(block.slot, block, game).items()
+    }
     columns["index"] = columns.pop("slot")
     columns["category"] = np.array([c.name for c in game.categories], object)[columns["category"]]
-    known = {name: records.has(name, slot, game) & (columns[name] != UNKNOWN_VALUE) for name in ATTRIBUTES}
+    known = {
+        name: records.has(name, slot, game) & (columns[name] != UNKNOWN_VALUE)
+        for name in ATTRIBUTES
+    }
     unknown = {name: ~mask for name, mask in known.items()}
-    arrays = [pa.array(columns[name], pa.type_for_alias(kind), mask=unknown.get(name)) for name, kind in OBJECT.items()]
+    arrays = [
+        pa.array(columns[name], pa.type_for_alias(kind), mask=unknown.get(name))
+        for name, kind in OBJECT.items()
+    ]
     offsets = np.searchsorted(row, np.arange(n + 1)).astype(np.int32)
     return pa.ListArray.from_arrays(offsets, pa.StructArray.from_arrays(arrays, list(OBJECT)))
 
@@ -213,7 +264,8 @@ def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
 
 
 def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
-    """The fields of `Objects` `[n, N, ...]` from columns of lists of records, the inverse of `objects`.
+    """The fields of `Objects` `[n, N, ...]` from columns of lists of records, the inverse of
+    `objects`.
 
     Raises:
         DatasetError: an object is of a category, or has an index, that the game does not have.
@@ -229,11 +281,24 @@ def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
         index = parts["index"].to_numpy()
         for name, i in set(zip(names, index.tolist(), strict=True)):
             if name not in slices or not 0 <= i < slices[name].stop - slices[name].start:
-                raise DatasetError(f"{game.name} has no object {reprlib.repr(name)} {i}: `ocjax relabel` writes the objects of its decoder")
+                raise DatasetError(
+                    f"{game.name} has no object {reprlib.repr(name)} {i}: `ocjax relabel` writes "
+                    "the objects of its decoder"
+                )
         slot = np.array([slices[name].start for name in names], np.int64) + index
-        numbers = {name: parts[name].fill_null(0).to_numpy() for name in ("orientation", *"xywh", *"rgb")}
-        value = np.where([name in valued for name in names], parts["value"].fill_null(UNKNOWN_VALUE).to_numpy(), 0)
-        xywh, rgb = (np.stack([numbers[name] for name in names], axis=1) for names in ("xywh", "rgb"))
+        numbers = {
+            name: parts[name].fill_null(0).to_numpy() for name in ("orientation", *"xywh", *"rgb")
+        }
+        value = np.where(
+            [name in valued for name in names],
+            parts["value"].fill_null(UNKNOWN_VALUE).to_numpy(),
+            0,
+        )
+        xywh, rgb = (
+            np.stack([numbers[name] for name in names], axis=1) for names in ("xywh", "rgb")
+        )
         blocks.append(Block(row, slot, xywh, numbers["orientation"], value, rgb))
-    joined = Block(*(np.concatenate([getattr(b, f.name) for b in blocks]) for f in dataclasses.fields(Block)))
+    joined = Block(
+        *(np.concatenate([getattr(b, f.name) for b in blocks]) for f in dataclasses.fields(Block))
+    )
     return joined.padded(len(lists[0]), game)

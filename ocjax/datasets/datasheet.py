@@ -1,6 +1,8 @@
-"""The datasheet of a dataset: a README.md that says what it holds and how it was made, for people and for programs.
+"""The datasheet of a dataset: a README.md that says what it holds and how it was made, for people
+and for programs.
 
-The front matter is what the Hugging Face hub reads; its key `ocjax` holds the protocol and the results as JSON, which is YAML, too.
+The front matter is what the Hugging Face hub reads; its key `ocjax` holds the protocol and the
+results as JSON, which is YAML, too.
 """
 
 import dataclasses
@@ -60,7 +62,9 @@ them, the colour `r`, `g`, `b`, and `hud`, whether it belongs to the display.
 """
 
 
-def text(plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str, str], code: str) -> str:
+def text(
+    plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str, str], code: str
+) -> str:
     """The datasheet.
 
     Args:
@@ -71,13 +75,19 @@ def text(plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str,
     """
     game = registry.load(plan.game)
     counts = labels.from_counts([shard["counts"] for shard in shards], game)
-    totals = {name: sum(shard[name] for shard in shards) for name in ("states", "sequences", "sequences_left_out", "states_left_out")}
+    totals = {
+        name: sum(shard[name] for shard in shards)
+        for name in ("states", "sequences", "sequences_left_out", "states_left_out")
+    }
     facts = {
         "plan": dataclasses.asdict(plan),
         "labels": {"versions": dict(versions), "code": code},
         **totals,
         "rows": totals["states"] - totals["states_left_out"],
-        "agreement": {name: _scores(counts.map(lambda a, i=i: a[i])) for i, name in enumerate(c.name for c in game.categories)},
+        "agreement": {
+            name: _scores(counts.map(lambda a, i=i: a[i]))
+            for i, name in enumerate(c.name for c in game.categories)
+        },
     }
     return TEMPLATE.format(
         title=f"{game.name} with objects",
@@ -100,16 +110,24 @@ def _starts(plan: Plan) -> str:
     if not plan.starts:
         return ""
     values = "; ".join(f"`{ram_starts.describe(start)}`" for start in plan.starts)
-    return f"After the console's reset, values are written to its RAM, in turn for the instances: {values}. "
+    return (
+        "After the console's reset, values are written to its RAM, in turn for the instances: "
+        f"{values}. "
+    )
 
 
 def _settings(plan: Plan) -> str:
     """The settings of the emulators, one line for each group of policies."""
     names: dict[str, list[str]] = {}
     for name, _ in plan.policies:
-        listed = ", ".join(f"{field} {value}" for field, value in plan.settings_of(name).to_dict().items())
+        listed = ", ".join(
+            f"{field} {value}" for field, value in plan.settings_of(name).to_dict().items()
+        )
         names.setdefault(listed, []).append(f"`{name}`")
-    return "\n".join(f"- Settings of the emulators that {', '.join(own)} play: {listed}." for listed, own in names.items())
+    return "\n".join(
+        f"- Settings of the emulators that {', '.join(own)} play: {listed}."
+        for listed, own in names.items()
+    )
 
 
 def _actions(game: Game, plan: Plan) -> list[str]:
@@ -130,8 +148,18 @@ def _agreement(counts: Agreement, game: Game) -> Table:
     rows = []
     for i, c in enumerate(game.categories):
         s = _scores(counts.map(lambda a, i=i: a[i]))
-        rows.append((c.name, s["rem"], s["vem"], *(None if s[n] is None else 100 * s[n] for n in SCORES)))
-    heading = ("Category", "Objects (REM)", "Objects (VEM)", "Precision", "Recall", "F1", "Mean IoU")
+        rows.append(
+            (c.name, s["rem"], s["vem"], *(None if s[n] is None else 100 * s[n] for n in SCORES))
+        )
+    heading = (
+        "Category",
+        "Objects (REM)",
+        "Objects (VEM)",
+        "Precision",
+        "Recall",
+        "F1",
+        "Mean IoU",
+    )
     return Table("Agreement of REM with VEM, in percent", heading, rows)
 
 

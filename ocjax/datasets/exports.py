@@ -31,16 +31,19 @@ CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 def export(folder: str | Path, out: str | Path, *, report: Progress | None = None) -> None:
     """Export a dataset, completely or not at all.
 
-    A `.csv` file has the columns of the dataset of the OCAtari paper: `INDEX` (`episode_step`, five digits each), `OBS` (a list of the
-    `210 * 160 * 3` numbers of the RGB frame), and the objects `HUD` and `RAM` (of REM) and `VIS` (of VEM) as sorted lists of the form
-    `Player at (140, 100), (4, 16)`.
+    A `.csv` file has the columns of the dataset of the OCAtari paper: `INDEX` (`episode_step`, five
+    digits each), `OBS` (a list of the `210 * 160 * 3` numbers of the RGB frame), and the objects
+    `HUD` and `RAM` (of REM) and `VIS` (of VEM) as sorted lists of the form `Player at (140, 100),
+    (4, 16)`.
 
-    A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette indices, without compression), and the
-    fields of `Objects` of both methods as infos. An episode of which sequences were left out becomes several.
+    A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
+    indices, without compression), and the fields of `Objects` of both methods as infos. An episode
+    of which sequences were left out becomes several.
 
     Args:
         folder: of a complete dataset.
-        out: a path that ends in .csv, which is replaced, or the ID of a new Minari dataset after "minari:".
+        out: a path that ends in .csv, which is replaced, or the ID of a new Minari dataset after
+            "minari:".
         report: called from time to time with the number of states that are done, and of all states.
 
     Raises:
@@ -54,7 +57,9 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
     if str(out).startswith(MINARI):
         _to_minari(folder, plan, str(out), report)
     elif Path(out).suffix == ".csv":
-        writing.check(Path(out), reads=[folder / PLAN, *(folder / plan.file(shard) for shard in plan.shards)])
+        writing.check(
+            Path(out), reads=[folder / PLAN, *(folder / plan.file(shard) for shard in plan.shards)]
+        )
         writing.write(Path(out), functools.partial(_write_csv, folder, plan, report))
     else:
         raise ValueError(f"the output must end in .csv or be {MINARI}ID, got {out}")
@@ -67,7 +72,9 @@ def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO
     writer.writerow(CSV_COLUMNS)
     number, before, done = -1, None, 0
     for shard in plan.shards:
-        for rows in shards.rows(folder / plan.file(shard), ["instance", "episode", "step", "image", *columns.OBJECTS]):
+        for rows in shards.rows(
+            folder / plan.file(shard), ["instance", "episode", "step", "image", *columns.OBJECTS]
+        ):
             with shards.reading(folder / plan.file(shard)):
                 screens = columns.frames(rows["image"], game)
             records = rows.drop_columns("image").to_pylist()
@@ -85,7 +92,9 @@ def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO
 
 def _listed(objects: list[dict[str, Any]]) -> str:
     """Objects as the paper's dataset has them."""
-    texts = sorted(f"{o['category']} at ({o['x']}, {o['y']}), ({o['w']}, {o['h']})" for o in objects)
+    texts = sorted(
+        f"{o['category']} at ({o['x']}, {o['y']}), ({o['w']}, {o['h']})" for o in objects
+    )
     return f"[{', '.join(texts)}]"
 
 
@@ -99,9 +108,14 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
     actions = action_set(load_emulator(game), plan.settings_of(plan.policies[0][0]))
     kinds = {"observation_space": spaces.Dict(boxes), "action_space": spaces.Discrete(len(actions))}
     facts = {"game": game.name, "md5": game.md5, "plan": json.loads(plan.to_json())}
-    description = f"States of {game.name} with the objects that REM and VEM find. Screens are indices of the emulator's palette."
+    description = (
+        f"States of {game.name} with the objects that REM and VEM find. Screens are indices of "
+        "the emulator's palette."
+    )
     policies, done = ", ".join(name for name, _ in plan.policies), 0
-    with new_dataset(name, kinds, {"description": description, "ocjax": facts, "algorithm_name": policies}) as add:
+    with new_dataset(
+        name, kinds, {"description": description, "ocjax": facts, "algorithm_name": policies}
+    ) as add:
         for shard in plan.shards:
             path = folder / plan.file(shard)
             for episode in _episodes(path):
@@ -116,7 +130,9 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
 def _episodes(path: Path) -> Iterator[Any]:
     """The stretches of successive states of one episode as tables of two rows or more."""
     pa = require("pyarrow")
-    rows = pa.concat_tables([columns.schema({}).empty_table().replace_schema_metadata(None), *shards.rows(path)])  # pictures are compressed
+    rows = pa.concat_tables(
+        [columns.schema({}).empty_table().replace_schema_metadata(None), *shards.rows(path)]
+    )  # pictures are compressed
     place = np.stack([rows[name].to_numpy() for name in ("instance", "episode", "index")], axis=1)
     breaks = np.flatnonzero((np.diff(place, axis=0) != (0, 0, 1)).any(axis=1)) + 1
     for start, stop in itertools.pairwise([0, *breaks.tolist(), len(rows)]):
@@ -130,12 +146,23 @@ def _to_episode(rows: Any, game: Game, num_actions: int) -> dict[str, Any]:
     Raises:
         DatasetError: an action, a reward, a picture or an object is not one of the game.
     """
-    step = {name: rows[name].to_numpy()[1:].copy() for name in ("action", "reward", "terminated", "truncated")}
-    if not ((step["action"] >= 0) & (step["action"] < num_actions)).all() or not np.isfinite(step["reward"]).all():
-        raise DatasetError(f"actions must be from 0 to {num_actions - 1}, and rewards finite numbers")
+    step = {
+        name: rows[name].to_numpy()[1:].copy()
+        for name in ("action", "reward", "terminated", "truncated")
+    }
+    if (
+        not ((step["action"] >= 0) & (step["action"] < num_actions)).all()
+        or not np.isfinite(step["reward"]).all()
+    ):
+        raise DatasetError(
+            f"actions must be from 0 to {num_actions - 1}, and rewards finite numbers"
+        )
     step["truncated"][-1] |= not step["terminated"][-1]
     return {
-        "observations": {"ram": columns.rams(rows["ram"]), "screen": columns.frames(rows["image"], game)},
+        "observations": {
+            "ram": columns.rams(rows["ram"]),
+            "screen": columns.frames(rows["image"], game),
+        },
         "actions": step["action"].astype(np.int64),
         "rewards": step["reward"],
         "terminations": step["terminated"],

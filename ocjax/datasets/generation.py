@@ -16,21 +16,26 @@ from ocjax.files.pipeline import Progress
 PLAN, SHEET = "dataset.json", "README.md"
 
 
-def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
+def generate(
+    plan: Plan, folder: str | Path, *, ray: str | None = None, report: Progress | None = None
+) -> None:
     """Make a dataset. The same plan gives the same bytes.
 
-    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards, each of which appears when it is complete) and at last
-    `README.md` (the datasheet). Called again after an interruption, it makes what is missing.
+    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards, each of which appears
+    when it is complete) and at last `README.md` (the datasheet). Called again after an
+    interruption, it makes what is missing.
 
     Args:
         plan: of the dataset; see `ocjax.datasets.plan`.
         folder: is created if necessary.
-        ray: the address of a Ray cluster whose machines share the folder; see `ocjax.files.cluster`.
+        ray: the address of a Ray cluster whose machines share the folder; see
+            `ocjax.files.cluster`.
         report: called after each shard with the number of states that are done, and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds another dataset or other files.
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
+            written for.
         ValueError: the cluster cannot be reached.
         MissingExtraError: pyarrow is not installed.
         OSError: a file cannot be written.
@@ -48,8 +53,9 @@ def generate(plan: Plan, folder: str | Path, *, ray: str | None = None, report: 
 def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
     """Write the objects of a dataset anew with the present decoders, and its datasheet.
 
-    Frames, RAM and the choice of sequences stay as they are. Each shard is replaced when its new version is complete. Called again after an
-    interruption, it goes on with the shards whose objects are of other decoders.
+    Frames, RAM and the choice of sequences stay as they are. Each shard is replaced when its new
+    version is complete. Called again after an interruption, it goes on with the shards whose
+    objects are of other decoders.
 
     Args:
         folder: of a complete dataset.
@@ -57,7 +63,8 @@ def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | No
         report: called after each shard with the number of states that are done, and of all states.
 
     Raises:
-        DatasetError: a ValueError; the folder holds no complete dataset, or it was made with another ROM.
+        DatasetError: a ValueError; the folder holds no complete dataset, or it was made with
+            another ROM.
         ValueError: the cluster cannot be reached.
         OSError: a file cannot be written.
     """
@@ -66,7 +73,10 @@ def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | No
     plan = open_dataset(folder)
     game = registry.load(plan.game)
     if plan.md5 != game.md5:
-        raise DatasetError(f"{folder} was made with the ROM of md5 {plan.md5}, but the decoder of {game.name} is for {game.md5}")
+        raise DatasetError(
+            f"{folder} was made with the ROM of md5 {plan.md5}, but the decoder of {game.name} "
+            f"is for {game.md5}"
+        )
     old = [s.number for s in plan.shards if shards.facts(folder / plan.file(s))["code"] != code()]
     _run(functools.partial(_relabel, folder, plan), old, plan, ray, report)
     _finish(folder, plan)
@@ -92,7 +102,9 @@ def open_dataset(folder: str | Path) -> Plan:
             ram_starts.variation(registry.load(plan.game), start)
         registry.load(plan.game)
     except ValueError as error:
-        raise DatasetError(f"{folder / PLAN} is damaged, or of another version of ocjax: {error}") from error
+        raise DatasetError(
+            f"{folder / PLAN} is damaged, or of another version of ocjax: {error}"
+        ) from error
     absent = [str(plan.file(plan.shards[k])) for k in missing(plan, folder)]
     if absent:
         listed = f"{absent[0]} and {len(absent) - 1} more" if len(absent) > 1 else absent[0]
@@ -106,16 +118,26 @@ def missing(plan: Plan, folder: Path) -> list[int]:
 
 
 def _check_data(folder: Path) -> None:
-    """Check that the shards are in the dataset's folder. A shard that is a link is replaced when it is written.
+    """Check that the shards are in the dataset's folder. A shard that is a link is replaced when it
+    is written.
 
     Raises:
         DatasetError: the folder of the shards is a link.
     """
     if (folder / DATA).is_symlink():
-        raise DatasetError(f"{folder / DATA} is a link, and shards are written to the dataset's own folder only: copy the shards into it")
+        raise DatasetError(
+            f"{folder / DATA} is a link, and shards are written to the dataset's own folder "
+            "only: copy the shards into it"
+        )
 
 
-def _run(task: Callable[[int], object], numbers: list[int], plan: Plan, ray: str | None, report: Progress | None) -> None:
+def _run(
+    task: Callable[[int], object],
+    numbers: list[int],
+    plan: Plan,
+    ray: str | None,
+    report: Progress | None,
+) -> None:
     """Execute a task for each of the shards of these numbers."""
     states = [shard.states for shard in plan.shards]
     done = plan.states - sum(states[k] for k in numbers)
@@ -134,4 +156,6 @@ def _finish(folder: Path, plan: Plan) -> None:
             unfinished.unlink()
     game = registry.load(plan.game)
     found = [shards.facts(folder / plan.file(shard), game) for shard in plan.shards]
-    writing.write_text(folder / SHEET, datasheet.text(plan, found, versions(), code()), follow=False)
+    writing.write_text(
+        folder / SHEET, datasheet.text(plan, found, versions(), code()), follow=False
+    )

@@ -38,7 +38,9 @@ def label(game: Game, rams: np.ndarray, screens: np.ndarray, previous: np.ndarra
     """
     vem = extractor(game, "vem")
     rem, seen, before = extractor(game, "rem")(rams), vem(screens), vem(previous)
-    counts = metrics.agreement(matching.detections(rem), matching.detections(seen), matching.detections(before))
+    counts = metrics.agreement(
+        matching.detections(rem), matching.detections(seen), matching.detections(before)
+    )
     return Labels(rem, seen, counts)
 
 
@@ -56,14 +58,21 @@ def check_counts(counts: Any, game: Game) -> None:
     """
     for c in game.categories:
         row = counts.get(c.name)
-        known = isinstance(row, list) and all(isinstance(n, int | float) and not isinstance(n, bool) and 0 <= n < MOST for n in row)
+        known = isinstance(row, list) and all(
+            isinstance(n, int | float) and not isinstance(n, bool) and 0 <= n < MOST for n in row
+        )
         if not known or len(row) != len(COUNTS):
-            raise ValueError(f"the counts of {c.name} must be {len(COUNTS)} numbers of at least 0, got {reprlib.repr(row)}")
+            raise ValueError(
+                f"the counts of {c.name} must be {len(COUNTS)} numbers of at least 0, got "
+                f"{reprlib.repr(row)}"
+            )
 
 
 def from_counts(parts: Sequence[Counts], game: Game) -> Agreement:
     """The sum of what `to_counts` returned, `[categories]`."""
-    table = np.array([[part[c.name] for c in game.categories] for part in parts]).reshape(-1, len(game.categories), len(COUNTS))
+    table = np.array([[part[c.name] for c in game.categories] for part in parts]).reshape(
+        -1, len(game.categories), len(COUNTS)
+    )
     return Agreement(*table.sum(axis=0).T)
 
 

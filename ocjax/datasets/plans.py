@@ -65,10 +65,12 @@ class Plan:
         sequence_states: successive states that are kept or left out together, at most.
         least_f1: sequences in which REM and VEM agree less are left out.
         settings: of the emulators, the fields of `ocjax.envs.Settings`.
-        policy_settings: likewise, for the policies that were trained with other settings. Older datasets have none.
+        policy_settings: likewise, for the policies that were trained with other settings. Older
+            datasets have none.
         versions: of ocjax and of the libraries.
         code: digest of the source of ocjax, whose decoders extract the objects.
-        starts: what is written to the RAM at the beginning of games; instances take turns. Older datasets have none.
+        starts: what is written to the RAM at the beginning of games; instances take turns. Older
+            datasets have none.
     """
 
     game: str
@@ -111,11 +113,16 @@ class Plan:
         lacking = [name for name in known if name not in given]
         unknown = [name for name in given if name not in known]
         if lacking or unknown:
-            raise ValueError(f"the plan lacks the fields {lacking}, and has the unknown fields {reprlib.repr(unknown)}")
+            raise ValueError(
+                f"the plan lacks the fields {lacking}, and has the unknown fields "
+                f"{reprlib.repr(unknown)}"
+            )
         for name in ("seeds", "policies", "starts"):
             if not isinstance(given[name], list | tuple):
                 raise ValueError(f"{name} must be a list, got {reprlib.repr(given[name])}")
-            given[name] = tuple(tuple(entry) if isinstance(entry, list) else entry for entry in given[name])
+            given[name] = tuple(
+                tuple(entry) if isinstance(entry, list) else entry for entry in given[name]
+            )
         return cls(**given)
 
     def __post_init__(self) -> None:
@@ -124,19 +131,25 @@ class Plan:
                 raise ValueError(f"{name} must be a text, got {reprlib.repr(getattr(self, name))}")
         for name in ("policy_files", "versions"):
             entries = getattr(self, name)
-            if not isinstance(entries, Mapping) or not all(isinstance(text, str) for text in entries.values()):
+            if not isinstance(entries, Mapping) or not all(
+                isinstance(text, str) for text in entries.values()
+            ):
                 raise ValueError(f"{name} must map names to texts, got {reprlib.repr(entries)}")
         for name in ("states", "shard_states", "sequence_states"):
             integer(name, getattr(self, name), 1, MOST_STATES)
         _check_play(self)
         if self.num_shards > MOST_SHARDS:
-            raise ValueError(f"a dataset has at most {MOST_SHARDS:,} files, got {self.num_shards:,}")
+            raise ValueError(
+                f"a dataset has at most {MOST_SHARDS:,} files, got {self.num_shards:,}"
+            )
 
     @property
     def num_shards(self) -> int:
         """The number of files."""
         each, rest = divmod(self.states, len(self.seeds))
-        return rest * -(-(each + 1) // self.shard_states) + (len(self.seeds) - rest) * -(-each // self.shard_states)
+        return rest * -(-(each + 1) // self.shard_states) + (len(self.seeds) - rest) * -(
+            -each // self.shard_states
+        )
 
     @functools.cached_property
     def shards(self) -> list[Shard]:
@@ -169,26 +182,42 @@ def _check_play(plan: Plan) -> None:
     for seed in plan.seeds:
         integer("a seed", seed, 0, 2**31 - 1)
     if not plan.seeds or len(set(plan.seeds)) < len(plan.seeds):
-        raise ValueError(f"seeds must be at least one, and none twice, got {reprlib.repr(plan.seeds)}")
+        raise ValueError(
+            f"seeds must be at least one, and none twice, got {reprlib.repr(plan.seeds)}"
+        )
     for policy in plan.policies:
         if not isinstance(policy, tuple) or len(policy) != 2 or not isinstance(policy[0], str):
-            raise ValueError(f"a policy must be a name and a number of instances, got {reprlib.repr(policy)}")
+            raise ValueError(
+                f"a policy must be a name and a number of instances, got {reprlib.repr(policy)}"
+            )
         integer(f"the instances of the policy {policy[0]}", policy[1], 1, ENVS)
     if sum(n for _, n in plan.policies) != ENVS:
-        raise ValueError(f"the policies must have {ENVS} instances, got {reprlib.repr(plan.policies)}")
-    if not isinstance(plan.least_f1, int | float) or isinstance(plan.least_f1, bool) or not 0 <= plan.least_f1 <= 1:
+        raise ValueError(
+            f"the policies must have {ENVS} instances, got {reprlib.repr(plan.policies)}"
+        )
+    if (
+        not isinstance(plan.least_f1, int | float)
+        or isinstance(plan.least_f1, bool)
+        or not 0 <= plan.least_f1 <= 1
+    ):
         raise ValueError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
     if not all(isinstance(start, Mapping) for start in plan.starts):
         raise ValueError(f"a start must map names to values, got {reprlib.repr(plan.starts)}")
     names = [name for name, _ in plan.policies]
     if not isinstance(plan.policy_settings, Mapping) or not set(plan.policy_settings) <= set(names):
-        raise ValueError(f"policy_settings must map names of the policies to settings, got {reprlib.repr(plan.policy_settings)}")
+        raise ValueError(
+            "policy_settings must map names of the policies to settings, got "
+            f"{reprlib.repr(plan.policy_settings)}"
+        )
     try:
         every = [plan.settings_of(name) for name in names]
     except TypeError as error:
         raise ValueError(f"the settings are malformed: {error}") from error
     if len({one.full_action_space for one in every}) > 1:
-        raise ValueError("all policies of a dataset must have the same actions, but full_action_space differs in their settings")
+        raise ValueError(
+            "all policies of a dataset must have the same actions, but full_action_space differs "
+            "in their settings"
+        )
 
 
 def plan(
@@ -205,15 +234,17 @@ def plan(
         game: the game, with its display, or its name.
         states: number of states to play.
         seeds: each has an equal share of the states.
-        policies: percentage of the states that each policy plays, by name; see `ocjax.play.policies.make_policy`. By default, 30 % random
-            actions, and 70 % the trained policy that ships with the game, or held random actions if there is none.
+        policies: percentage of the states that each policy plays, by name; see
+            `ocjax.play.policies.make_policy`. By default, 30 % random actions, and 70 % the trained
+            policy that ships with the game, or held random actions if there is none.
         least_f1: sequences in which REM and VEM agree less are left out.
-        starts: values that are written to the RAM when a game begins, by the name of a field of the game's `Ram` (`ocjax ram map GAME`) or
-            the number of a byte, such as `{"level": 2}`. The instances take turns; an empty start writes nothing.
+        starts: values that are written to the RAM when a game begins, by the name of a field of the
+            game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
+            instances take turns; an empty start writes nothing.
 
     Raises:
-        DatasetError: a ValueError; the percentages are no multiples of 10 that add up to 100, a seed is there twice, or the least F1 is not
-            between 0 and 1.
+        DatasetError: a ValueError; the percentages are no multiples of 10 that add up to 100, a
+            seed is there twice, or the least F1 is not between 0 and 1.
         UnknownGameError: a ValueError; there is no game of that name.
         PolicyError: a ValueError; a policy does not exist or does not fit the game.
         ValueError: another number is out of range, or a start names what the RAM does not have.
@@ -221,7 +252,10 @@ def plan(
     game = registry.as_game(game)
     chosen = default_policies(game) if policies is None else policies
     if sum(chosen.values()) != 100 or any(p <= 0 or p % (100 // ENVS) for p in chosen.values()):
-        raise DatasetError(f"the percentages of the policies must be multiples of {100 // ENVS} that add up to 100, got {dict(chosen)}")
+        raise DatasetError(
+            f"the percentages of the policies must be multiples of {100 // ENVS} that add up to "
+            f"100, got {dict(chosen)}"
+        )
     if not seeds or len(set(seeds)) < len(seeds):
         raise DatasetError(f"there must be at least one seed, and none twice, got {list(seeds)}")
     if not 0 <= least_f1 <= 1:
@@ -236,7 +270,11 @@ def plan(
         states=integer("states", states, 1, MOST_STATES),
         seeds=tuple(integer("a seed", seed, 0, 2**31 - 1) for seed in seeds),
         policies=tuple((name, percent * ENVS // 100) for name, percent in chosen.items()),
-        policy_files={name: _digest_of_policy(name, game) for name in chosen if name not in ("random", "repeat")},
+        policy_files={
+            name: _digest_of_policy(name, game)
+            for name in chosen
+            if name not in ("random", "repeat")
+        },
         shard_states=SHARD_STATES,
         sequence_states=SEQUENCE_STATES,
         least_f1=float(least_f1),
@@ -244,7 +282,9 @@ def plan(
         versions=versions(),
         code=code(),
         starts=begin,
-        policy_settings={name: own.to_dict() for name, own in played.items() if own != whole_games(None)},
+        policy_settings={
+            name: own.to_dict() for name, own in played.items() if own != whole_games(None)
+        },
     )
 
 
@@ -255,7 +295,8 @@ def default_policies(game: Game) -> dict[str, int]:
 
 
 def whole_games(trained: Settings | None) -> Settings:
-    """The settings of the emulators that a policy plays: those of its training, with whole games and the game's own rewards.
+    """The settings of the emulators that a policy plays: those of its training, with whole games
+    and the game's own rewards.
 
     Args:
         trained: the settings of the training; None if there was none, for the preset "dqn".
@@ -281,9 +322,15 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def code() -> str:
-    """A digest of the source of ocjax. Equal ones extract equal objects, also between two versions."""
+    """A digest of the source of ocjax.
+
+    Equal ones extract equal objects, also between two versions.
+    """
     root, digest = Path(__file__).parents[1], hashlib.sha256()
-    paths = (*root.rglob("*.py"), *(root / "extractors").rglob("*.py"))  # `rglob` does not follow the link to the games
+    paths = (
+        *root.rglob("*.py"),
+        *(root / "extractors").rglob("*.py"),
+    )  # `rglob` does not follow the link to the games
     files = {path.relative_to(root).as_posix(): path for path in paths}
     for name in sorted(name for name in files if "__pycache__" not in name):
         digest.update(name.encode() + b"\0" + hashlib.sha256(files[name].read_bytes()).digest())

@@ -27,21 +27,41 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
         shard: to play.
 
     Yields:
-        One sequence of at most `plan.sequence_states` successive states for each instance, the next ones each time. A sequence has the
-        arrays `index` (number of the state in the dataset), `instance`, `episode` (of the instance), `step` (of the episode), `ram` uint8
-        `[n, 128]`, `screen` and `previous` uint8 `[n, H, 160]` (palette indices of the last two emulated frames), `action`, `reward`,
-        `terminated` and `truncated` (of the step that led to the state), and `lives`.
+        One sequence of at most `plan.sequence_states` successive states for each instance, the next
+        ones each time. A sequence has the arrays `index` (number of the state in the dataset),
+        `instance`, `episode` (of the instance), `step` (of the episode), `ram` uint8 `[n, 128]`,
+        `screen` and `previous` uint8 `[n, H, 160]` (palette indices of the last two emulated
+        frames), `action`, `reward`, `terminated` and `truncated` (of the step that led to the
+        state), and `lives`.
     """
     # The first numbers are for the emulators, the others for the policies.
-    seeds = np.random.SeedSequence([shard.seed, shard.part]).generate_state(ENVS + len(plan.policies)) & 0x7FFFFFFF
+    seeds = (
+        np.random.SeedSequence([shard.seed, shard.part]).generate_state(ENVS + len(plan.policies))
+        & 0x7FFFFFFF
+    )
     own = np.array(shard.shares)
     index = shard.first + np.cumsum(own) - own  # of the first state of each instance
-    starts = [variation(game, plan.starts[i % len(plan.starts)]) for i in range(ENVS)] if plan.starts else [None] * ENVS
+    starts = (
+        [variation(game, plan.starts[i % len(plan.starts)]) for i in range(ENVS)]
+        if plan.starts
+        else [None] * ENVS
+    )
     with contextlib.ExitStack() as stack:
         played = []
         for team in _teams(plan, seeds[ENVS:].tolist()):
-            screens = dict.fromkeys(("screen", *(name for policy, *_ in team.policies for name in needs(policy, game).screens)))
-            pool = AlePool(game, team.size, team.settings, screens=tuple(screens), starts=starts[team.instances])
+            screens = dict.fromkeys(
+                (
+                    "screen",
+                    *(name for policy, *_ in team.policies for name in needs(policy, game).screens),
+                )
+            )
+            pool = AlePool(
+                game,
+                team.size,
+                team.settings,
+                screens=tuple(screens),
+                starts=starts[team.instances],
+            )
             stack.callback(pool.close)
             pool.reset(seeds[team.instances].tolist())
             played.append(_states(pool, team, index[team.instances]))
@@ -49,7 +69,10 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
         for first in range(0, int(own.max()), plan.sequence_states):
             states = list(itertools.islice(together, plan.sequence_states))
             stacked = {name: _stacked(states, name) for name in states[0][0]}
-            yield [{name: a[i, : max(own[i] - first, 0)] for name, a in stacked.items()} for i in range(ENVS)]
+            yield [
+                {name: a[i, : max(own[i] - first, 0)] for name, a in stacked.items()}
+                for i in range(ENVS)
+            ]
 
 
 def _stacked(states: list[tuple[dict[str, np.ndarray], ...]], name: str) -> np.ndarray:
@@ -87,7 +110,10 @@ def _states(pool: AlePool, team: _Team, index: np.ndarray) -> Iterator[dict[str,
     episode = np.full(team.size, -1)
     for t, action in enumerate(steps(pool, act)):
         episode = episode + pool.started
-        numbers = {"index": index + t, "instance": np.arange(team.instances.start, team.instances.stop, dtype=np.int32)}
+        numbers = {
+            "index": index + t,
+            "instance": np.arange(team.instances.start, team.instances.stop, dtype=np.int32),
+        }
         yield numbers | _state(pool, NO_ACTION if action is None else action, episode)
 
 
@@ -95,7 +121,10 @@ def _policies(pool: AlePool, team: _Team) -> Policy:
     """The policies of a team as one."""
     ends = np.cumsum([0, *(count for _, count, _ in team.policies)])
     parts = [
-        (slice(start, stop), make_policy(name, pool.game, len(pool.actions), int(stop - start), seed))
+        (
+            slice(start, stop),
+            make_policy(name, pool.game, len(pool.actions), int(stop - start), seed),
+        )
         for (name, _, seed), start, stop in zip(team.policies, ends[:-1], ends[1:], strict=True)
     ]
     return lambda seen: np.concatenate([policy(seen.rows(s)) for s, policy in parts])

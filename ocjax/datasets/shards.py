@@ -34,12 +34,21 @@ def make(folder: Path, plan: Plan, number: int) -> None:
     if path.is_file():
         return
     pa = require("pyarrow")
-    kept: list[list[Any]] = [[columns.schema({}).empty_table()], *([] for _ in shard.shares)]  # tables, by instance
-    counts, totals = labels.none(game), dict.fromkeys(("sequences", "sequences_left_out", "states_left_out"), 0)
+    kept: list[list[Any]] = [
+        [columns.schema({}).empty_table()],
+        *([] for _ in shard.shares),
+    ]  # tables, by instance
+    counts, totals = (
+        labels.none(game),
+        dict.fromkeys(("sequences", "sequences_left_out", "states_left_out"), 0),
+    )
     for sequences in playing.play(game, plan, shard):
         joined = {name: np.concatenate([s[name] for s in sequences]) for name in sequences[0]}
         found = labels.label(game, joined["ram"], joined["screen"], joined["previous"])
-        table, ends = _table(game, plan, shard, joined, found), np.cumsum([0, *(len(s["index"]) for s in sequences)]).tolist()
+        table, ends = (
+            _table(game, plan, shard, joined, found),
+            np.cumsum([0, *(len(s["index"]) for s in sequences)]).tolist(),
+        )
         for tables, (start, stop) in zip(kept[1:], itertools.pairwise(ends), strict=True):
             own = found.counts.map(lambda a, rows=slice(start, stop): a[rows])
             is_left_out = bool(own.sum().f1 < plan.least_f1)  # not where there is no object at all
@@ -49,14 +58,21 @@ def make(folder: Path, plan: Plan, number: int) -> None:
             totals["sequences"] += stop > start
             totals["sequences_left_out"] += is_left_out
             totals["states_left_out"] += is_left_out * (stop - start)
-    facts = {"code": plan.code, "states": shard.states, **totals, "counts": labels.to_counts(counts, game)}
+    facts = {
+        "code": plan.code,
+        "states": shard.states,
+        **totals,
+        "counts": labels.to_counts(counts, game),
+    }
     _write(path, pa.concat_tables(itertools.chain.from_iterable(kept)), game, facts)
 
 
 def _table(game: Game, plan: Plan, shard: Shard, states: playing.Stretch, found: Labels) -> Any:
     """States and their objects as a table."""
     pa = require("pyarrow")
-    names = np.repeat(np.array([name for name, _ in plan.policies], object), [n for _, n in plan.policies])
+    names = np.repeat(
+        np.array([name for name, _ in plan.policies], object), [n for _, n in plan.policies]
+    )
     n = len(states["index"])
     arrays = {
         **{name: states[name] for name in ("index", "instance", "episode", "step", *columns.STEP)},
@@ -69,17 +85,34 @@ def _table(game: Game, plan: Plan, shard: Shard, states: playing.Stretch, found:
     }
     schema = columns.schema({})
     return pa.table(
-        [arrays[name] if isinstance(arrays[name], pa.Array) else pa.array(arrays[name], schema.field(name).type) for name in schema.names],
+        [
+            arrays[name]
+            if isinstance(arrays[name], pa.Array)
+            else pa.array(arrays[name], schema.field(name).type)
+            for name in schema.names
+        ],
         schema,
     )
 
 
 def _write(path: Path, table: Any, game: Game, facts: dict[str, Any]) -> None:
-    """Write a shard. Equal tables and facts give equal bytes. The metadata tell the game, as `ocjax.files.open_input` reads it."""
+    """Write a shard.
+
+    Equal tables and facts give equal bytes. The metadata tell the game, as `ocjax.files.open_input`
+    reads it.
+    """
     parquet = require("pyarrow.parquet")
-    metadata = {b"game": game.name.encode(), b"md5": game.md5.encode(), **columns.schema(facts).metadata}
+    metadata = {
+        b"game": game.name.encode(),
+        b"md5": game.md5.encode(),
+        **columns.schema(facts).metadata,
+    }
     table = table.combine_chunks().replace_schema_metadata(metadata)
-    writing.write(path, lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"), follow=False)
+    writing.write(
+        path,
+        lambda file: parquet.write_table(table, file, row_group_size=ROW_GROUP, compression="zstd"),
+        follow=False,
+    )
 
 
 @contextlib.contextmanager
@@ -128,13 +161,17 @@ def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
         for k in range(file.num_row_groups):
             group = file.metadata.row_group(k)
             if group.total_byte_size > ROW_BYTES * (group.num_rows + ROW_GROUP):
-                raise DatasetError(f"row group {k} has {group.total_byte_size:,} bytes, too many for {group.num_rows:,} rows")
+                raise DatasetError(
+                    f"row group {k} has {group.total_byte_size:,} bytes, too many for "
+                    f"{group.num_rows:,} rows"
+                )
         for batch in file.iter_batches(ROW_GROUP, columns=names):
             yield columns.checked(pa.Table.from_batches([batch]), names)
 
 
 def relabel(path: Path, game: Game) -> None:
-    """Write the objects of a shard anew with the present decoders, unless they wrote those that it has.
+    """Write the objects of a shard anew with the present decoders, unless they wrote those that it
+    has.
 
     Raises:
         DatasetError: it cannot be read, or is no shard of a dataset.
@@ -143,8 +180,12 @@ def relabel(path: Path, game: Game) -> None:
     if known["code"] == code():
         return
     pa, schema = require("pyarrow"), columns.schema({})
-    kept = [name for name in schema.names if name not in columns.OBJECTS]  # objects of other decoders may be of other categories
-    states = pa.concat_tables([pa.schema([schema.field(name) for name in kept]).empty_table(), *rows(path, kept)])
+    kept = [
+        name for name in schema.names if name not in columns.OBJECTS
+    ]  # objects of other decoders may be of other categories
+    states = pa.concat_tables(
+        [pa.schema([schema.field(name) for name in kept]).empty_table(), *rows(path, kept)]
+    )
     parts, counts = [schema.empty_table()], labels.none(game)
     for start in range(0, len(states), BATCH):
         part = states.slice(start, BATCH)

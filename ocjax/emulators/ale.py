@@ -1,8 +1,9 @@
 """The `ale` backend: worker processes, each of which steps a block of emulators into shared memory.
 
-`ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not. The shared memory is an unnamed file, and
-a worker exits when its socket closes or its parent exits, so nothing is left behind however the pool ends. A call validates its arguments
-before it writes to the shared memory. After Ctrl-C interrupts a call, further calls are possible.
+`ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not.
+The shared memory is an unnamed file, and a worker exits when its socket closes or its parent exits,
+so nothing is left behind however the pool ends. A call validates its arguments before it writes to
+the shared memory. After Ctrl-C interrupts a call, further calls are possible.
 """
 
 import dataclasses
@@ -20,7 +21,14 @@ import numpy as np
 from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
 
 from ocjax.emulators import states as saved
-from ocjax.emulators.checks import NOT_RESET, action_array, integer, is_integer, mask_array, seed_list
+from ocjax.emulators.checks import (
+    NOT_RESET,
+    action_array,
+    integer,
+    is_integer,
+    mask_array,
+    seed_list,
+)
 from ocjax.emulators.hooks import Hook, Hooks, pickled_hooks
 from ocjax.emulators.memory import check_memory, shared_memory
 from ocjax.emulators.pool import EmulatorPool, StartReport
@@ -30,14 +38,23 @@ from ocjax.emulators.start import action_set, check_rom, load_emulator
 from ocjax.emulators.states import States
 from ocjax.emulators.worker import interface
 from ocjax.emulators.worker.emulator import FULL
-from ocjax.emulators.worker.interface import AUTORESET_MODES, GRAY, NEXT_STEP, POOLED, SCREENS, WorkerConfig
+from ocjax.emulators.worker.interface import (
+    AUTORESET_MODES,
+    GRAY,
+    NEXT_STEP,
+    POOLED,
+    SCREENS,
+    WorkerConfig,
+)
 from ocjax.emulators.worker.program import EmulatorBlock
 from ocjax.extraction.game import Game
 
 WORKER_TIMEOUT = 60.0  # seconds
 
 _MOST = 2**31 - 1
-_MIN_SHARD = 64  # environments; smaller shards cost more in calls than they save by overlapping extraction with emulation
+# environments; smaller shards cost more in calls than they save by overlapping extraction with
+# emulation
+_MIN_SHARD = 64
 _SLOW_START = 1.0  # seconds after which the start of the emulators is reported
 _REPORT_EVERY = 0.25  # seconds
 
@@ -49,27 +66,33 @@ class AlePool(EmulatorPool):
         game: the game, whose ROM is checked.
         num_envs: number of emulators.
         settings: what a step and an episode are; by default those of "v5".
-        num_workers: number of processes; by default one per core that this process may use, at most `num_envs`. With 0 the emulators are
-            stepped in this process.
-        screens: the pixel arrays to record, of "screen", "gray", "pooled" (with "gray") and "rgb" (see `EmulatorPool`). Without any, no
-            pixel is touched.
-        autoreset: what happens after the step that ends an episode: "next step" (the next step starts an episode, and its action is
-            ignored), "same step" (the same step starts an episode, and `arrays.final` preserves the end of the last one), or "disabled"
-            (the environment must be reset; the next step is an error).
-        game_mode: game mode as ale-py numbers it, one for all emulators or one each; None for the game's default.
+        num_workers: number of processes; by default one per core that this process may use, at most
+            `num_envs`. With 0 the emulators are stepped in this process.
+        screens: the pixel arrays to record, of "screen", "gray", "pooled" (with "gray") and "rgb"
+            (see `EmulatorPool`). Without any, no pixel is touched.
+        autoreset: what happens after the step that ends an episode: "next step" (the next step
+            starts an episode, and its action is ignored), "same step" (the same step starts an
+            episode, and `arrays.final` preserves the end of the last one), or "disabled" (the
+            environment must be reset; the next step is an error).
+        game_mode: game mode as ale-py numbers it, one for all emulators or one each; None for the
+            game's default.
         game_difficulty: game difficulty, likewise.
-        hook: a function that is called before every emulated frame with the RAM of one emulator, uint8 `[128]`. Its changes to the array
-            are written to the console. Workers receive the function by value, so it may refer to modules and constants, but not to
-            variables that change. In a sequence of hooks, each one sees the changes of those before it.
-        starts: for each emulator, a function like a hook that is called once at the beginning of every game, after the console's reset and
-            before the no-ops, or None for no such function.
-        worker_timeout: how many seconds a worker may take for a step, or for the start of one emulator, before the pool raises an error and
-            closes; None for no limit.
+        hook: a function that is called before every emulated frame with the RAM of one emulator,
+            uint8 `[128]`. Its changes to the array are written to the console. Workers receive the
+            function by value, so it may refer to modules and constants, but not to variables that
+            change. In a sequence of hooks, each one sees the changes of those before it.
+        starts: for each emulator, a function like a hook that is called once at the beginning of
+            every game, after the console's reset and before the no-ops, or None for no such
+            function.
+        worker_timeout: how many seconds a worker may take for a step, or for the start of one
+            emulator, before the pool raises an error and closes; None for no limit.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
+            written for.
         ValueError: an argument is out of range.
-        TypeError: a hook is neither a function nor a name, or cannot be sent to a worker; or a mode or difficulty is not an integer.
+        TypeError: a hook is neither a function nor a name, or cannot be sent to a worker; or a mode
+            or difficulty is not an integer.
         MemoryError: there is not enough memory for so many emulators.
         WorkerError: a worker could not be started.
     """
@@ -89,30 +112,44 @@ class AlePool(EmulatorPool):
         starts: Sequence[Hook | None] = (),
         worker_timeout: float | None = WORKER_TIMEOUT,
     ) -> None:
-        self.num_envs, num_workers = _check(num_envs, num_workers, screens, autoreset, worker_timeout)
+        self.num_envs, num_workers = _check(
+            num_envs, num_workers, screens, autoreset, worker_timeout
+        )
         self.game, self.settings = game, settings or Settings()
         ale = load_emulator(game)
-        self._loaded_state = ale.cloneState(include_rng=True).serialize()  # restored states must be like it
+        self._loaded_state = ale.cloneState(
+            include_rng=True
+        ).serialize()  # restored states must be like it
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
-        hooks, begin = pickled_hooks(hook, game.name), tuple(pickled_hooks(s, game.name) for s in starts or [None] * self.num_envs)
+        hooks, begin = (
+            pickled_hooks(hook, game.name),
+            tuple(pickled_hooks(s, game.name) for s in starts or [None] * self.num_envs),
+        )
         if len(begin) != self.num_envs:
-            raise ValueError(f"starts must have one entry per environment, {self.num_envs}, got {len(begin)}")
+            raise ValueError(
+                f"starts must have one entry per environment, {self.num_envs}, got {len(begin)}"
+            )
         config = self._config(_in_order(screens), autoreset, modes, difficulties, hooks, begin)
         size = interface.memory_size(config)
         self._workers = Workers(worker_timeout)
         self._local: EmulatorBlock | None = None  # the emulators, where they are in this process
         self._finalizer = weakref.finalize(self, self._workers.end)
-        self._local_steps = self._awaited_steps = 0  # how many steps were executed in this process, and how many `wait` has seen
-        self._ready = False  # whether all emulators have been reset, and no call was interrupted that left them halfway
+        self._local_steps = self._awaited_steps = (
+            0  # how many steps were executed in this process, and how many `wait` has seen
+        )
+        # whether all emulators have been reset, and no call was interrupted that left them halfway
+        self._ready = False
         self.shards = [slice(0, self.num_envs)]
         try:
             if num_workers == 0:
                 self.arrays, self._commands = interface.shared_arrays(mmap.mmap(-1, size), config)
                 self._local = EmulatorBlock(config, self.arrays, self._commands)
             else:
-                self._start_workers(config, size, min(num_workers or _available_cores(), self.num_envs))
+                self._start_workers(
+                    config, size, min(num_workers or _available_cores(), self.num_envs)
+                )
         except BaseException:
             self.close()
             raise
@@ -162,9 +199,15 @@ class AlePool(EmulatorPool):
         values = [value] * self.num_envs if np.ndim(value) == 0 else list(value)
         for v in values:
             if v is not None and not is_integer(v):
-                raise TypeError(f"game_{name} must be an integer, or a sequence with one integer or None per environment, got {value!r}")
+                raise TypeError(
+                    f"game_{name} must be an integer, or a sequence with one integer or None per "
+                    f"environment, got {value!r}"
+                )
         if len(values) != self.num_envs:
-            raise ValueError(f"a sequence of {name} values must have one per environment, {self.num_envs}, got {len(values)}")
+            raise ValueError(
+                f"a sequence of {name} values must have one per environment, {self.num_envs}, "
+                f"got {len(values)}"
+            )
         for v in values:
             if v is not None and v not in known:
                 raise ValueError(f"{self.game.name} has no {name} {v}; it has {list(known)}")
@@ -172,21 +215,36 @@ class AlePool(EmulatorPool):
 
     def _start_workers(self, config: WorkerConfig, size: int, num_workers: int) -> None:
         """Make the shared memory, divide the emulators among workers, and start these."""
-        with shared_memory(size) as (file, memory):  # workers inherit the descriptor, so the file may be closed afterwards
+        with shared_memory(size) as (
+            file,
+            memory,
+        ):  # workers inherit the descriptor, so the file may be closed afterwards
             self.arrays, self._commands = interface.shared_arrays(memory, config)
             num_shards = _num_shards(self.num_envs, num_workers)
             self.shards = [slice(*pair) for pair in _even_blocks(self.num_envs, num_shards)]
             self._shard_of = [i * num_shards // num_workers for i in range(num_workers)]
             for block in _even_blocks(self.num_envs, num_workers):
-                self._workers.start(file, dataclasses.replace(config, block=block), self._commands.finished)
+                self._workers.start(
+                    file, dataclasses.replace(config, block=block), self._commands.finished
+                )
 
-    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: StartReport | None = None) -> None:
+    def reset(
+        self,
+        seeds: Sequence[int | None] | None = None,
+        mask: np.ndarray | None = None,
+        report: StartReport | None = None,
+    ) -> None:
         """Start new episodes; see `EmulatorPool.reset`.
 
-        Seeds are used as in ale-py's Gymnasium environments: equal seeds give equal episodes. An emulator that gets a seed, or is reset
-        for the first time, is made anew, which takes about 0.1 s of its worker's time.
+        Seeds are used as in ale-py's Gymnasium environments: equal seeds give equal episodes. An
+        emulator that gets a seed, or is reset for the first time, is made anew, which takes about
+        0.1 s of its worker's time.
         """
-        seed = [-1] * self.num_envs if seeds is None else [-1 if s is None else s for s in seed_list(seeds, self.num_envs)]
+        seed = (
+            [-1] * self.num_envs
+            if seeds is None
+            else [-1 if s is None else s for s in seed_list(seeds, self.num_envs)]
+        )
         chosen = self._chosen(mask)
         self._prepare()
         commands = self._commands
@@ -195,7 +253,10 @@ class AlePool(EmulatorPool):
         self._execute_all(interface.RESET, report)
 
     def clone_state(self) -> States:
-        """Save the state of every emulator, its random state included. All emulators must have been reset."""
+        """Save the state of every emulator, its random state included.
+
+        All emulators must have been reset.
+        """
         self._prepare()
         self._require_ready()
         self._execute(interface.SAVE)
@@ -208,11 +269,14 @@ class AlePool(EmulatorPool):
 
         Raises:
             TypeError: these are not `States`.
-            ValueError: the states are damaged, of another game or number, or were saved without frames that this pool records. Nothing has
-                changed then, unless the message says that an emulator rejected its state: the emulators must be reset.
+            ValueError: the states are damaged, of another game or number, or were saved without
+                frames that this pool records. Nothing has changed then, unless the message says
+                that an emulator rejected its state: the emulators must be reset.
         """
         chosen = self._chosen(mask)
-        saved.check(states, self.game, self.arrays, self._commands, self.num_envs, self._loaded_state)
+        saved.check(
+            states, self.game, self.arrays, self._commands, self.num_envs, self._loaded_state
+        )
         self._prepare()
         self._ready = False
         saved.distribute(states, self.arrays, self._commands, chosen)
@@ -220,15 +284,22 @@ class AlePool(EmulatorPool):
         self._execute(interface.RESTORE)
         if self._commands.rejected.any():
             numbers = np.flatnonzero(self._commands.rejected).tolist()
-            raise ValueError(f"the emulators of environments {numbers} rejected their states: reset all environments, then go on")
+            raise ValueError(
+                f"the emulators of environments {numbers} rejected their states: reset all "
+                "environments, then go on"
+            )
         self._ready = True
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
         """Write the RAM of emulators, only the bytes that differ; see `EmulatorPool.set_ram`."""
         if not isinstance(ram, np.ndarray) or ram.dtype != np.uint8:
-            raise TypeError(f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
+            raise TypeError(
+                f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"
+            )
         if ram.shape not in ((128,), (self.num_envs, 128)):
-            raise ValueError(f"ram must have shape [{self.num_envs}, 128] or [128], got {list(ram.shape)}")
+            raise ValueError(
+                f"ram must have shape [{self.num_envs}, 128] or [128], got {list(ram.shape)}"
+            )
         chosen = mask_array("mask", mask, self.num_envs)
         self._prepare()
         self._require_ready()
@@ -242,7 +313,10 @@ class AlePool(EmulatorPool):
             ValueError: the emulators are in worker processes.
         """
         if self._local is None:
-            raise ValueError("the emulators are in worker processes, or the environments are closed: make it with num_workers=0")
+            raise ValueError(
+                "the emulators are in worker processes, or the environments are closed: make it "
+                "with num_workers=0"
+            )
         if not self._ready:
             raise ValueError(NOT_RESET)
         return self._local.emulators[i].ale
@@ -252,7 +326,10 @@ class AlePool(EmulatorPool):
         actions = action_array(actions, self.num_envs, len(self.actions))
         self._prepare()
         self._require_ready()
-        self._commands.action[:], self._commands.strength[:] = actions, FULL if strengths is None else strengths
+        self._commands.action[:], self._commands.strength[:] = (
+            actions,
+            FULL if strengths is None else strengths,
+        )
         self._start(interface.STEP)
 
     def wait(self) -> None:
@@ -266,7 +343,11 @@ class AlePool(EmulatorPool):
         if self._local:
             yield 0
         elif not self.pending:
-            raise NoAsyncCallError("no step is pending: call send(), or step_async() of an environment, before waiting for a step", "step")
+            raise NoAsyncCallError(
+                "no step is pending: call send(), or step_async() of an environment, before "
+                "waiting for a step",
+                "step",
+            )
         else:
             missing = [len(self._workers) // len(self.shards)] * len(self.shards)
             for worker in self._completed():
@@ -295,7 +376,10 @@ class AlePool(EmulatorPool):
         """The emulators that a reset or a restored state is for, bool `[N]`."""
         chosen = mask_array("mask", mask, self.num_envs)
         if not self._ready and not chosen.all():
-            raise ValueError("the first reset, and one after an interrupted call, must be of all environments, without a mask")
+            raise ValueError(
+                "the first reset, and one after an interrupted call, must be of all "
+                "environments, without a mask"
+            )
         return chosen
 
     def _require_ready(self) -> None:
@@ -307,7 +391,9 @@ class AlePool(EmulatorPool):
         self.require_open()
         if self.pending and not self._local:
             raise AlreadyPendingCallError(
-                "a step is pending: call wait(), or step_wait() of an environment, which returns its results", "step"
+                "a step is pending: call wait(), or step_wait() of an environment, which returns "
+                "its results",
+                "step",
             )
         if self._workers.busy:  # what an interrupted call has begun
             self._finish()
@@ -324,7 +410,10 @@ class AlePool(EmulatorPool):
             raise
 
     def _execute_here(self, block: EmulatorBlock, command: bytes) -> None:
-        """Execute a command in this process. When it is interrupted, emulators may be anywhere, and the next command must be a reset."""
+        """Execute a command in this process.
+
+        When it is interrupted, emulators may be anywhere, and the next command must be a reset.
+        """
         ready, self._ready = self._ready, False
         try:
             block.execute(command)
@@ -371,7 +460,8 @@ class AlePool(EmulatorPool):
             raise WorkerError("the environments are closed: create new ones")
         if self._workers.forked:
             raise WorkerError(
-                "the workers belong to the process that this one was forked from: make environments in the process that uses them"
+                "the workers belong to the process that this one was forked from: make "
+                "environments in the process that uses them"
             )
 
     @property
@@ -385,18 +475,31 @@ class AlePool(EmulatorPool):
         self._finalizer()
 
 
-def _check(num_envs: Any, num_workers: Any, screens: Sequence[str], autoreset: str, worker_timeout: float | None) -> tuple[int, int | None]:
+def _check(
+    num_envs: Any,
+    num_workers: Any,
+    screens: Sequence[str],
+    autoreset: str,
+    worker_timeout: float | None,
+) -> tuple[int, int | None]:
     """Check arguments; returns `num_envs` and `num_workers`."""
     num_envs = integer("num_envs", num_envs, 1, _MOST)
     check_memory(num_envs)
     if num_workers is not None:
         num_workers = integer("num_workers", num_workers, 0, _MOST)
     if autoreset not in AUTORESET_MODES:
-        raise ValueError(f"autoreset must be one of {', '.join(map(repr, AUTORESET_MODES))}, got {autoreset!r}")
+        raise ValueError(
+            f"autoreset must be one of {', '.join(map(repr, AUTORESET_MODES))}, got {autoreset!r}"
+        )
     if not set(screens) <= set(SCREENS):
         raise ValueError(f"screens must be of {', '.join(map(repr, SCREENS))}, got {screens}")
-    if worker_timeout is not None and not (isinstance(worker_timeout, int | float) and 0 < worker_timeout < math.inf):
-        raise ValueError(f"worker_timeout must be a number of seconds above 0, or None for no limit, got {worker_timeout!r}")
+    if worker_timeout is not None and not (
+        isinstance(worker_timeout, int | float) and 0 < worker_timeout < math.inf
+    ):
+        raise ValueError(
+            "worker_timeout must be a number of seconds above 0, or None for no limit, got "
+            f"{worker_timeout!r}"
+        )
     return num_envs, num_workers
 
 

@@ -5,14 +5,20 @@ from typing import Any, TypeGuard
 
 import numpy as np
 
-NOT_RESET = "the environments have not been reset: call reset() before the first step, and after a call that was interrupted"
+NOT_RESET = (
+    "the environments have not been reset: call reset() before the first step, and after a call "
+    "that was interrupted"
+)
 _LARGEST_SEED = 2**63 - 1  # seeds travel as int64
 
 
 class Uncopied:
     """Base of classes with emulators, which neither pickle nor copy."""
 
-    SAVED = "clone_state() for restore_state(), States.to_bytes() for a file, and the arguments, which the `spec` of an environment has"
+    SAVED = (
+        "clone_state() for restore_state(), States.to_bytes() for a file, and the arguments, "
+        "which the `spec` of an environment has"
+    )
 
     def __reduce__(self) -> Any:
         """Say what to save instead.
@@ -20,7 +26,10 @@ class Uncopied:
         Raises:
             TypeError: always.
         """
-        raise TypeError(f"{type(self).__name__} cannot be pickled or copied, because its emulators cannot. Save instead: {self.SAVED}")
+        raise TypeError(
+            f"{type(self).__name__} cannot be pickled or copied, because its emulators cannot. "
+            f"Save instead: {self.SAVED}"
+        )
 
 
 def is_integer(value: Any) -> TypeGuard[int]:
@@ -35,7 +44,9 @@ def integer(name: str, value: Any, least: int, most: int) -> int:
         ValueError: it is not an integer, or is out of range.
     """
     if not is_integer(value) or not least <= value <= most:
-        raise ValueError(f"{name} must be an integer of at least {least:,} and at most {most:,}, got {value!r}")
+        raise ValueError(
+            f"{name} must be an integer of at least {least:,} and at most {most:,}, got {value!r}"
+        )
     return int(value)
 
 
@@ -47,9 +58,13 @@ def action_array(actions: Any, count: int, num_actions: int) -> np.ndarray:
     """
     actions = np.asarray(actions)
     if actions.shape != (count,) or not np.issubdtype(actions.dtype, np.integer):
-        raise ValueError(f"actions must be {count} integers, got {actions.dtype} of shape {actions.shape}")
+        raise ValueError(
+            f"actions must be {count} integers, got {actions.dtype} of shape {actions.shape}"
+        )
     if actions.min() < 0 or actions.max() >= num_actions:
-        raise ValueError(f"actions must be from 0 to {num_actions - 1}, got {actions.min()} to {actions.max()}")
+        raise ValueError(
+            f"actions must be from 0 to {num_actions - 1}, got {actions.min()} to {actions.max()}"
+        )
     return actions
 
 
@@ -83,7 +98,8 @@ def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray |
     """Which environments to reset, bool `[num_envs]`; None for all.
 
     Raises:
-        ValueError: there is another option than `reset_mask`, or the mask is not a bool array of this shape, or all False.
+        ValueError: there is another option than `reset_mask`, or the mask is not a bool array of
+            this shape, or all False.
     """
     options = dict(options or {})
     mask = options.pop("reset_mask", None)
@@ -91,13 +107,21 @@ def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray |
         raise ValueError(f"unknown options {sorted(options)}: the only option is reset_mask")
     if mask is None:
         return None
-    if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,) or not mask.any():
-        raise ValueError(f"reset_mask must be a bool array of shape ({num_envs},), not all False, got {mask!r}")
+    if (
+        not isinstance(mask, np.ndarray)
+        or mask.dtype != bool
+        or mask.shape != (num_envs,)
+        or not mask.any()
+    ):
+        raise ValueError(
+            f"reset_mask must be a bool array of shape ({num_envs},), not all False, got {mask!r}"
+        )
     return mask
 
 
 def seeds_of(seed: Any, num_envs: int) -> list[int | None] | None:
-    """The seed of each environment: `seed + i` for environment i, or the i-th of a sequence; None: no seed was given.
+    """The seed of each environment: `seed + i` for environment i, or the i-th of a sequence; None:
+    no seed was given.
 
     Raises:
         ValueError: see `seed_list`.
@@ -116,5 +140,8 @@ def seed_list(seeds: Any, num_envs: int) -> list[int | None]:
     values = list(seeds) if isinstance(seeds, Sequence | np.ndarray) else []
     wrong = [s for s in values if s is not None and not (is_integer(s) and 0 <= s <= _LARGEST_SEED)]
     if len(values) != num_envs or wrong:
-        raise ValueError(f"seed must be an integer from 0 to 2**63 - 1, or {num_envs} of them with one for each environment, got {seeds!r}")
+        raise ValueError(
+            f"seed must be an integer from 0 to 2**63 - 1, or {num_envs} of them with one for "
+            f"each environment, got {seeds!r}"
+        )
     return [None if s is None else int(s) for s in values]

@@ -1,8 +1,9 @@
 """The `envpool` backend: envpool's threads step the emulators.
 
-Envpool crops screens to 210 rows and returns the maximum of the last two frames. It cannot save states, write RAM, take new seeds after the
-first reset, or reset single emulators. Three settings differ slightly: envpool plays at least one no-op when a game begins, so `noop_max` 0
-means 1; it presses FIRE once if `fire_reset` is on; and it truncates episodes only after whole steps.
+Envpool crops screens to 210 rows and returns the maximum of the last two frames. It cannot save
+states, write RAM, take new seeds after the first reset, or reset single emulators. Three settings
+differ slightly: envpool plays at least one no-op when a game begins, so `noop_max` 0 means 1; it
+presses FIRE once if `fire_reset` is on; and it truncates episodes only after whole steps.
 """
 
 from collections.abc import Iterator, Sequence
@@ -35,8 +36,8 @@ def _task_name(rom: str) -> str:
 class EnvpoolPool(EmulatorPool):
     """Emulators of one game that envpool steps. Arrays are in the order of the environments.
 
-    Differences to `EmulatorPool`: `screen` and `rgb` are the same array, uint8 `[N, 1, 210, 160, 3]`, and `frame_number` excludes the
-    no-ops at the beginning of a game.
+    Differences to `EmulatorPool`: `screen` and `rgb` are the same array, uint8 `[N, 1, 210, 160,
+    3]`, and `frame_number` excludes the no-ops at the beginning of a game.
 
     Args:
         game: the game, whose ROM is checked.
@@ -46,16 +47,21 @@ class EnvpoolPool(EmulatorPool):
         options: further options of `envpool.make`.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
+            written for.
     """
 
-    def __init__(self, game: Game, num_envs: int, settings: Settings, *, frames: bool, **options: Any) -> None:
+    def __init__(
+        self, game: Game, num_envs: int, settings: Settings, *, frames: bool, **options: Any
+    ) -> None:
         self.game, self.num_envs, self.settings = game, num_envs, settings
         self.actions = action_set(load_emulator(game), settings)
         self.shards = [slice(0, num_envs)]  # envpool's threads share all environments
         self.env: Any = None  # envpool's environments, from the first reset on
         self._batch_size = options["batch_size"]
-        self._busy = np.zeros(num_envs, bool)  # whose step or reset has begun, and its result has not been received
+        self._busy = np.zeros(
+            num_envs, bool
+        )  # whose step or reset has begun, and its result has not been received
         self._steps = self._awaited_steps = 0
         self._closed = False
         self.ids = np.arange(num_envs)  # the environments that the last results belong to
@@ -82,21 +88,30 @@ class EnvpoolPool(EmulatorPool):
         """Make envpool's environments, if this has not happened yet.
 
         Raises:
-            ValueError: there are seeds after the start, for some environments only, or too large ones.
+            ValueError: there are seeds after the start, for some environments only, or too large
+                ones.
             AlreadyPendingCallError: a step or a reset is pending.
         """
         self.require_open()
         if self._busy.any():
-            raise AlreadyPendingCallError("a step or a reset is pending: receive its results first, by step_wait() or recv()", "step")
+            raise AlreadyPendingCallError(
+                "a step or a reset is pending: receive its results first, by step_wait() or recv()",
+                "step",
+            )
         if self.env is not None:
             if seeds is not None:
-                raise ValueError("envpool takes seeds when it starts, at the first reset: make new environments for new seeds")
+                raise ValueError(
+                    "envpool takes seeds when it starts, at the first reset: make new "
+                    "environments for new seeds"
+                )
             return
         if seeds is None:
             seeds = np.random.default_rng().integers(_SEEDS, size=self.num_envs).tolist()
         seeds = seed_list(seeds, self.num_envs)
         if any(s is None or s >= _SEEDS for s in seeds):
-            raise ValueError(f"envpool needs a seed below 2**31 for every environment, or for none, got {seeds}")
+            raise ValueError(
+                f"envpool needs a seed below 2**31 for every environment, or for none, got {seeds}"
+            )
         s = self.settings
         height, width = (ROWS, 160) if self._frames else (1, 1)
         self.env = envpool.make(
@@ -115,14 +130,27 @@ class EnvpoolPool(EmulatorPool):
             reward_clip=False,
             repeat_action_probability=s.repeat_action_probability,
             full_action_space=s.full_action_space,
-            max_episode_steps=min(s.max_episode_frames // self._frame_skip, s.max_episode_steps or s.max_episode_frames),
+            max_episode_steps=min(
+                s.max_episode_frames // self._frame_skip,
+                s.max_episode_steps or s.max_episode_frames,
+            ),
             **self._options,
         )
 
-    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: StartReport | None = None) -> None:
-        """Start new episodes in all environments; see `EmulatorPool.reset`. Seeds are possible the first time only; nothing is reported."""
+    def reset(
+        self,
+        seeds: Sequence[int | None] | None = None,
+        mask: np.ndarray | None = None,
+        report: StartReport | None = None,
+    ) -> None:
+        """Start new episodes in all environments; see `EmulatorPool.reset`.
+
+        Seeds are possible the first time only; nothing is reported.
+        """
         if mask is not None and not mask.all():
-            raise ValueError("envpool restarts all environments or none: use backend='ale' for reset_mask")
+            raise ValueError(
+                "envpool restarts all environments or none: use backend='ale' for reset_mask"
+            )
         self._start(seeds)
         with self._discarding():
             frames, info = self.env.reset()
@@ -152,8 +180,15 @@ class EnvpoolPool(EmulatorPool):
             self._busy[:] = False
             raise
 
-    def send(self, actions: np.ndarray, ids: np.ndarray | None = None, *, strengths: np.ndarray | None = None) -> None:
-        """Start a step of all environments, or of those with the given indices, whose results have been received.
+    def send(
+        self,
+        actions: np.ndarray,
+        ids: np.ndarray | None = None,
+        *,
+        strengths: np.ndarray | None = None,
+    ) -> None:
+        """Start a step of all environments, or of those with the given indices, whose results have
+        been received.
 
         Paddles have one speed, so there are no `strengths`.
 
@@ -170,7 +205,9 @@ class EnvpoolPool(EmulatorPool):
             raise ValueError(NOT_RESET)
         if self._busy[ids].any():
             pending = ids[self._busy[ids]].tolist()
-            raise AlreadyPendingCallError(f"a step of environments {pending} is pending: receive its results first", "step")
+            raise AlreadyPendingCallError(
+                f"a step of environments {pending} is pending: receive its results first", "step"
+            )
         with self._discarding():
             self._busy[ids] = True
             self._steps += 1
@@ -190,7 +227,9 @@ class EnvpoolPool(EmulatorPool):
         self.require_open()
         if self._busy.sum() < self._batch_size:
             raise NoAsyncCallError(
-                f"{self._busy.sum()} environments are stepping, and results come for {self._batch_size} together: start more steps", "step"
+                f"{self._busy.sum()} environments are stepping, and results come for "
+                f"{self._batch_size} together: start more steps",
+                "step",
             )
         with self._discarding():
             frames, _, terminated, truncated, info = self.env.recv()
@@ -212,7 +251,13 @@ class EnvpoolPool(EmulatorPool):
         if self._closed:
             raise WorkerError("the environments are closed: create new ones")
 
-    def _store(self, frames: np.ndarray, terminated: np.ndarray, truncated: np.ndarray, info: dict[str, Any]) -> None:
+    def _store(
+        self,
+        frames: np.ndarray,
+        terminated: np.ndarray,
+        truncated: np.ndarray,
+        info: dict[str, Any],
+    ) -> None:
         """Write results to the rows of their environments."""
         arrays = self.arrays
         self.ids = i = np.asarray(info["env_id"])
@@ -223,7 +268,9 @@ class EnvpoolPool(EmulatorPool):
         arrays.terminated[i], arrays.truncated[i] = terminated, truncated
         arrays.game_over[i] = (np.asarray(info["terminated"]) != 0) | truncated
         arrays.ram[i], arrays.lives[i] = info["ram"], info["lives"]
-        arrays.episode_return[i] = np.where(new_game, 0, arrays.episode_return[i] + arrays.reward[i])
+        arrays.episode_return[i] = np.where(
+            new_game, 0, arrays.episode_return[i] + arrays.reward[i]
+        )
         arrays.episode_length[i] = np.where(new_game, 0, arrays.episode_length[i] + ~begins)
         arrays.frame_number[i] = arrays.episode_length[i] * self._frame_skip
         if arrays.rgb is not None:

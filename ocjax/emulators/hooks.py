@@ -23,15 +23,27 @@ def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
 
     Raises:
         TypeError: a hook is neither a function nor a name.
-        ValueError: a hook is a variation of another game, or the game has no variation of that name.
+        ValueError: a hook is a variation of another game, or the game has no variation of that
+            name.
     """
-    given: tuple[Any, ...] = () if hook is None else tuple(hook) if isinstance(hook, Sequence) and not isinstance(hook, str) else (hook,)
+    given: tuple[Any, ...] = (
+        ()
+        if hook is None
+        else tuple(hook)
+        if isinstance(hook, Sequence) and not isinstance(hook, str)
+        else (hook,)
+    )
     hooks = tuple(find(h, game) if isinstance(h, str) else h for h in given)
     for h in hooks:
         if not callable(h):
-            raise TypeError(f"hook must be a function of the RAM, the name of a variation, or a sequence of these, got {h!r}")
+            raise TypeError(
+                "hook must be a function of the RAM, the name of a variation, or a sequence of "
+                f"these, got {h!r}"
+            )
         if isinstance(h, Variation) and load(h.game).name != game:
-            raise ValueError(f"the hook is a variation of {h.game} ({h.doc}), but the game is {game}")
+            raise ValueError(
+                f"the hook is a variation of {h.game} ({h.doc}), but the game is {game}"
+            )
     return tuple((_name(h), h) for h in hooks)
 
 
@@ -40,7 +52,8 @@ def pickled_hooks(hook: Hooks, game: str) -> tuple[tuple[str, str], ...]:
 
     Raises:
         TypeError: a hook is neither a function nor a name, or cannot be pickled.
-        ValueError: a hook is a variation of another game, or the game has no variation of that name.
+        ValueError: a hook is a variation of another game, or the game has no variation of that
+            name.
     """
     return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
 
@@ -64,14 +77,18 @@ def _pickle_by_value(hook: Hook) -> bytes:
             return cloudpickle.dumps(hook)
     except Exception as error:
         raise TypeError(
-            f"the hook {_name(hook)} cannot be sent to worker processes: {type(error).__name__}: {error}. It may refer to modules and to "
+            f"the hook {_name(hook)} cannot be sent to worker processes: {type(error).__name__}: "
+            f"{error}. It may refer to modules and to "
             "data that can be pickled"
         ) from error
 
 
 @contextlib.contextmanager
 def _by_value(module: types.ModuleType | None) -> Iterator[None]:
-    """Pickle functions and classes of a module by value. Built-in ones exist everywhere, and those of `__main__` are by value anyway."""
+    """Pickle functions and classes of a module by value.
+
+    Built-in ones exist everywhere, and those of `__main__` are by value anyway.
+    """
     if module is None or module.__name__ == "__main__" or getattr(module, "__file__", None) is None:
         yield
         return

@@ -10,7 +10,12 @@ from pathlib import Path
 
 EMULATOR_BYTES = 700_000  # that an emulator takes with its ROM, in ale-py 0.12
 _SHARED = Path("/dev/shm")
-_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.ENOMEM)  # what a file system says that has no room
+_FULL = (
+    errno.ENOSPC,
+    errno.EDQUOT,
+    errno.EFBIG,
+    errno.ENOMEM,
+)  # what a file system says that has no room
 _GIGABYTE = 1e9
 
 
@@ -20,20 +25,26 @@ def check_memory(num_envs: int) -> None:
     Raises:
         MemoryError: it cannot.
     """
-    needed, total = num_envs * EMULATOR_BYTES, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    needed, total = (
+        num_envs * EMULATOR_BYTES,
+        os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"),
+    )
     if needed > total:
         raise MemoryError(
-            f"num_envs {num_envs:,} needs about {needed / _GIGABYTE:,.1f} GB of memory, and this machine has {total / _GIGABYTE:,.1f} GB: "
+            f"num_envs {num_envs:,} needs about {needed / _GIGABYTE:,.1f} GB of memory, and this "
+            f"machine has {total / _GIGABYTE:,.1f} GB: "
             f"use at most {total // EMULATOR_BYTES:,}"
         )
 
 
 @contextmanager
 def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
-    """Shared memory in an unnamed file: the file descriptor, which is closed afterwards, and the memory, which stays.
+    """Shared memory in an unnamed file: the file descriptor, which is closed afterwards, and the
+    memory, which stays.
 
     Raises:
-        MemoryError: there is not enough. Without this check, the first access to a page that cannot be allocated would kill a process.
+        MemoryError: there is not enough. Without this check, the first access to a page that cannot
+            be allocated would kill a process.
     """
     folder = _SHARED if _SHARED.is_dir() else Path(tempfile.gettempdir())
     with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
@@ -45,7 +56,8 @@ def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
             file.truncate(0)
             free = os.statvfs(folder).f_bavail * os.statvfs(folder).f_frsize
             raise MemoryError(
-                f"the environments need {size / _GIGABYTE:.4f} GB in {folder}, where {free / _GIGABYTE:.4f} GB are free: make fewer "
+                f"the environments need {size / _GIGABYTE:.4f} GB in {folder}, where "
+                f"{free / _GIGABYTE:.4f} GB are free: make fewer "
                 "environments, or enlarge it (that of a container with --shm-size)"
             ) from error
         yield file.fileno(), mmap.mmap(file.fileno(), size)

@@ -18,15 +18,18 @@ StartReport = Callable[[int], None]  # called with the number of emulators that 
 class EmulatorPool(Uncopied, ABC):
     """N emulators of one game, with screens of H x W pixels.
 
-    A step is `send`, then `wait` or `as_completed`. The arrays are updated in place, so they are valid until the next call.
+    A step is `send`, then `wait` or `as_completed`. The arrays are updated in place, so they are
+    valid until the next call.
 
     Attributes:
         game: the game.
         num_envs: N.
         settings: what a step and an episode are.
         actions: the action set; actions are indices into it.
-        arrays: the state of the emulators after the last call. The properties below return its arrays one by one.
-        shards: consecutive blocks that together contain all emulators. Each block finishes a step at its own time.
+        arrays: the state of the emulators after the last call. The properties below return its
+            arrays one by one.
+        shards: consecutive blocks that together contain all emulators. Each block finishes a step
+            at its own time.
     """
 
     game: Game
@@ -37,18 +40,26 @@ class EmulatorPool(Uncopied, ABC):
     shards: list[slice]
 
     @abstractmethod
-    def reset(self, seeds: Sequence[int | None] | None = None, mask: np.ndarray | None = None, report: StartReport | None = None) -> None:
+    def reset(
+        self,
+        seeds: Sequence[int | None] | None = None,
+        mask: np.ndarray | None = None,
+        report: StartReport | None = None,
+    ) -> None:
         """Start new episodes, and wait until they have started.
 
         Args:
             seeds: one per emulator, not negative. None continues with the present random state.
             mask: bool `[N]`, the emulators to reset; by default all.
-            report: called from time to time with the number of emulators that have started, if starting them takes long.
+            report: called from time to time with the number of emulators that have started, if
+                starting them takes long.
 
         Raises:
-            ValueError: the number of seeds or a seed is wrong, the mask is wrong or the first one, or the backend cannot use them.
+            ValueError: the number of seeds or a seed is wrong, the mask is wrong or the first one,
+                or the backend cannot use them.
             AlreadyPendingCallError: a step is pending.
-            WorkerError: the environments are closed, or a worker failed, died or did not reply in time. The methods below raise it, too.
+            WorkerError: the environments are closed, or a worker failed, died or did not reply in
+                time. The methods below raise it, too.
         """
 
     @abstractmethod
@@ -56,11 +67,14 @@ class EmulatorPool(Uncopied, ABC):
         """Start a step without waiting for it.
 
         Args:
-            actions: integers `[N]`, indices into `self.actions`. Emulators whose episode has ended ignore theirs and start the next one.
-            strengths: float32 `[N]`, from 0 to 1, the part of its full speed with which a paddle moves; by default 1.
+            actions: integers `[N]`, indices into `self.actions`. Emulators whose episode has ended
+                ignore theirs and start the next one.
+            strengths: float32 `[N]`, from 0 to 1, the part of its full speed with which a paddle
+                moves; by default 1.
 
         Raises:
-            ValueError: the actions have another shape or dtype, there is no such action, or the emulators have not been reset.
+            ValueError: the actions have another shape or dtype, there is no such action, or the
+                emulators have not been reset.
             AlreadyPendingCallError: a step is pending.
         """
 
@@ -68,7 +82,8 @@ class EmulatorPool(Uncopied, ABC):
     def as_completed(self) -> Iterator[int]:
         """Wait for the step: yield the index of each shard as soon as its emulators have finished.
 
-        The step is pending until the iterator is exhausted. If it is interrupted, another one can be made.
+        The step is pending until the iterator is exhausted. If it is interrupted, another one can
+        be made.
 
         Raises:
             NoAsyncCallError: no step is pending.
@@ -172,7 +187,8 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def game_over(self) -> np.ndarray:
-        """Whether the step ended the game, by its end or a limit, so that the next episode begins a new one, bool `[N]`.
+        """Whether the step ended the game, by its end or a limit, so that the next episode begins a
+        new one, bool `[N]`.
 
         With same-step autoreset, `arrays.final` has it.
         """
@@ -205,7 +221,8 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def executed_action(self) -> np.ndarray | None:
-        """The action that the last emulated frame executed, which sticky actions may have repeated, int32 `[N]`; None if it is unknown.
+        """The action that the last emulated frame executed, which sticky actions may have repeated,
+        int32 `[N]`; None if it is unknown.
 
         It is an index into `actions`, or -1 if a restored state executed another action.
         """
@@ -237,7 +254,8 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def pooled(self) -> np.ndarray:
-        """The pixelwise maximum of the step's last two emulated frames in shades of grey, uint8 `[N, 1, H, 160]`.
+        """The pixelwise maximum of the step's last two emulated frames in shades of grey, uint8
+        `[N, 1, H, 160]`.
 
         A step of one frame shows that frame.
 
@@ -258,5 +276,7 @@ class EmulatorPool(Uncopied, ABC):
     def _recorded(self, name: str) -> np.ndarray:
         array = getattr(self.arrays, name)
         if array is None:
-            raise ValueError(f"the pool does not record {name!r}: request it with screens=({name!r},)")
+            raise ValueError(
+                f"the pool does not record {name!r}: request it with screens=({name!r},)"
+            )
         return array

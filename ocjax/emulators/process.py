@@ -25,12 +25,17 @@ _LOG = logging.getLogger("ocjax")
 _GRACE = 2.0  # seconds that all workers together have to end by themselves
 _DYING = 5.0  # seconds that a worker may take to end after its socket has closed
 _MESSAGE_BYTES = 4000  # of a worker's stderr that an error quotes
-_SLICE = 1.0  # seconds of one wait for replies; a suspension counts as one wait towards the time limit
+_SLICE = (
+    1.0  # seconds of one wait for replies; a suspension counts as one wait towards the time limit
+)
 _REPLIES = 256  # bytes, more replies than a worker can owe
 
 
 class WorkerError(RuntimeError):
-    """A worker process failed, died or did not reply; the message says which one and why. The pool has been closed."""
+    """A worker process failed, died or did not reply; the message says which one and why.
+
+    The pool has been closed.
+    """
 
 
 class WorkerProcess:
@@ -47,17 +52,31 @@ class WorkerProcess:
 
     def __init__(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
         first, stop = config.block
-        self.name, self._first, self._finished = f"the worker of environments {first}-{stop - 1}", first, finished
+        self.name, self._first, self._finished = (
+            f"the worker of environments {first}-{stop - 1}",
+            first,
+            finished,
+        )
         with contextlib.ExitStack() as stack:
             self.stderr = stack.enter_context(tempfile.TemporaryFile())
             self.link, theirs = socket.socketpair()
             stack.enter_context(self.link)
-            with theirs, tempfile.TemporaryFile() as path, _inherited(theirs.fileno()) as link_fd, _inherited(memory_fd) as shared_fd:
+            with (
+                theirs,
+                tempfile.TemporaryFile() as path,
+                _inherited(theirs.fileno()) as link_fd,
+                _inherited(memory_fd) as shared_fd,
+            ):
                 path.write(json.dumps(_module_path()).encode())  # an argument may not be so long
                 path.seek(0)
                 self.process = subprocess.Popen(
                     # -P keeps the program's folder off the worker's module path.
-                    [sys.executable, "-P", str(_PROGRAM), *map(str, (link_fd, shared_fd, os.getpid()))],
+                    [
+                        sys.executable,
+                        "-P",
+                        str(_PROGRAM),
+                        *map(str, (link_fd, shared_fd, os.getpid())),
+                    ],
                     pass_fds=(link_fd, shared_fd),
                     stdin=path,
                     stdout=subprocess.DEVNULL if sys.stdout is None else None,
@@ -90,7 +109,8 @@ class WorkerProcess:
             raise self._death() from error
 
     def receive(self) -> None:
-        """Read replies from the socket. They only wake the pool up; `has_finished` tells what they mean.
+        """Read replies from the socket. They only wake the pool up; `has_finished` tells what they
+        mean.
 
         Raises:
             WorkerError: the process died.
@@ -120,15 +140,21 @@ class WorkerProcess:
         except subprocess.TimeoutExpired:
             self.process.kill()
             code = self.process.wait()
-        how = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit status {code}"
+        how = (
+            f"was killed by {signal.Signals(-code).name}"
+            if code < 0
+            else f"ended with exit status {code}"
+        )
         text = self.complaint()
         return WorkerError(f"{self.name} {how}" + (f":\n{text}" if text else ""))
 
     def silence(self, seconds: float) -> WorkerError:
         """The error that says that the process has not replied."""
         return WorkerError(
-            f"{self.name} (process {self.process.pid}) {self._state()} and has not replied for {seconds:g} s, so the pool has been closed. "
-            "Make the environments anew; if their steps, resets or hooks may take this long, give them a larger worker_timeout, or None"
+            f"{self.name} (process {self.process.pid}) {self._state()} and has not replied for "
+            f"{seconds:g} s, so the pool has been closed. "
+            "Make the environments anew; if their steps, resets or hooks may take this long, "
+            "give them a larger worker_timeout, or None"
         )
 
     def _state(self) -> str:
@@ -143,15 +169,22 @@ class WorkerProcess:
 
     def complaint(self) -> str:
         """The end of what the process has written to stderr; see `program.limit_stderr`."""
-        size = os.fstat(self.stderr.fileno()).st_size  # the process shares the file's position, so this must not move it
-        return os.pread(self.stderr.fileno(), _MESSAGE_BYTES, max(0, size - _MESSAGE_BYTES)).decode(errors="replace").strip()
+        size = os.fstat(
+            self.stderr.fileno()
+        ).st_size  # the process shares the file's position, so this must not move it
+        return (
+            os.pread(self.stderr.fileno(), _MESSAGE_BYTES, max(0, size - _MESSAGE_BYTES))
+            .decode(errors="replace")
+            .strip()
+        )
 
 
 class Workers:
     """The worker processes of a pool. All of them execute the same command, one command at a time.
 
-    Any call may be interrupted at any point, for example by Ctrl-C; `completed` then continues with the command. This works because
-    commands are numbered: workers record in the shared memory which commands they have executed, and ignore one that is sent again.
+    Any call may be interrupted at any point, for example by Ctrl-C; `completed` then continues with
+    the command. This works because commands are numbered: workers record in the shared memory which
+    commands they have executed, and ignore one that is sent again.
 
     Args:
         time_limit: seconds in which there must be a reply or other progress; None for no limit.
@@ -186,7 +219,8 @@ class Workers:
             worker = WorkerProcess(memory_fd, config, finished)
         except OSError as error:
             raise WorkerError(
-                f"worker {len(self) + 1} could not be started: {error}. Use fewer (num_workers), or give this process more resources"
+                f"worker {len(self) + 1} could not be started: {error}. Use fewer (num_workers), "
+                "or give this process more resources"
             ) from error
         self._processes.append(worker)
         self._selector.register(worker.link, selectors.EVENT_READ, worker)
@@ -201,7 +235,13 @@ class Workers:
         number, steps = self._number + 1, self.steps + (command == interface.STEP)
         message = interface.MESSAGE.pack(command, number)
         # Nothing can interrupt the assignment of attributes in one statement.
-        self._message, self._number, self.steps, self._sent, self.busy = message, number, steps, False, True
+        self._message, self._number, self.steps, self._sent, self.busy = (
+            message,
+            number,
+            steps,
+            False,
+            True,
+        )
         self._send()
 
     def _send(self) -> None:
@@ -209,12 +249,16 @@ class Workers:
             worker.send(self._message)
         self._sent = True
 
-    def completed(self, progress: Callable[[], int], interval: float | None = None) -> Iterator[int]:
+    def completed(
+        self, progress: Callable[[], int], interval: float | None = None
+    ) -> Iterator[int]:
         """Wait for the command: yield the index of each worker as soon as it has executed it.
 
         Args:
-            progress: called when there has been no reply for `interval` seconds; if it returns a new number, the time limit starts anew.
-            interval: seconds, of which at most one, and no more than the time limit, counts; None for these.
+            progress: called when there has been no reply for `interval` seconds; if it returns a
+                new number, the time limit starts anew.
+            interval: seconds, of which at most one, and no more than the time limit, counts; None
+                for these.
 
         Raises:
             WorkerError: a worker failed, died, or did not reply in time.
@@ -251,15 +295,24 @@ class Workers:
         for worker in self._processes:
             if worker.has_complained():
                 self._has_shown = True
-                _LOG.warning("%s wrote to its standard error; more of this will not be shown:\n%s", worker.name, worker.complaint())
+                _LOG.warning(
+                    "%s wrote to its standard error; more of this will not be shown:\n%s",
+                    worker.name,
+                    worker.complaint(),
+                )
                 return
 
     def end(self) -> None:
-        """End all workers. A worker exits when its socket closes, at the latest after its present step; if it does not, it is killed."""
+        """End all workers.
+
+        A worker exits when its socket closes, at the latest after its present step; if it does not,
+        it is killed.
+        """
         if not self.forked:  # in a forked child the workers are the parent's
             for worker in self._processes:
                 with contextlib.suppress(OSError):  # the worker has ended
-                    # Closing alone would not do: forked children of this process hold the socket, too.
+                    # Closing alone would not do: forked children of this process hold the socket,
+                    # too.
                     worker.link.shutdown(socket.SHUT_RDWR)
             deadline = time.monotonic() + _GRACE
             for worker in self._processes:
@@ -281,12 +334,20 @@ def _module_path() -> list[str]:
         folder = [str(Path.cwd())]
     except FileNotFoundError:  # the working directory has been deleted
         folder = []
-    return [place for entry in sys.path if isinstance(entry, str) for place in ([entry] if entry else folder)]
+    return [
+        place
+        for entry in sys.path
+        if isinstance(entry, str)
+        for place in ([entry] if entry else folder)
+    ]
 
 
 @contextlib.contextmanager
 def _inherited(fd: int) -> Iterator[int]:
-    """A file descriptor that is not one of the standard streams, which the worker replaces. It is another one if these are closed here."""
+    """A file descriptor that is not one of the standard streams, which the worker replaces.
+
+    It is another one if these are closed here.
+    """
     copy = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
     try:
         yield copy

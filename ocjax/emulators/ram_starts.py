@@ -10,7 +10,9 @@ from ocjax.console.ram import RAM_SIZE, Field
 from ocjax.emulators.variations import Variation
 from ocjax.extraction.game import Game
 
-Start = Mapping[str, int]  # values by the name of a field of the game's `Ram`, or by the number of a byte
+Start = Mapping[
+    str, int
+]  # values by the name of a field of the game's `Ram`, or by the number of a byte
 
 NONE = "none"  # the start that writes nothing
 
@@ -27,7 +29,9 @@ def parse(text: str) -> dict[str, int]:
     try:
         start = {name.strip(): int(value, 0) for name, _, value in pairs}
     except ValueError as error:
-        raise ValueError(f"a start must have the form NAME=VALUE,NAME=VALUE or be {NONE}, got {text!r}") from error
+        raise ValueError(
+            f"a start must have the form NAME=VALUE,NAME=VALUE or be {NONE}, got {text!r}"
+        ) from error
     if len(start) < len(pairs):
         raise ValueError(f"the start {text!r} has a name twice")
     return start
@@ -41,10 +45,12 @@ def describe(start: Start) -> str:
 def variation(game: Game, start: Start) -> Variation:
     """A start as writes to the RAM.
 
-    A field of several places gets the value in each of them, and the bits of a byte that a field does not read stay as they are.
+    A field of several places gets the value in each of them, and the bits of a byte that a field
+    does not read stay as they are.
 
     Raises:
-        ValueError: there is no such field or byte, a value is out of range, a number has several bytes, or bits are written twice.
+        ValueError: there is no such field or byte, a value is out of range, a number has several
+            bytes, or bits are written twice.
     """
     writes: dict[int, int] = {}
     masks: dict[int, int] = {}
@@ -56,7 +62,10 @@ def variation(game: Game, start: Start) -> Variation:
         for address in dict.fromkeys(field.addresses):
             if masks.get(address, 0) & mask:
                 raise ValueError(f"the start {describe(start)} writes bits of byte {address} twice")
-            masks[address], writes[address] = masks.get(address, 0) | mask, writes.get(address, 0) | byte
+            masks[address], writes[address] = (
+                masks.get(address, 0) | mask,
+                writes.get(address, 0) | byte,
+            )
     return Variation(game.name, f"Games start with {describe(start)}.", writes, masks=masks)
 
 
@@ -70,7 +79,8 @@ def _field(game: Game, name: str) -> Field:
     close = difflib.get_close_matches(name, fields, cutoff=0.5)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     raise ValueError(
-        f"the RAM of {game.name} has no field {name!r}: {hint}`ocjax ram map {game.name}` lists the fields; a byte is a number up to "
+        f"the RAM of {game.name} has no field {name!r}: {hint}`ocjax ram map {game.name}` lists "
+        "the fields; a byte is a number up to "
         f"{RAM_SIZE - 1}"
     )
 
@@ -78,7 +88,10 @@ def _field(game: Game, name: str) -> Field:
 def _encoded(field: Field, name: str, value: int) -> tuple[int, int]:
     """The mask of the bits that a field reads, and these bits for a value."""
     if len(field.addresses) > len(field.places):
-        raise ValueError(f"{name} is a number of several bytes: write the bytes {', '.join(map(str, field.addresses))} by their numbers")
+        raise ValueError(
+            f"{name} is a number of several bytes: write the bytes "
+            f"{', '.join(map(str, field.addresses))} by their numbers"
+        )
     bytes_ = np.arange(256)
     read = np.asarray(field.read((jnp.asarray(bytes_, jnp.int32),)))
     mask = sum(1 << bit for bit in range(8) if (read != read[bytes_ ^ (1 << bit)]).any())
@@ -87,5 +100,7 @@ def _encoded(field: Field, name: str, value: int) -> tuple[int, int]:
         known &= (bytes_ >> 4 <= 9) & (bytes_ & 15 <= 9)
     found = bytes_[known & (read == value)]
     if not found.size:
-        raise ValueError(f"{name} must be from {read[known].min()} to {read[known].max()}, got {value}")
+        raise ValueError(
+            f"{name} must be from {read[known].min()} to {read[known].max()}, got {value}"
+        )
     return mask, int(found[0])

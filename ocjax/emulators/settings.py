@@ -16,18 +16,24 @@ _MOST_EPISODE_FRAMES = 2**31 - 1  # ALE's counter
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
-    """Emulation settings, which define what a step and an episode are. The defaults are those of Gymnasium's "v5" environments.
+    """Emulation settings, which define what a step and an episode are. The defaults are those of
+    Gymnasium's "v5" environments.
 
     Args:
-        frame_skip: emulated frames per step. With a pair (low, high), each step draws a number from low to high - 1, as in Gymnasium.
-        repeat_action_probability: the probability that an emulated frame repeats the previous action ("sticky actions").
+        frame_skip: emulated frames per step. With a pair (low, high), each step draws a number from
+            low to high - 1, as in Gymnasium.
+        repeat_action_probability: the probability that an emulated frame repeats the previous
+            action ("sticky actions").
         max_episode_frames: emulated frames after which an episode is truncated.
-        max_episode_steps: agent steps of a game after which an episode is truncated; None for no such limit.
+        max_episode_steps: agent steps of a game after which an episode is truncated; None for no
+            such limit.
         full_action_space: whether all 18 actions are available, rather than the game's minimal set.
         noop_max: a game begins with 1 to `noop_max` no-op frames, drawn at random; 0 for none.
-        fire_reset: whether an episode begins with one step of FIRE and one of the next action, in games that need FIRE to begin.
+        fire_reset: whether an episode begins with one step of FIRE and one of the next action, in
+            games that need FIRE to begin.
         clip_rewards: whether rewards are clipped to their sign.
-        episodic_life: whether the loss of a life ends the episode. The next episode then continues the game.
+        episodic_life: whether the loss of a life ends the episode. The next episode then continues
+            the game.
 
     Raises:
         ValueError: a number is out of range.
@@ -50,11 +56,15 @@ class Settings:
         checked = {
             "frame_skip": _frame_skip(self.frame_skip),
             "repeat_action_probability": float(p),
-            "max_episode_frames": integer("max_episode_frames", self.max_episode_frames, 1, _MOST_EPISODE_FRAMES),
+            "max_episode_frames": integer(
+                "max_episode_frames", self.max_episode_frames, 1, _MOST_EPISODE_FRAMES
+            ),
             "noop_max": integer("noop_max", self.noop_max, 0, _MOST_FRAMES),
         }
         if self.max_episode_steps is not None:
-            checked["max_episode_steps"] = integer("max_episode_steps", self.max_episode_steps, 1, _MOST_EPISODE_FRAMES)
+            checked["max_episode_steps"] = integer(
+                "max_episode_steps", self.max_episode_steps, 1, _MOST_EPISODE_FRAMES
+            )
         for name in ("full_action_space", "fire_reset", "clip_rewards", "episodic_life"):
             value = getattr(self, name)
             if not isinstance(value, bool | np.bool):
@@ -66,16 +76,26 @@ class Settings:
     @property
     def skip_range(self) -> tuple[int, int]:
         """The fewest emulated frames per step, and one more than the most."""
-        return (self.frame_skip, self.frame_skip + 1) if isinstance(self.frame_skip, int) else self.frame_skip
+        return (
+            (self.frame_skip, self.frame_skip + 1)
+            if isinstance(self.frame_skip, int)
+            else self.frame_skip
+        )
 
     @property
     def steps_per_second(self) -> float:
         """Agent steps per second of real time; emulated frames where the frame skip is random."""
-        return _FRAMES_PER_SECOND / self.frame_skip if isinstance(self.frame_skip, int) else float(_FRAMES_PER_SECOND)
+        return (
+            _FRAMES_PER_SECOND / self.frame_skip
+            if isinstance(self.frame_skip, int)
+            else float(_FRAMES_PER_SECOND)
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """The fields that are not None, ready for JSON. `Settings(**fields)` is the inverse."""
-        return {name: value for name, value in dataclasses.asdict(self).items() if value is not None}
+        return {
+            name: value for name, value in dataclasses.asdict(self).items() if value is not None
+        }
 
 
 def _frame_skip(value: Any) -> int | tuple[int, int]:
@@ -87,14 +107,16 @@ def _frame_skip(value: Any) -> int | tuple[int, int]:
     if not isinstance(value, tuple | list):
         return integer("frame_skip", value, 1, _MOST_FRAMES)
     if len(value) != 2:
-        raise ValueError(f"frame_skip must be a number of frames or a pair (low, high), got {value!r}")
+        raise ValueError(
+            f"frame_skip must be a number of frames or a pair (low, high), got {value!r}"
+        )
     low = integer("the lower end of frame_skip", value[0], 1, _MOST_FRAMES)
     return low, integer("the upper end of frame_skip", value[1], low + 1, _MOST_FRAMES + 1)
 
 
-# "v5", "v4", "deterministic-v4" and "noframeskip" are Gymnasium's IDs of these names. "dqn" is Mnih et al. (2015) as the usual wrappers
-# implement it; evaluations turn clip_rewards and episodic_life off. "machado" is Machado et al. (2018), with frame skip 5 and episodes of
-# five minutes.
+# "v5", "v4", "deterministic-v4" and "noframeskip" are Gymnasium's IDs of these names. "dqn" is Mnih
+# et al. (2015) as the usual wrappers implement it; evaluations turn clip_rewards and episodic_life
+# off. "machado" is Machado et al. (2018), with frame skip 5 and episodes of five minutes.
 PRESETS: Mapping[str, Settings] = MappingProxyType(
     {
         "v5": Settings(),
@@ -104,7 +126,13 @@ PRESETS: Mapping[str, Settings] = MappingProxyType(
         "deterministic-v4": Settings(repeat_action_probability=0.0),
         "noframeskip-v0": Settings(frame_skip=1),
         "noframeskip": Settings(frame_skip=1, repeat_action_probability=0.0),
-        "dqn": Settings(repeat_action_probability=0.0, noop_max=30, fire_reset=True, clip_rewards=True, episodic_life=True),
+        "dqn": Settings(
+            repeat_action_probability=0.0,
+            noop_max=30,
+            fire_reset=True,
+            clip_rewards=True,
+            episodic_life=True,
+        ),
         "machado": Settings(frame_skip=5, full_action_space=True, max_episode_frames=18_000),
     }
 )
@@ -118,4 +146,6 @@ def settings(preset: str = "v5", **changes: Any) -> Settings:
     """
     if preset not in PRESETS:
         raise ValueError(f"no preset {preset!r}: there are {', '.join(PRESETS)}")
-    return dataclasses.replace(PRESETS[preset], **{name: value for name, value in changes.items() if value is not None})
+    return dataclasses.replace(
+        PRESETS[preset], **{name: value for name, value in changes.items() if value is not None}
+    )

@@ -13,7 +13,8 @@ def check_rom(game: Game) -> Path:
     """The path of a game's ROM, whose contents are checked.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
+            written for.
     """
     read_rom(game.rom, game.md5)
     return rom_path(game.rom)
@@ -61,7 +62,9 @@ def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> a
     ale = load_emulator(game, random_seed=seed, repeat_action_probability=0.0)
     if game_mode is not None:
         if game_mode not in ale.getAvailableModes():
-            raise ValueError(f"{game.name} has no mode {game_mode}; it has {list(ale.getAvailableModes())}")
+            raise ValueError(
+                f"{game.name} has no mode {game_mode}; it has {list(ale.getAvailableModes())}"
+            )
         ale.setMode(game_mode)
     ale.reset_game()
     return ale
@@ -69,7 +72,9 @@ def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> a
 
 def action_set(ale: ale_py.ALEInterface, settings: Settings) -> tuple[ale_py.Action, ...]:
     """The actions that the settings make available."""
-    return tuple(ale.getLegalActionSet() if settings.full_action_space else ale.getMinimalActionSet())
+    return tuple(
+        ale.getLegalActionSet() if settings.full_action_space else ale.getMinimalActionSet()
+    )
 
 
 def variants(game: Game) -> tuple[list[int], list[int]]:

@@ -21,12 +21,15 @@ _SHOWN = tuple(f.name for f in dataclasses.fields(EmulatorArrays) if f.name != "
 _COMMAND = ("state", "state_bytes")
 
 _MAGIC, _VERSION = b"ocjaxSAV", 2
-_HEADER = struct.Struct("<8sHI32s")  # magic, version, bytes of the description, SHA-256 of everything after the header
+_HEADER = struct.Struct(
+    "<8sHI32s"
+)  # magic, version, bytes of the description, SHA-256 of everything after the header
 
 
 @dataclasses.dataclass(frozen=True)
 class States:
-    """Saved states of n emulators, from `clone_state`. They can be indexed, written to files, and restored in any pool of the game.
+    """Saved states of n emulators, from `clone_state`. They can be indexed, written to files, and
+    restored in any pool of the game.
 
     Attributes:
         md5: MD5 hash of the game's ROM.
@@ -50,48 +53,66 @@ class States:
 
             envs.restore_state(envs.clone_state().set("Pong", "Ball", x=80))
 
-        REM's objects change when the states are restored, frames and observations with the next step.
+        REM's objects change when the states are restored, frames and observations with the next
+        step.
 
         Args:
             game: the game, or its name.
             category: name of the object's category.
-            slot: the slot of the object within its category; by default the first one that is present, in each state.
-            **wanted: the new numbers, see `ocjax.edit`.
+            slot: the slot of the object within its category; by default the first one that is
+            present, in each state. **wanted: the new numbers, see `ocjax.edit`.
 
         Raises:
             TypeError, ValueError: see `ocjax.edit`; or the states are of another game.
         """
         game = as_game(game)
         if game.md5 != self.md5:
-            raise ValueError(f"the states are of the ROM with md5 {self.md5}, but that of {game.name} has {game.md5}")
-        return dataclasses.replace(self, rows={**self.rows, "ram": edit(game, self.rows["ram"], category, slot, **wanted)})
+            raise ValueError(
+                f"the states are of the ROM with md5 {self.md5}, but that of {game.name} has "
+                f"{game.md5}"
+            )
+        return dataclasses.replace(
+            self, rows={**self.rows, "ram": edit(game, self.rows["ram"], category, slot, **wanted)}
+        )
 
     def to_bytes(self) -> bytes:
         """The states as bytes for a file. They contain a checksum and, unlike a pickle, no code."""
         arrays = {name: [array.dtype.str, list(array.shape)] for name, array in self.rows.items()}
         description = json.dumps({"md5": self.md5, "arrays": arrays}).encode()
         body = description + b"".join(array.tobytes() for array in self.rows.values())
-        return _HEADER.pack(_MAGIC, _VERSION, len(description), hashlib.sha256(body).digest()) + body
+        return (
+            _HEADER.pack(_MAGIC, _VERSION, len(description), hashlib.sha256(body).digest()) + body
+        )
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Self:
         """The inverse of `to_bytes`.
 
         Raises:
-            ValueError: the bytes are not saved states, are damaged, or have a version that is not supported.
+            ValueError: the bytes are not saved states, are damaged, or have a version that is not
+                supported.
         """
         if len(data) < _HEADER.size or not data.startswith(_MAGIC):
             raise ValueError(
-                f"expected bytes from States.to_bytes, which begin with {_MAGIC!r}, got {len(data)} bytes: {bytes(data[:8])!r}..."
+                f"expected bytes from States.to_bytes, which begin with {_MAGIC!r}, got "
+                f"{len(data)} bytes: {bytes(data[:8])!r}..."
             )
         _, version, size, checksum = _HEADER.unpack_from(data)
         if version != _VERSION:
-            raise ValueError(f"expected states in version {_VERSION} of the format, got version {version}: save them with this ocjax")
+            raise ValueError(
+                f"expected states in version {_VERSION} of the format, got version {version}: "
+                "save them with this ocjax"
+            )
         body = memoryview(data)[_HEADER.size :]
         if hashlib.sha256(body).digest() != checksum:
-            raise ValueError("the states are damaged: their checksum is another one; save or copy them again")
+            raise ValueError(
+                "the states are damaged: their checksum is another one; save or copy them again"
+            )
         if not 0 <= size <= len(body):
-            raise ValueError(f"the states are damaged: a description of {size} bytes in {len(body)} bytes; save them again")
+            raise ValueError(
+                f"the states are damaged: a description of {size} bytes in {len(body)} bytes; "
+                "save them again"
+            )
         md5, arrays = _described(bytes(body[:size]), len(body) - size)
         offset, rows = size, {}
         for name, (dtype, shape) in arrays.items():
@@ -101,13 +122,15 @@ class States:
 
     @classmethod
     def concatenate(cls, parts: Iterable[Self]) -> Self:
-        """Join states, such as those that the same environments had at different times: n states in the order of the parts.
+        """Join states, such as those that the same environments had at different times: n states in
+        the order of the parts.
 
             envs.restore_state(States.concatenate([early[0], late[1]]))
 
         Raises:
             TypeError: a part is no `States`.
-            ValueError: there is no part, or they are of different games, or of environments with different observations.
+            ValueError: there is no part, or they are of different games, or of environments with
+                different observations.
         """
         parts = list(parts)
         for part in parts:
@@ -117,9 +140,18 @@ class States:
         first = parts[0]
         for part in parts[1:]:
             _check_alike(first, part)
-        rows = {name: np.concatenate([part.rows[name] for part in parts]) for name in first.rows if name != "state"}
+        rows = {
+            name: np.concatenate([part.rows[name] for part in parts])
+            for name in first.rows
+            if name != "state"
+        }
         width = max(part.rows["state"].shape[1] for part in parts)
-        rows["state"] = np.concatenate([np.pad(part.rows["state"], ((0, 0), (0, width - part.rows["state"].shape[1]))) for part in parts])
+        rows["state"] = np.concatenate(
+            [
+                np.pad(part.rows["state"], ((0, 0), (0, width - part.rows["state"].shape[1])))
+                for part in parts
+            ]
+        )
         return cls(first.md5, rows)
 
 
@@ -130,18 +162,29 @@ def _check_alike(first: States, other: States) -> None:
         ValueError: they cannot.
     """
     if first.md5 != other.md5:
-        raise ValueError(f"expected states of one game, got the MD5 hashes {first.md5} and {other.md5} of ROMs")
+        raise ValueError(
+            f"expected states of one game, got the MD5 hashes {first.md5} and {other.md5} of ROMs"
+        )
     first_arrays, other_arrays = (
-        {name: (array.dtype, array.shape[1:] if name != "state" else ()) for name, array in states.rows.items()}
+        {
+            name: (array.dtype, array.shape[1:] if name != "state" else ())
+            for name, array in states.rows.items()
+        }
         for states in (first, other)
     )
     if first_arrays != other_arrays:
         differing = sorted(dict(first_arrays.items() ^ other_arrays.items()))
-        raise ValueError(f"expected states of environments with the same mode and obs, got different arrays {', '.join(differing)}")
+        raise ValueError(
+            "expected states of environments with the same mode and obs, got different arrays "
+            f"{', '.join(differing)}"
+        )
 
 
-def _described(description: bytes, size: int) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
-    """The MD5 hash and the dtypes and shapes of arrays that a description names, which take `size` bytes.
+def _described(
+    description: bytes, size: int
+) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
+    """The MD5 hash and the dtypes and shapes of arrays that a description names, which take `size`
+    bytes.
 
     Raises:
         ValueError: the description is damaged.
@@ -151,12 +194,26 @@ def _described(description: bytes, size: int) -> tuple[str, dict[str, tuple[np.d
         md5, listed = values["md5"], values["arrays"]
         arrays = {name: (np.dtype(dtype), tuple(shape)) for name, (dtype, shape) in listed.items()}
     except (ValueError, TypeError, KeyError, AttributeError, SyntaxError, RecursionError) as error:
-        raise ValueError(f"the states are damaged: their description cannot be read ({type(error).__name__}: {error})") from error
+        raise ValueError(
+            f"the states are damaged: their description cannot be read ({type(error).__name__}: "
+            f"{error})"
+        ) from error
     simple = all(dtype.kind in "biuf" for dtype, _ in arrays.values())
-    sized = all(len(shape) > 0 and all(type(n) is int and n >= 0 for n in shape) for _, shape in arrays.values())
+    sized = all(
+        len(shape) > 0 and all(type(n) is int and n >= 0 for n in shape)
+        for _, shape in arrays.values()
+    )
     lengths = {shape[0] for _, shape in arrays.values()} if sized else set()
-    if not isinstance(md5, str) or not simple or len(lengths) != 1 or not {"state", "ram"} <= set(arrays):
-        raise ValueError("the states are damaged: expected an MD5 hash and arrays of numbers with one row per state")
+    if (
+        not isinstance(md5, str)
+        or not simple
+        or len(lengths) != 1
+        or not {"state", "ram"} <= set(arrays)
+    ):
+        raise ValueError(
+            "the states are damaged: expected an MD5 hash and arrays of numbers with one row per "
+            "state"
+        )
     total = sum(dtype.itemsize * math.prod(shape) for dtype, shape in arrays.values())
     if total != size:
         raise ValueError(f"the states are damaged: their arrays take {total} bytes, got {size}")
@@ -165,25 +222,40 @@ def _described(description: bytes, size: int) -> tuple[str, dict[str, tuple[np.d
 
 def collect(md5: str, shown: EmulatorArrays, commands: CommandArrays) -> States:
     """Copy the states that the workers have just left in the shared memory."""
-    rows = {name: array.copy() for name, array in _saved(shown, commands).items() if name != "state"}
+    rows = {
+        name: array.copy() for name, array in _saved(shown, commands).items() if name != "state"
+    }
     rows["state"] = commands.state[:, : commands.state_bytes.max()].copy()
     return States(md5, rows)
 
 
-def check(states: Any, game: Game, shown: EmulatorArrays, commands: CommandArrays, num_envs: int, good: bytes) -> None:
+def check(
+    states: Any,
+    game: Game,
+    shown: EmulatorArrays,
+    commands: CommandArrays,
+    num_envs: int,
+    good: bytes,
+) -> None:
     """Check that states can be restored in emulators, of which one had the state `good` of ALE.
 
     Raises:
         TypeError: they are not `States`.
-        ValueError: they are damaged, of another game or number, or were saved without frames that the pool records.
+        ValueError: they are damaged, of another game or number, or were saved without frames that
+            the pool records.
     """
     _check_type(states)
     if states.md5 != game.md5:
-        raise ValueError(f"the states are of the ROM with md5 {states.md5}, but the pool runs the ROM with md5 {game.md5}")
+        raise ValueError(
+            f"the states are of the ROM with md5 {states.md5}, but the pool runs the ROM with "
+            f"md5 {game.md5}"
+        )
     targets = _saved(shown, commands)
     missing = sorted(set(targets) - set(states.rows))
     if missing:
-        raise ValueError(f"the states were saved without {', '.join(missing)}, which this pool records")
+        raise ValueError(
+            f"the states were saved without {', '.join(missing)}, which this pool records"
+        )
     if len(states) not in (1, num_envs):
         raise ValueError(f"there must be 1 or {num_envs} states, got {len(states)}")
     for name, target in targets.items():
@@ -193,33 +265,55 @@ def check(states: Any, game: Game, shown: EmulatorArrays, commands: CommandArray
     for row, size, over in zip(states.rows["state"], sizes, ended.tolist(), strict=True):
         phase = snapshot.check(row[: max(0, size)].tobytes(), game.rom, game.md5, good)
         if phase != snapshot.RUNNING and not over:
-            raise ValueError("the states are damaged: expected 'terminated' or 'truncated' where an episode has ended; save them again")
+            raise ValueError(
+                "the states are damaged: expected 'terminated' or 'truncated' where an episode "
+                "has ended; save them again"
+            )
 
 
-_RANGES = {"executed": (0, 17), "frame_number": (0, np.inf), "episode_length": (0, np.inf), "episode_return": (-1e300, 1e300)}
+_RANGES = {
+    "executed": (0, 17),
+    "frame_number": (0, np.inf),
+    "episode_length": (0, np.inf),
+    "episode_return": (-1e300, 1e300),
+}
 
 
 def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -> None:
     """Check that an array of `count` states has the dtype and the shape of the pool's, and numbers in their range."""
     shape = (count, *target.shape[1:])
-    fits = array.ndim == 2 and array.shape[1] <= STATE_BYTES if name == "state" else array.shape == shape
+    fits = (
+        array.ndim == 2 and array.shape[1] <= STATE_BYTES
+        if name == "state"
+        else array.shape == shape
+    )
     if not fits or array.dtype != target.dtype:
-        expected, got = (f"{a.dtype} of shape {s}" for a, s in ((target, shape), (array, array.shape)))
-        raise ValueError(f"the states are damaged: expected {name!r} to be {expected}, got {got}; save them again")
+        expected, got = (
+            f"{a.dtype} of shape {s}" for a, s in ((target, shape), (array, array.shape))
+        )
+        raise ValueError(
+            f"the states are damaged: expected {name!r} to be {expected}, got {got}; save them "
+            "again"
+        )
     _check_bools(name, array)
     least, most = _RANGES.get(name, (-np.inf, np.inf))
     if not ((array >= least) & (array <= most)).all():
-        raise ValueError(f"the states are damaged: {name!r} has numbers out of range; save them again")
+        raise ValueError(
+            f"the states are damaged: {name!r} has numbers out of range; save them again"
+        )
 
 
 def _check_bools(name: str, array: np.ndarray) -> None:
     """Check that the bytes of bools are 0 or 1; those of a file may be others."""
     if array.dtype == bool and (array.view(np.uint8) > 1).any():
-        raise ValueError(f"the states are damaged: {name!r} has bools that are not 0 or 1; save them again")
+        raise ValueError(
+            f"the states are damaged: {name!r} has bools that are not 0 or 1; save them again"
+        )
 
 
 def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
-    """Check that states hold arrays like those that an environment carries from step to step, `[N, ...]` by name.
+    """Check that states hold arrays like those that an environment carries from step to step, `[N,
+    ...]` by name.
 
     Raises:
         TypeError: they are not `States`.
@@ -228,23 +322,45 @@ def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
     _check_type(states)
     for name, carried in carries.items():
         array = states.rows.get(name)
-        if array is None or (array.dtype, array.shape) != (carried.dtype, (len(states), *carried.shape[1:])):
-            raise ValueError("the states are of environments with other observations: make these environments with the same mode and obs")
+        if array is None or (array.dtype, array.shape) != (
+            carried.dtype,
+            (len(states), *carried.shape[1:]),
+        ):
+            raise ValueError(
+                "the states are of environments with other observations: make these environments "
+                "with the same mode and obs"
+            )
         _check_bools(name, array)
 
 
 def _check_type(states: Any) -> None:
     if not isinstance(states, States):
-        raise TypeError(f"states must be States, from clone_state or States.from_bytes, got {type(states).__name__}")
-    arrays = isinstance(states.rows, Mapping) and all(isinstance(array, np.ndarray) for array in states.rows.values())
-    if not arrays or "state" not in states.rows or any(array.ndim == 0 for array in states.rows.values()):
-        raise ValueError("the states are damaged: expected rows with arrays, one of them called 'state'; save them again")
+        raise TypeError(
+            "states must be States, from clone_state or States.from_bytes, got "
+            f"{type(states).__name__}"
+        )
+    arrays = isinstance(states.rows, Mapping) and all(
+        isinstance(array, np.ndarray) for array in states.rows.values()
+    )
+    if (
+        not arrays
+        or "state" not in states.rows
+        or any(array.ndim == 0 for array in states.rows.values())
+    ):
+        raise ValueError(
+            "the states are damaged: expected rows with arrays, one of them called 'state'; save "
+            "them again"
+        )
 
 
-def distribute(states: States, shown: EmulatorArrays, commands: CommandArrays, chosen: np.ndarray) -> None:
+def distribute(
+    states: States, shown: EmulatorArrays, commands: CommandArrays, chosen: np.ndarray
+) -> None:
     """Write states that have passed `check` to the chosen rows of the shared memory, bool `[N]`, for the workers to restore."""
     for name, target in _saved(shown, commands).items():
-        rows = np.broadcast_to(states.rows[name], (len(chosen), *states.rows[name].shape[1:]))[chosen]
+        rows = np.broadcast_to(states.rows[name], (len(chosen), *states.rows[name].shape[1:]))[
+            chosen
+        ]
         if name == "state":
             target = target[:, : rows.shape[1]]
         target[chosen] = rows

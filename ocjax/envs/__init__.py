@@ -9,7 +9,17 @@ from ocjax.emulators.settings import PRESETS, Settings, settings
 from ocjax.emulators.states import States
 from ocjax.envs.features import Vector
 from ocjax.envs.make import ObjectEnv, make, make_vec
-from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Observation, Pixels, Ram, Snapshot
+from ocjax.envs.observations import (
+    Computed,
+    Copied,
+    Dqn,
+    Masks,
+    ObjectFields,
+    Observation,
+    Pixels,
+    Ram,
+    Snapshot,
+)
 from ocjax.envs.perturbed import PerturbObjects
 from ocjax.envs.vector import ObjectVectorEnv
 

@@ -12,7 +12,13 @@ DEFAULT_THRESHOLD = 0.5
 
 # ale-py's numbers of actions by left, centre or right; down, centre or up; and the button.
 _ACTIONS = np.array(
-    [[[AtariEnv.map_action_idx(across, up, fire).value for fire in (False, True)] for up in (-1, 0, 1)] for across in (-1, 0, 1)]
+    [
+        [
+            [AtariEnv.map_action_idx(across, up, fire).value for fire in (False, True)]
+            for up in (-1, 0, 1)
+        ]
+        for across in (-1, 0, 1)
+    ]
 )
 
 
@@ -20,7 +26,8 @@ class ContinuousActions:
     """Turns actions of continuous environments into those of an emulator with all 18 actions.
 
     Args:
-        threshold: the deflection from which on a joystick's contact closes, and the same for the button.
+        threshold: the deflection from which on a joystick's contact closes, and the same for the
+            button.
 
     Raises:
         ValueError: the threshold is not a number from 0 to 1.
@@ -29,7 +36,9 @@ class ContinuousActions:
     def __init__(self, threshold: float) -> None:
         number = isinstance(threshold, float | np.floating) or is_integer(threshold)
         if not number or not 0 <= threshold <= 1:
-            raise ValueError(f"continuous_action_threshold must be a number from 0 to 1, got {threshold!r}")
+            raise ValueError(
+                f"continuous_action_threshold must be a number from 0 to 1, got {threshold!r}"
+            )
         self._threshold = float(threshold)
 
     @property
@@ -39,21 +48,33 @@ class ContinuousActions:
         return gym.spaces.Box(low, high, dtype=np.float32)
 
     def to_discrete(self, actions: Any, num_envs: int) -> tuple[np.ndarray, np.ndarray]:
-        """The action of each emulator, int32 `[N]`, and the part of a paddle's full speed, float32 `[N]`.
+        """The action of each emulator, int32 `[N]`, and the part of a paddle's full speed, float32
+        `[N]`.
 
         Raises:
             ValueError: the actions are not floats `[N, 3]` in the action space.
         """
         actions = np.asarray(actions)
         if actions.shape != (num_envs, 3) or not np.issubdtype(actions.dtype, np.floating):
-            raise ValueError(f"actions must be floats of shape ({num_envs}, 3), got {actions.dtype} of shape {actions.shape}")
+            raise ValueError(
+                f"actions must be floats of shape ({num_envs}, 3), got {actions.dtype} of shape "
+                f"{actions.shape}"
+            )
         actions = actions.astype(np.float32)
         if not ((actions >= self.space.low) & (actions <= self.space.high)).all():
-            raise ValueError(f"actions must be from {self.space.low.tolist()} to {self.space.high.tolist()}, got {actions.tolist()}")
+            raise ValueError(
+                f"actions must be from {self.space.low.tolist()} to {self.space.high.tolist()}, "
+                f"got {actions.tolist()}"
+            )
         deflection, angle, fire = actions.T
-        across, up = self._contact(deflection * np.cos(angle)), self._contact(deflection * np.sin(angle))
+        across, up = (
+            self._contact(deflection * np.cos(angle)),
+            self._contact(deflection * np.sin(angle)),
+        )
         pressed = (fire > self._threshold).astype(int)
         return _ACTIONS[across + 1, up + 1, pressed].astype(np.int32), deflection
 
     def _contact(self, deflection: np.ndarray) -> np.ndarray:
-        return (deflection > self._threshold).astype(int) - (deflection < -self._threshold).astype(int)
+        return (deflection > self._threshold).astype(int) - (deflection < -self._threshold).astype(
+            int
+        )

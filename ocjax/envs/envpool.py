@@ -1,9 +1,10 @@
 """Environments of the `envpool` backend, which extract objects from the RAM that envpool returns.
 
-Options and calls that envpool does not support raise an error that gives the reason: frames with a frame skip (envpool returns the maximum
-of the last two), screens that are not 210 rows high (envpool crops them), saved states, writing RAM, hooks, new seeds after the first
-reset, resets of single environments, and autoreset modes other than next-step. `ocjax.emulators.envpool` names three settings that differ
-slightly.
+Options and calls that envpool does not support raise an error that gives the reason: frames with a
+frame skip (envpool returns the maximum of the last two), screens that are not 210 rows high
+(envpool crops them), saved states, writing RAM, hooks, new seeds after the first reset, resets of
+single environments, and autoreset modes other than next-step. `ocjax.emulators.envpool` names three
+settings that differ slightly.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -29,14 +30,18 @@ from ocjax.extraction.game import Game
 _MOST = 2**31 - 1
 
 # (state, actions int32 [N]) -> (state, (observation, reward, terminated, truncated, info))
-XlaStep = Callable[[Any, jax.Array], tuple[Any, tuple[Any, jax.Array, jax.Array, jax.Array, dict[str, Any]]]]
+XlaStep = Callable[
+    [Any, jax.Array], tuple[Any, tuple[Any, jax.Array, jax.Array, jax.Array, dict[str, Any]]]
+]
 
 
 class EnvpoolVectorEnv(ObjectVectorEnv):
-    """N instances of a game on envpool. `make_vec` makes them with `backend="envpool"` and explains the options.
+    """N instances of a game on envpool. `make_vec` makes them with `backend="envpool"` and explains
+    the options.
 
-    With `batch_size` below N the environments are asynchronous, as in envpool: `async_reset`, `recv` and `send` take the place of `reset`
-    and `step`, and `info["env_id"]` tells which environments the results belong to. Each environment keeps the memory of its observations.
+    With `batch_size` below N the environments are asynchronous, as in envpool: `async_reset`,
+    `recv` and `send` take the place of `reset` and `step`, and `info["env_id"]` tells which
+    environments the results belong to. Each environment keeps the memory of its observations.
 
     Raises:
         ValueError: an option is out of range, or envpool cannot implement it.
@@ -77,18 +82,29 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
             "mode": _one_for_all("game_mode", game_mode),
             "difficulty": _one_for_all("game_difficulty", game_difficulty),
         }
-        pool = EnvpoolPool(game, num_envs, settings, frames=bool(required_screens(mode, kinds)), **options)
+        pool = EnvpoolPool(
+            game, num_envs, settings, frames=bool(required_screens(mode, kinds)), **options
+        )
         super().__init__(pool, mode, obs, autoreset_mode=autoreset_mode, ram_info=ram_info)
 
     def _require_synchronous(self) -> None:
         if self.batch_size < self.num_envs:
-            raise ValueError("with batch_size below num_envs use async_reset, recv and send instead of reset and step")
+            raise ValueError(
+                "with batch_size below num_envs use async_reset, recv and send instead of reset "
+                "and step"
+            )
 
-    def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
         """Reset all environments; a seed is possible the first time only.
 
         Raises:
-            ValueError: there is a seed after the first reset, or a reset_mask, or the environments are asynchronous.
+            ValueError: there is a seed after the first reset, or a reset_mask, or the environments
+                are asynchronous.
         """
         self._require_synchronous()
         return super().reset(seed=seed, options=options)
@@ -103,16 +119,19 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         self.pool.async_reset(seeds_of(seed, self.num_envs))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
-        """Start a step of some environments: actions, integers `[n]`, and their indices, integers `[n]`.
+        """Start a step of some environments: actions, integers `[n]`, and their indices, integers
+        `[n]`.
 
         Raises:
             ValueError: an action or an index does not exist, or their shapes or dtypes are wrong.
-            AlreadyPendingCallError: the results of one of these environments have not been received.
+            AlreadyPendingCallError: the results of one of these environments have not been
+                received.
         """
         self.pool.send(actions, env_id)
 
     def recv(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """The results of the `batch_size` environments that are ready first, as `step` returns them; `info["env_id"]` has their indices.
+        """The results of the `batch_size` environments that are ready first, as `step` returns
+        them; `info["env_id"]` has their indices.
 
         Raises:
             NoAsyncCallError: fewer environments are stepping.
@@ -122,13 +141,24 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         arrays = {name: array[ids] for name, array in shard.arrays.items()}
         observed = self._observe(arrays, _rows(shard.memory, ids))
         memory = self._scatter(ids, observed.memory, shard.memory)
-        previous = self._scatter(ids, _rows(shard.objects, ids), shard.previous) if shard.objects else {}
+        previous = (
+            self._scatter(ids, _rows(shard.objects, ids), shard.previous) if shard.objects else {}
+        )
         objects = self._scatter(ids, observed.objects, shard.objects)
-        self._shards, self._steps = [replace(shard, memory=memory, previous=previous, objects=objects)], pool.steps
+        self._shards, self._steps = (
+            [replace(shard, memory=memory, previous=previous, objects=objects)],
+            pool.steps,
+        )
         reward = pool.reward[ids]
         info = {name: array[ids] for name, array in self._info().items()} | {"env_id": ids}
         observation = self._assemble([(observed, arrays)])
-        return observation, np.sign(reward) if pool.settings.clip_rewards else reward, pool.terminated[ids], pool.truncated[ids], info
+        return (
+            observation,
+            np.sign(reward) if pool.settings.clip_rewards else reward,
+            pool.terminated[ids],
+            pool.truncated[ids],
+            info,
+        )
 
     def _scatter(self, ids: np.ndarray, new: Any, old: Any) -> Any:
         """Write rows `[n, ...]` to a copy of the arrays of all environments, `[N, ...]`; to zeros where there are none yet."""
@@ -138,18 +168,25 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
             out[ids] = a
             return out
 
-        return jax.tree.map(scatter, new, old) if old else jax.tree.map(lambda a: scatter(a, None), new)
+        return (
+            jax.tree.map(scatter, new, old)
+            if old
+            else jax.tree.map(lambda a: scatter(a, None), new)
+        )
 
     def xla(self) -> tuple[Any, XlaStep]:
-        """The environments as a pure function for `jax.jit` and `jax.lax.scan`, starting from their present state.
+        """The environments as a pure function for `jax.jit` and `jax.lax.scan`, starting from their
+        present state.
 
         Returns:
-            `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next state and (observation, reward, terminated,
-            truncated, info); info contains `lives`, `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the
+            `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next
+            state and (observation, reward, terminated, truncated, info); info contains `lives`,
+            `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the
             other.
 
         Raises:
-            ValueError: the environments have not been reset or are asynchronous, or the mode or an observation needs frames.
+            ValueError: the environments have not been reset or are asynchronous, or the mode or an
+                observation needs frames.
         """
         self._require_synchronous()
         if self.pool.env is None:
@@ -157,17 +194,35 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         if required_screens(self.mode, self.kinds):
             raise ValueError("xla() provides RAM and what is computed from it, but no frames")
         handle, _, _, env_step = self.pool.env.xla()
-        observer, clip_rewards = make_observer(self.game, self.mode, self.kinds), self.pool.settings.clip_rewards
+        observer, clip_rewards = (
+            make_observer(self.game, self.mode, self.kinds),
+            self.pool.settings.clip_rewards,
+        )
 
-        def step(state: Any, actions: jax.Array) -> tuple[Any, tuple[Any, jax.Array, jax.Array, jax.Array, dict[str, Any]]]:
+        def step(
+            state: Any, actions: jax.Array
+        ) -> tuple[Any, tuple[Any, jax.Array, jax.Array, jax.Array, dict[str, Any]]]:
             handle, memory, ended = state
             handle, (_, _, terminated, truncated, info) = env_step(handle, actions)
             order = jnp.argsort(info["env_id"])
             terminated, truncated, ram, lives, reward, game_over = (
-                a[order] for a in (terminated, truncated, info["ram"], info["lives"], info["reward"], info["terminated"])
+                a[order]
+                for a in (
+                    terminated,
+                    truncated,
+                    info["ram"],
+                    info["lives"],
+                    info["reward"],
+                    info["terminated"],
+                )
             )
             observed = observer({"ram": ram, "started": ended}, memory)
-            out = (self._traced_observation(ram, observed), jnp.sign(reward) if clip_rewards else reward, terminated, truncated)
+            out = (
+                self._traced_observation(ram, observed),
+                jnp.sign(reward) if clip_rewards else reward,
+                terminated,
+                truncated,
+            )
             facts = {"lives": lives, "ram": ram, "game_over": (game_over != 0) | truncated}
             return (handle, observed.memory, terminated | truncated), (*out, facts)
 
@@ -177,21 +232,33 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
     def _traced_observation(self, ram: jax.Array, observed: Observed) -> Any:
         """The observation inside a traced function."""
         out = {
-            name: observed.computed[name] if isinstance(kind, Computed) else kind.source({"ram": ram}, observed.objects)
+            name: observed.computed[name]
+            if isinstance(kind, Computed)
+            else kind.source({"ram": ram}, observed.objects)
             for name, kind in self.kinds.items()
         }
         return out[""] if self._single else out
 
 
 def _refuse_unsupported(
-    game: Game, mode: str, kinds: Mapping[str, Kind], settings: Settings, autoreset_mode: AutoresetMode, hook: Any, render_mode: str | None
+    game: Game,
+    mode: str,
+    kinds: Mapping[str, Kind],
+    settings: Settings,
+    autoreset_mode: AutoresetMode,
+    hook: Any,
+    render_mode: str | None,
 ) -> None:
     """Raise a ValueError with the reason if envpool cannot do what is asked of it."""
     screens = required_screens(mode, kinds)
     reasons = {
-        "envpool gives no grey frames that are not pooled and resized": bool(screens & {"gray", "pooled"}),
-        "envpool shows the brighter of two frames where it skips some, so frames need frame_skip=1": screens and settings.frame_skip != 1,
-        f"envpool crops screens to {ROWS} rows, {game.name} has {game.screen[0]}": screens and game.screen[0] != ROWS,
+        "envpool gives no grey frames that are not pooled and resized": bool(
+            screens & {"gray", "pooled"}
+        ),
+        "envpool shows the brighter of two frames where it skips some, so frames need "
+        "frame_skip=1": screens and settings.frame_skip != 1,
+        f"envpool crops screens to {ROWS} rows, {game.name} has {game.screen[0]}": screens
+        and game.screen[0] != ROWS,
         "envpool has next-step autoreset only": autoreset_mode != AutoresetMode.NEXT_STEP,
         "envpool has no random frame skip": not isinstance(settings.frame_skip, int),
         "envpool cannot write RAM, so there are no hooks": hook is not None,
@@ -207,7 +274,9 @@ def _one_for_all(name: str, value: Any) -> int:
     if value is None:
         return -1
     if np.ndim(value) > 0:
-        raise ValueError(f"envpool takes one {name} for all environments, got {value}: use backend='ale'")
+        raise ValueError(
+            f"envpool takes one {name} for all environments, got {value}: use backend='ale'"
+        )
     if not is_integer(value):
         raise TypeError(f"{name} must be an integer, got {value!r}")
     return int(value)

@@ -21,25 +21,33 @@ _VALUE_UNIT = np.log1p(1e6)  # a value of a million is normalised to 1
 
 @dataclass(frozen=True)
 class Vector(Computed):
-    """Features of all slots as one flat vector, float32 `[history * n]`, where n is the number of features of all slots.
+    """Features of all slots as one flat vector, float32 `[history * n]`, where n is the number of
+    features of all slots.
 
-    Entries are ordered by time from the oldest state to the latest, then by slot in the game's order, then by feature in the order given;
-    `features_of` names each entry. Slots that are not valid are zero. dx and dy are the movement of the centre since the previous step.
-    They are zero if the object was not valid before, or if an episode has just begun. nx and ny are tanh(d / 8) of the distance d in pixels
-    from the centre of the first slot's object, which is the player in most games, to the object's centre; mx and my are tanh(d / 32). They
-    are zero while there is no player. nx and ny resolve positions next to the player finely but are nearly constant beyond 20 pixels, where
-    mx and my still tell what approaches. In mode "vem", `ocjax.track` keeps objects in the same slots from step to step.
+    Entries are ordered by time from the oldest state to the latest, then by slot in the game's
+    order, then by feature in the order given; `features_of` names each entry. Slots that are not
+    valid are zero. dx and dy are the movement of the centre since the previous step. They are zero
+    if the object was not valid before, or if an episode has just begun. nx and ny are tanh(d / 8)
+    of the distance d in pixels from the centre of the first slot's object, which is the player in
+    most games, to the object's centre; mx and my are tanh(d / 32). They are zero while there is no
+    player. nx and ny resolve positions next to the player finely but are nearly constant beyond 20
+    pixels, where mx and my still tell what approaches. In mode "vem", `ocjax.track` keeps objects
+    in the same slots from step to step.
 
     Args:
-        features: distinct names of x, y, w, h, dx, dy, nx, ny, mx, my, orientation, value and valid, for all slots. With None,
-            a slot has x, y, w, h, dx and dy, then orientation and value if its category has them, and valid. Display objects that have a
-            value, such as scores, do not have x to dy: their boxes only tell how many digits are shown.
-        grid_features: likewise, for the slots of fixed grids such as Breakout's bricks, whose objects never move
-            (`Category.on_grid`). With None, they have the same features as others.
+        features: distinct names of x, y, w, h, dx, dy, nx, ny, mx, my, orientation, value and
+            valid, for all slots. With None, a slot has x, y, w, h, dx and dy, then orientation and
+            value if its category has them, and valid. Display objects that have a value, such as
+            scores, do not have x to dy: their boxes only tell how many digits are shown.
+        grid_features: likewise, for the slots of fixed grids such as Breakout's bricks, whose
+            objects never move (`Category.on_grid`). With None, they have the same features as
+            others.
         history: number of states.
-        normalize: whether features are scaled: lengths to units of the screen's width or height, orientations to turns, and values v to
-            sign(v) log(1 + |v|) / log(1 + 10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
-            Orientations that are not known, as in mode "vem", are -1, or -1/16 turns. Values that VEM cannot read are those of v = -1.
+        normalize: whether features are scaled: lengths to units of the screen's width or height,
+            orientations to turns, and values v to sign(v) log(1 + |v|) / log(1 + 10^6). Without it,
+            lengths are in pixels and orientations are compass points 0 to 15. Orientations that are
+            not known, as in mode "vem", are -1, or -1/16 turns. Values that VEM cannot read are
+            those of v = -1.
 
     Raises:
         ValueError: a feature is unknown or repeated, there is none, or the history is below 1.
@@ -59,14 +67,22 @@ class Vector(Computed):
             if names is not None:
                 object.__setattr__(self, option, tuple(names))
                 if not names or not set(names) <= set(FEATURES) or len(set(names)) < len(names):
-                    raise ValueError(f"{option} must be None or distinct names of {', '.join(FEATURES)}, got {names}")
+                    raise ValueError(
+                        f"{option} must be None or distinct names of {', '.join(FEATURES)}, got "
+                        f"{names}"
+                    )
         if self.history < 1:
             raise ValueError(f"history must be at least 1, got {self.history}")
 
     def features_of(self, game: Game) -> tuple[tuple[int, str, int, str], ...]:
         """The meaning of each number: (steps ago, category, index within the category, feature)."""
         slots = [(c.name, i, self._features(c)) for c in game.categories for i in range(c.count)]
-        return tuple((ago, name, i, f) for ago in reversed(range(self.history)) for name, i, features in slots for f in features)
+        return tuple(
+            (ago, name, i, f)
+            for ago in reversed(range(self.history))
+            for name, i, features in slots
+            for f in features
+        )
 
     def _features(self, category: Category) -> tuple[str, ...]:
         """The features of a category's slots."""
@@ -74,8 +90,16 @@ class Vector(Computed):
             return self.grid_features
         if self.features is not None:
             return self.features
-        box = () if category.hud and "value" in category.attributes else ("x", "y", "w", "h", "dx", "dy")
-        return (*box, *(name for name in ("orientation", "value") if name in category.attributes), "valid")
+        box = (
+            ()
+            if category.hud and "value" in category.attributes
+            else ("x", "y", "w", "h", "dx", "dy")
+        )
+        return (
+            *box,
+            *(name for name in ("orientation", "value") if name in category.attributes),
+            "valid",
+        )
 
     def _runs(self, game: Game) -> list[tuple[slice, tuple[str, ...]]]:
         """The slots in as few runs as possible that have the same features, with these features."""
@@ -92,14 +116,30 @@ class Vector(Computed):
         """The unit of each feature, and its least and greatest number in this unit."""
         height, width = game.screen
         integers = np.iinfo(np.int32)
-        most = {"x": width, "y": height, "w": width, "h": height, "orientation": 16, "valid": 1, "dx": width, "dy": height}
+        most = {
+            "x": width,
+            "y": height,
+            "w": width,
+            "h": height,
+            "orientation": 16,
+            "valid": 1,
+            "dx": width,
+            "dy": height,
+        }
         relative = ("nx", "ny", "mx", "my")
         most |= dict.fromkeys(relative, 1)
         least = {"orientation": UNKNOWN, "dx": -width, "dy": -height} | dict.fromkeys(relative, -1)
-        out = {f: (float(n) if self.normalize else 1.0, float(least.get(f, 0)), float(n)) for f, n in most.items()}
+        out = {
+            f: (float(n) if self.normalize else 1.0, float(least.get(f, 0)), float(n))
+            for f, n in most.items()
+        }
         out = {f: (unit, low / unit, high / unit) for f, (unit, low, high) in out.items()}
         limit = float(np.log1p(2.0**31) / _VALUE_UNIT)
-        out["value"] = (1.0, -limit, limit) if self.normalize else (1.0, float(integers.min), float(integers.max))
+        out["value"] = (
+            (1.0, -limit, limit)
+            if self.normalize
+            else (1.0, float(integers.min), float(integers.max))
+        )
         return out
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
@@ -122,11 +162,25 @@ class Vector(Computed):
         continued = objects.valid & previous.valid & ~snapshot.started[:, None]
         moved = jnp.where(continued[..., None], objects.center - previous.center, jnp.float32(0))
         both = objects.valid & objects.valid[:, :1]
-        distance = jnp.where(both[..., None], objects.center - objects.center[:, :1], jnp.float32(0))
-        vectors = {"d": moved, "n": jnp.tanh(distance / jnp.float32(NEAR)), "m": jnp.tanh(distance / jnp.float32(MIDDLE))}
-        derived = {name + axis: v[..., i] for name, v in vectors.items() for i, axis in enumerate("xy")}
-        columns = {f: self._column(game, f, derived[f] if f in derived else getattr(objects, f)) for f in FEATURES}
-        parts = [jnp.stack([columns[f][:, s] for f in features], axis=-1) for s, features in self._runs(game)]
+        distance = jnp.where(
+            both[..., None], objects.center - objects.center[:, :1], jnp.float32(0)
+        )
+        vectors = {
+            "d": moved,
+            "n": jnp.tanh(distance / jnp.float32(NEAR)),
+            "m": jnp.tanh(distance / jnp.float32(MIDDLE)),
+        }
+        derived = {
+            name + axis: v[..., i] for name, v in vectors.items() for i, axis in enumerate("xy")
+        }
+        columns = {
+            f: self._column(game, f, derived[f] if f in derived else getattr(objects, f))
+            for f in FEATURES
+        }
+        parts = [
+            jnp.stack([columns[f][:, s] for f in features], axis=-1)
+            for s, features in self._runs(game)
+        ]
         latest = jnp.concatenate([part.reshape(part.shape[0], -1) for part in parts], axis=-1)
         history = push(snapshot.started, latest, history)
         return history.reshape(history.shape[0], -1), (objects, history)

@@ -30,7 +30,14 @@ AUTORESET = {
     AutoresetMode.SAME_STEP: SAME_STEP,
     AutoresetMode.DISABLED: DISABLED,
 }
-_VECTOR_ONLY = ("num_envs", "num_workers", "worker_timeout", "autoreset_mode", "backend", "batch_size")  # options that `make` lacks
+_VECTOR_ONLY = (
+    "num_envs",
+    "num_workers",
+    "worker_timeout",
+    "autoreset_mode",
+    "backend",
+    "batch_size",
+)  # options that `make` lacks
 
 
 @accepts_other_names
@@ -66,24 +73,30 @@ def make_vec(
     continuous_action_threshold: float = DEFAULT_THRESHOLD,
     **unknown: Never,
 ) -> ObjectVectorEnv:
-    """Make a vector environment: many instances of a game, stepped by worker processes, whose observations are objects.
+    """Make a vector environment: many instances of a game, stepped by worker processes, whose
+    observations are objects.
 
-    ale-py's names `frameskip`, `difficulty` and `max_num_frames_per_episode`, an integer as `mode`, and OCAtari's modes "ram" and "vision"
-    are accepted, too.
+    ale-py's names `frameskip`, `difficulty` and `max_num_frames_per_episode`, an integer as `mode`,
+    and OCAtari's modes "ram" and "vision" are accepted, too.
 
     Args:
-        game: the game's name in any of the usual spellings, or a `Game`. An id of version 0 or 4 ("PongNoFrameskip-v4") implies a preset,
-            which `preset` and the settings must not contradict.
+        game: the game's name in any of the usual spellings, or a `Game`. An id of version 0 or 4
+            ("PongNoFrameskip-v4") implies a preset, which `preset` and the settings must not
+            contradict.
         num_envs: number of instances.
-        mode: "rem" (objects from RAM; no pixel is touched), "vem" (objects from the screen), "both", or "raw" (no objects).
-        backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra of that name; `ocjax.envs.envpool` lists its limits).
-        obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn", "pixels", "ram", "object_masks",
-            "binary_masks", "class_masks" or "planes". An instance of `ObjectFields`, `Vector`, `Dqn`, `Pixels`, `Ram` or `Masks` from
-            `ocjax.envs` sets options. A list of names, or a dict of names or instances, gives a Dict of observations. The default is
-            "objects", or "ram" in mode "raw".
+        mode: "rem" (objects from RAM; no pixel is touched), "vem" (objects from the screen),
+            "both", or "raw" (no objects).
+        backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra of that name;
+            `ocjax.envs.envpool` lists its limits).
+        obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
+            "pixels", "ram", "object_masks", "binary_masks", "class_masks" or "planes". An instance
+            of `ObjectFields`, `Vector`, `Dqn`, `Pixels`, `Ram` or `Masks` from `ocjax.envs` sets
+            options. A list of names, or a dict of names or instances, gives a Dict of observations.
+            The default is "objects", or "ram" in mode "raw".
         hud: whether score, lives and other display objects are included.
-        preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4", "noframeskip", "dqn", "machado", or
-            "v0", "deterministic-v0" and "noframeskip-v0", which have sticky actions.
+        preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4",
+            "noframeskip", "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which
+            have sticky actions.
         frame_skip: overrides the preset, as do the next eight options; see `Settings`.
         repeat_action_probability: see `Settings`.
         max_episode_frames: see `Settings`.
@@ -93,33 +106,42 @@ def make_vec(
         fire_reset: see `Settings`.
         clip_rewards: see `Settings`.
         episodic_life: see `Settings`.
-        game_mode: game mode as ale-py numbers it: one for all instances, or a sequence with one for each.
+        game_mode: game mode as ale-py numbers it: one for all instances, or a sequence with one for
+            each.
         game_difficulty: game difficulty, likewise.
         autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
-        num_workers: number of processes (envpool: threads); by default one per core. With 0, instances are stepped in this process.
+        num_workers: number of processes (envpool: threads); by default one per core. With 0,
+            instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
-        hook: a function, or a sequence of functions, that edits the RAM of each instance before every emulated frame; see `AlePool`. A
-            variation may be given by its name in `ocjax.emulators.variations`, "stop_all_cars" or "Freeway:stop_all_cars".
-        worker_timeout: how many seconds a worker process of backend "ale" may take to reply before an error is raised; None for no limit.
+        hook: a function, or a sequence of functions, that edits the RAM of each instance before
+            every emulated frame; see `AlePool`. A variation may be given by its name in
+            `ocjax.emulators.variations`, "stop_all_cars" or "Freeway:stop_all_cars".
+        worker_timeout: how many seconds a worker process of backend "ale" may take to reply before
+            an error is raised; None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
-        reward_fn: a function of the objects before a step, the objects after it (by REM if they are extracted from RAM) and the action, of
-            one environment, that returns the reward. It is compiled by JAX for the batch. Its result is not clipped,
-            and `info["reward"]` is the game's own reward.
-            The first step of an episode under next-step autoreset, whose action is ignored, is rewarded with 0.
-        continuous: whether actions are continuous, as in ale-py: the deflection of the joystick from 0 to 1, its angle in radians from -pi
-            to pi, and its button from 0 to 1, float32 `[3]`. The deflection is also the speed of a paddle. All 18 actions are available.
-        continuous_action_threshold: the deflection, to each side and of the button, above which a continuous action becomes a discrete one.
+        reward_fn: a function of the objects before a step, the objects after it (by REM if they are
+            extracted from RAM) and the action, of one environment, that returns the reward. It is
+            compiled by JAX for the batch. Its result is not clipped, and `info["reward"]` is the
+            game's own reward. The first step of an episode under next-step autoreset, whose action
+            is ignored, is rewarded with 0.
+        continuous: whether actions are continuous, as in ale-py: the deflection of the joystick
+            from 0 to 1, its angle in radians from -pi to pi, and its button from 0 to 1, float32
+            `[3]`. The deflection is also the speed of a paddle. All 18 actions are available.
+        continuous_action_threshold: the deflection, to each side and of the button, above which a
+            continuous action becomes a discrete one.
         unknown: there are no further options.
 
     Returns:
         The vector environment.
 
     Raises:
-        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the wrong one, a hook is a variation of
-            another game, or the backend does not support an option.
-        TypeError: there is no such option, one is given by two names, a hook is neither a function nor a name, or cannot be sent to
-            worker processes, `reward_fn` is not a function, or a game mode or difficulty is not an integer.
+        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the
+            wrong one, a hook is a variation of another game, or the backend does not support an
+            option.
+        TypeError: there is no such option, one is given by two names, a hook is neither a function
+            nor a name, or cannot be sent to worker processes, `reward_fn` is not a function, or a
+            game mode or difficulty is not an integer.
         MemoryError: there is not enough memory for so many instances.
         MissingExtraError: a ModuleNotFoundError; the extra `envpool` is not installed.
         WorkerError: a worker process could not be started.
@@ -144,7 +166,13 @@ def make_vec(
     chosen = settings(preset, **overrides | ({"full_action_space": True} if continuous else {}))
     if backend not in _BACKENDS:
         raise ValueError(f"backend must be 'ale' or 'envpool', got {backend!r}")
-    options = {"num_workers": num_workers, "batch_size": batch_size, "hook": hook, "worker_timeout": worker_timeout, "reward_fn": reward_fn}
+    options = {
+        "num_workers": num_workers,
+        "batch_size": batch_size,
+        "hook": hook,
+        "worker_timeout": worker_timeout,
+        "reward_fn": reward_fn,
+    }
     options |= {"autoreset_mode": autoreset, "render_mode": render_mode, "ram_info": ram_info}
     thresholds = ContinuousActions(continuous_action_threshold)
     options["continuous"] = thresholds if continuous else None
@@ -152,7 +180,13 @@ def make_vec(
     envs = _BACKENDS[backend](resolved, num_envs, mode, obs, chosen, **options, **variant)
     if continuous:
         variant |= {"continuous": True, "continuous_action_threshold": continuous_action_threshold}
-    given = {"preset": preset, "num_envs": num_envs, "backend": backend, "autoreset_mode": autoreset.value, **variant}
+    given = {
+        "preset": preset,
+        "num_envs": num_envs,
+        "backend": backend,
+        "autoreset_mode": autoreset.value,
+        **variant,
+    }
     envs.spec = _spec(resolved, mode, obs, chosen, **given)
     return envs
 
@@ -173,23 +207,40 @@ def _make_ale(
     **pool_options: Any,
 ) -> ObjectVectorEnv:
     if batch_size is not None:
-        raise ValueError("batch_size is envpool's: backend 'ale' steps all environments together (step_async and step_wait)")
+        raise ValueError(
+            "batch_size is envpool's: backend 'ale' steps all environments together (step_async "
+            "and step_wait)"
+        )
     screens = _recorded_screens(mode, obs, render_mode)
-    pool = AlePool(game, num_envs, chosen, screens=screens, autoreset=AUTORESET[autoreset_mode], **pool_options)
-    shown: dict[str, Any] = {"autoreset_mode": autoreset_mode, "render_mode": render_mode, "ram_info": ram_info}
+    pool = AlePool(
+        game, num_envs, chosen, screens=screens, autoreset=AUTORESET[autoreset_mode], **pool_options
+    )
+    shown: dict[str, Any] = {
+        "autoreset_mode": autoreset_mode,
+        "render_mode": render_mode,
+        "ram_info": ram_info,
+    }
     shown["continuous"] = continuous
     return ObjectVectorEnv(pool, mode, obs, reward_fn=reward_fn, **shown)
 
 
-def _make_envpool(*args: Any, reward_fn: RewardFunction | None, worker_timeout: float | None, **options: Any) -> ObjectVectorEnv:
+def _make_envpool(
+    *args: Any, reward_fn: RewardFunction | None, worker_timeout: float | None, **options: Any
+) -> ObjectVectorEnv:
     if reward_fn is not None:
-        raise ValueError("backend 'envpool' has no reward_fn: its asynchronous steps return environments in any order")
+        raise ValueError(
+            "backend 'envpool' has no reward_fn: its asynchronous steps return environments in "
+            "any order"
+        )
     with extras():
         from ocjax.envs.envpool import EnvpoolVectorEnv
     return EnvpoolVectorEnv(*args, **options)
 
 
-_BACKENDS: Mapping[str, Callable[..., ObjectVectorEnv]] = {"ale": _make_ale, "envpool": _make_envpool}
+_BACKENDS: Mapping[str, Callable[..., ObjectVectorEnv]] = {
+    "ale": _make_ale,
+    "envpool": _make_envpool,
+}
 
 
 def _resolve(game: str | Game, hud: bool) -> Game:
@@ -202,7 +253,8 @@ def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) 
     """The pixel arrays that the mode, the observations and rendering need."""
     if render_mode is not None and render_mode not in RENDER_MODES:
         raise ValueError(
-            f"render_mode must be one of {RENDER_MODES} or None, got {render_mode!r}; gymnasium.make, not make_vec, adds 'human' and lists "
+            f"render_mode must be one of {RENDER_MODES} or None, got {render_mode!r}; "
+            "gymnasium.make, not make_vec, adds 'human' and lists "
             "such as 'rgb_array_list' to them"
         )
     if render_mode == "objects" and mode == "raw":
@@ -215,8 +267,20 @@ def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) 
 def _spec(game: Game, mode: str, obs: Any, chosen: Settings, **options: Any) -> EnvSpec:
     """The EnvSpec that reproduces the environment."""
     given = {name: value for name, value in options.items() if value is not None}
-    kwargs = {"game": game.name, "mode": mode, "obs": obs, "hud": game.hud, **chosen.to_dict(), **given}
-    return EnvSpec(env_id(game.name), entry_point="ocjax.envs.make:make", vector_entry_point="ocjax.envs.make:make_vec", kwargs=kwargs)
+    kwargs = {
+        "game": game.name,
+        "mode": mode,
+        "obs": obs,
+        "hud": game.hud,
+        **chosen.to_dict(),
+        **given,
+    }
+    return EnvSpec(
+        env_id(game.name),
+        entry_point="ocjax.envs.make:make",
+        vector_entry_point="ocjax.envs.make:make_vec",
+        kwargs=kwargs,
+    )
 
 
 def make(game: str | Game, **options: Any) -> ObjectEnv:
@@ -239,9 +303,15 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
     envs = make_vec(game, 1, num_workers=0, autoreset_mode=AutoresetMode.DISABLED, **options)
     env = ObjectEnv(envs)
     assert envs.spec is not None
-    env.spec = replace(envs.spec, kwargs={name: value for name, value in envs.spec.kwargs.items() if name not in _VECTOR_ONLY})
+    env.spec = replace(
+        envs.spec,
+        kwargs={
+            name: value for name, value in envs.spec.kwargs.items() if name not in _VECTOR_ONLY
+        },
+    )
     return env
 
 
-# Gymnasium looks here for the modes from which it makes others: "human", "rgb_array_list" and "objects_list".
+# Gymnasium looks here for the modes from which it makes others: "human", "rgb_array_list" and
+# "objects_list".
 vars(make)["metadata"] = {"render_modes": list(RENDER_MODES)}

@@ -1,8 +1,8 @@
 """The kinds of observations, and how each is computed.
 
-Each kind is a small class whose fields are its options. An observation that needs computation is a pure JAX function of a snapshot of the
-environments and of a memory, which carries state from one step to the next. The same code therefore works with worker processes and inside
-`jax.lax.scan`.
+Each kind is a small class whose fields are its options. An observation that needs computation is a
+pure JAX function of a snapshot of the environments and of a memory, which carries state from one
+step to the next. The same code therefore works with worker processes and inside `jax.lax.scan`.
 Below, B is the number of environments in a batch, and H x 160 is the size of the game's screen.
 """
 
@@ -36,7 +36,9 @@ class Snapshot(NamedTuple):
     def objects(self) -> Objects:
         """The objects from RAM if they are extracted, else those from pixels."""
         objects = self.vem if self.rem is None else self.rem
-        assert objects is not None  # environments refuse observations of objects that they do not extract
+        assert (
+            objects is not None
+        )  # environments refuse observations of objects that they do not extract
         return objects
 
 
@@ -69,7 +71,8 @@ class Computed(Observation):
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation, a pytree of NumPy arrays `[num_envs, ...]`.
 
-        Environments are made without a computation by JAX, so that they can be made before processes are forked.
+        Environments are made without a computation by JAX, so that they can be made before
+        processes are forked.
         """
         return ()
 
@@ -123,15 +126,20 @@ class ObjectFields(Copied):
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
         """What is copied: the fields, with `valid` as int8."""
-        fields = {method: {name: getattr(o, name) for name in FIELDS} | {"valid": o.valid.astype(np.int8)} for method, o in objects.items()}
+        fields = {
+            method: {name: getattr(o, name) for name in FIELDS} | {"valid": o.valid.astype(np.int8)}
+            for method, o in objects.items()
+        }
         return fields if len(fields) > 1 else next(iter(fields.values()))
 
 
 @dataclass(frozen=True)
 class Dqn(Computed):
-    """The frames of Mnih et al. (2015): grey, the maximum of the step's last two emulated frames, resized by area, uint8 `[stack, *size]`.
+    """The frames of Mnih et al. (2015): grey, the maximum of the step's last two emulated frames,
+    resized by area, uint8 `[stack, *size]`.
 
-    Steps of one frame show that frame, as with the wrappers of Gymnasium and Stable-Baselines3 and with envpool.
+    Steps of one frame show that frame, as with the wrappers of Gymnasium and Stable-Baselines3 and
+    with envpool.
 
     Args:
         stack: number of steps, the latest last; all are the same at the start of an episode.
@@ -176,7 +184,8 @@ class Masks(Computed):
     """Masks of objects, uint8 `[stack * planes, height, width]`.
 
     Args:
-        kind: the kind of mask; see `ocjax.transforms.masks.masks`, which also explains `size`, `draw` and `pixels`.
+        kind: the kind of mask; see `ocjax.transforms.masks.masks`, which also explains `size`,
+            `draw` and `pixels`.
         size: (height, width); None for the size of the screen.
         draw: "output" or "screen".
         pixels: whether the grey frame is appended as a plane.
@@ -197,7 +206,10 @@ class Masks(Computed):
 
     def __post_init__(self) -> None:
         if self.kind not in masks.KINDS or self.draw not in ("output", "screen") or self.stack < 1:
-            raise ValueError(f"kind must be one of {masks.KINDS}, draw 'output' or 'screen', stack at least 1, got {self}")
+            raise ValueError(
+                f"kind must be one of {masks.KINDS}, draw 'output' or 'screen', stack at least "
+                f"1, got {self}"
+            )
 
     @property
     def screens(self) -> tuple[str, ...]:
@@ -205,7 +217,11 @@ class Masks(Computed):
         return ("gray",) if self.pixels or self.kind == "object" else ()
 
     def _shape(self, game: Game) -> tuple[int, ...]:
-        return (self.stack, masks.num_planes(game, self.kind, self.pixels), *(self.size or game.screen))
+        return (
+            self.stack,
+            masks.num_planes(game, self.kind, self.pixels),
+            *(self.size or game.screen),
+        )
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
         """The observation space of one environment."""
@@ -218,7 +234,14 @@ class Masks(Computed):
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory."""
-        drawn = masks.masks(snapshot.objects, self.kind, gray=snapshot.gray, size=self.size, draw=self.draw, pixels=self.pixels)
+        drawn = masks.masks(
+            snapshot.objects,
+            self.kind,
+            gray=snapshot.gray,
+            size=self.size,
+            draw=self.draw,
+            pixels=self.pixels,
+        )
         memory = push(snapshot.started, drawn, memory)
         return memory.reshape(memory.shape[0], -1, *memory.shape[3:]), memory
 

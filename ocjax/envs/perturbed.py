@@ -17,10 +17,11 @@ from ocjax.transforms.perturbation import perturb
 class PerturbObjects(VectorWrapper):
     """Perturb the observed objects of a vector environment; see `ocjax.perturb`.
 
-        envs = PerturbObjects(ocjax.make_vec("Pong", num_envs=64), jax.random.key(0), jitter=2, drop=0.1)
-        envs.unwrapped.tensors  # the truth
+        envs = PerturbObjects(ocjax.make_vec("Pong", num_envs=64), jax.random.key(0), jitter=2,
+        drop=0.1) envs.unwrapped.tensors  # the truth
 
-    Each observation is perturbed anew, the terminal ones in `final_obs`, too. `info` and rewards are unchanged.
+    Each observation is perturbed anew, the terminal ones in `final_obs`, too. `info` and rewards
+    are unchanged.
 
     Args:
         env: a vector environment with the observation "objects" and one extraction method.
@@ -36,17 +37,24 @@ class PerturbObjects(VectorWrapper):
         if not isinstance(env.unwrapped, ObjectVectorEnv):
             raise TypeError(f"env must be a vector environment of ocjax, got {env!r}")
         if env.single_observation_space != object_space(env.unwrapped.game):
-            raise ValueError(f"the observation must be 'objects' of one method, got the space {env.single_observation_space}")
+            raise ValueError(
+                "the observation must be 'objects' of one method, got the space "
+                f"{env.single_observation_space}"
+            )
         super().__init__(env)
         self._game, self._key, self._errors = env.unwrapped.game, key, errors
-        self._perturbed(jax.tree.map(np.zeros_like, env.observation_space.sample()))  # checks the errors
+        self._perturbed(
+            jax.tree.map(np.zeros_like, env.observation_space.sample())
+        )  # checks the errors
 
     def reset(self, **options: Any) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Reset the environments; see `ObjectVectorEnv.reset`."""
         observation, info = self.env.reset(**options)
         return self._perturbed(observation), info
 
-    def step(self, actions: Any) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(
+        self, actions: Any
+    ) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Take a step; see `ObjectVectorEnv.step`."""
         observation, reward, terminated, truncated, info = self.env.step(actions)
         if "final_obs" in info:
@@ -57,5 +65,9 @@ class PerturbObjects(VectorWrapper):
     def _perturbed(self, observation: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         self._key, key = jax.random.split(self._key)
         fields = {name: jnp.asarray(observation[name]) for name in FIELDS}
-        noisy = perturb(key, Objects(**fields | {"valid": fields["valid"] != 0}, game=self._game), **self._errors)
+        noisy = perturb(
+            key,
+            Objects(**fields | {"valid": fields["valid"] != 0}, game=self._game),
+            **self._errors,
+        )
         return {name: np.array(getattr(noisy, name), observation[name].dtype) for name in FIELDS}

@@ -6,15 +6,21 @@ from typing import Any
 from ocjax.emulators.settings import PRESETS
 from ocjax.extraction.names import ENDINGS
 
-FIXED = ("frame_skip", "repeat_action_probability", "full_action_space")  # what an id of version 0 or 4 says
-_ID = re.compile(r"(?:(?:ale_py|ocjax):)?(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)")
+FIXED = (
+    "frame_skip",
+    "repeat_action_probability",
+    "full_action_space",
+)  # what an id of version 0 or 4 says
+_ID = re.compile(
+    r"(?:(?:ale_py|ocjax):)?(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)"
+)
 
 
 def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     """The preset that a game's name and the caller's arguments select.
 
-    The preset is "v5" for a name without a version and for an id of version 5, unless the caller gives one. An id of version 0 or 4 implies
-    its preset.
+    The preset is "v5" for a name without a version and for an id of version 5, unless the caller
+    gives one. An id of version 0 or 4 implies its preset.
 
     Args:
         name: a game's name in any spelling, such as "PongNoFrameskip-v4".
@@ -34,12 +40,17 @@ def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     if named == "v5":
         return preset or named
     wanted = {field: explicit[field] for field in FIXED if explicit.get(field) is not None}
-    changed = [f"{field}={value!r}" for field, value in wanted.items() if value != getattr(PRESETS[named], field)]
+    changed = [
+        f"{field}={value!r}"
+        for field, value in wanted.items()
+        if value != getattr(PRESETS[named], field)
+    ]
     if preset not in (None, named):
         changed.append(f"preset={preset!r}")
     if changed:
         game = re.split(r"-ram|Deterministic|NoFrameskip|-v", name)[0]
         raise ValueError(
-            f"{name!r} names the protocol {named!r}, which {' and '.join(changed)} contradicts: give the game as {game!r} instead"
+            f"{name!r} names the protocol {named!r}, which {' and '.join(changed)} contradicts: "
+            f"give the game as {game!r} instead"
         )
     return named

@@ -19,20 +19,27 @@ NAMES: Mapping[str, Kind] = {
     "planes": Masks("planes"),
 }
 
-Request = str | Kind | Sequence[str] | Mapping[str, str | Kind]  # a kind by name or class, several by name, or a dict of either
+Request = (
+    str | Kind | Sequence[str] | Mapping[str, str | Kind]
+)  # a kind by name or class, several by name, or a dict of either
 
 
 def parse(request: Request) -> Kind | dict[str, Kind]:
-    """The kind of observation that is requested, or the kinds by their names if several are requested.
+    """The kind of observation that is requested, or the kinds by their names if several are
+    requested.
 
     Raises:
-        ValueError: there is no observation of that name, or several are requested and none is named.
+        ValueError: there is no observation of that name, or several are requested and none is
+            named.
     """
     if isinstance(request, Kind):
         return request
     if isinstance(request, str):
         if request not in NAMES:
-            raise ValueError(f"no observation {request!r}: there are {', '.join(NAMES)}, and the classes in ocjax.envs with options")
+            raise ValueError(
+                f"no observation {request!r}: there are {', '.join(NAMES)}, and the classes in "
+                "ocjax.envs with options"
+            )
         return NAMES[request]
     named = request if isinstance(request, Mapping) else {name: name for name in request}
     if not named:
@@ -51,21 +58,27 @@ MODES = get_args(Mode)
 
 
 def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bool]:
-    """The kinds of observations that are requested of an environment; by default the objects, or in mode "raw" the RAM.
+    """The kinds of observations that are requested of an environment; by default the objects, or in
+    mode "raw" the RAM.
 
     Returns:
         The kinds by name, and whether a single one is requested, whose name is then "".
 
     Raises:
-        ValueError: the mode or an observation is unknown, or objects are requested that mode "raw" does not extract.
+        ValueError: the mode or an observation is unknown, or objects are requested that mode "raw"
+            does not extract.
     """
     if mode not in MODES:
-        raise ValueError(f"mode must be one of {MODES}, got {mode!r}; the mode of the game is game_mode")
+        raise ValueError(
+            f"mode must be one of {MODES}, got {mode!r}; the mode of the game is game_mode"
+        )
     parsed = parse(obs if obs is not None else "ram" if mode == "raw" else "objects")
     kinds = parsed if isinstance(parsed, dict) else {"": parsed}
     for kind in kinds.values():
         if kind.needs_objects and mode == "raw":
-            raise ValueError(f"{kind} shows objects, which mode 'raw' does not extract: use mode 'rem' or 'vem'")
+            raise ValueError(
+                f"{kind} shows objects, which mode 'raw' does not extract: use mode 'rem' or 'vem'"
+            )
     return kinds, not isinstance(parsed, dict)
 
 

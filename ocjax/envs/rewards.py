@@ -9,7 +9,8 @@ import numpy as np
 
 from ocjax.extraction.objects import Objects
 
-# (objects before a step, objects after it, action) -> reward, for one environment: fields [N, ...], an int32 or float32 [3], and a number.
+# (objects before a step, objects after it, action) -> reward, for one environment: fields [N, ...],
+# an int32 or float32 [3], and a number.
 RewardFunction = Callable[[Objects, Objects, jax.Array], Any]
 BatchedReward = Callable[[Objects, Objects, np.ndarray], np.ndarray]
 
@@ -18,24 +19,31 @@ def batched(reward_fn: RewardFunction) -> BatchedReward:
     """Compile a reward function for a batch of environments.
 
     Args:
-        reward_fn: a function that JAX can trace, of the objects before and after a step of one environment and its action.
+        reward_fn: a function that JAX can trace, of the objects before and after a step of one
+            environment and its action.
 
     Returns:
-        A function of both objects, of batch shape `[B]`, and of actions, int32 `[B]` or float32 `[B, 3]`, that returns the rewards,
-        float64 `[B]`.
+        A function of both objects, of batch shape `[B]`, and of actions, int32 `[B]` or float32
+        `[B, 3]`, that returns the rewards, float64 `[B]`.
 
     Raises:
         TypeError: `reward_fn` is not a function.
-        ValueError: from the returned function, if `reward_fn` does not return one number for each environment.
+        ValueError: from the returned function, if `reward_fn` does not return one number for each
+            environment.
     """
     if not callable(reward_fn):
-        raise TypeError(f"reward_fn must be a function of the previous objects, the objects and the action, got {reward_fn!r}")
+        raise TypeError(
+            "reward_fn must be a function of the previous objects, the objects and the action, "
+            f"got {reward_fn!r}"
+        )
     compiled = jax.jit(jax.vmap(reward_fn))
 
     def rewards(previous: Objects, current: Objects, actions: np.ndarray) -> np.ndarray:
         out = compiled(previous, current, jnp.asarray(actions))
         if getattr(out, "shape", None) != actions.shape[:1]:
-            raise ValueError(f"reward_fn must return one number for one environment, got {_shape(out)}")
+            raise ValueError(
+                f"reward_fn must return one number for one environment, got {_shape(out)}"
+            )
         return np.asarray(out, np.float64)
 
     return rewards

@@ -23,12 +23,15 @@ class Observed(NamedTuple):
     objects: dict[str, Objects]  # by method, "rem" or "vem"
 
 
-Observer = Callable[[Mapping[str, Any], dict[str, Any]], Observed]  # (arrays of the emulators, memory) -> Observed
+Observer = Callable[
+    [Mapping[str, Any], dict[str, Any]], Observed
+]  # (arrays of the emulators, memory) -> Observed
 FRAMES = ("screen", "gray", "pooled")  # pixel arrays that something is computed from
 
 
 def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
-    """The function that extracts objects and computes observations, jit-compiled where there is something to compute.
+    """The function that extracts objects and computes observations, jit-compiled where there is
+    something to compute.
 
     Args:
         game: the game.
@@ -36,9 +39,10 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
         kinds: the observations by name; copied ones are left out.
 
     Returns:
-        A function of the emulators' arrays and of the memory. The arrays are "ram", uint8 `[B, 128]`; "started", bool `[B]`, whether an
-        episode began; and, where the mode or the observations need them, the last frame as "screen", uint8 `[B, H, 160]` or
-        `[B, H, 160, 3]`, "gray" and "pooled", uint8 `[B, H, 160]`.
+        A function of the emulators' arrays and of the memory. The arrays are "ram", uint8 `[B,
+        128]`; "started", bool `[B]`, whether an episode began; and, where the mode or the
+        observations need them, the last frame as "screen", uint8 `[B, H, 160]` or `[B, H, 160, 3]`,
+        "gray" and "pooled", uint8 `[B, H, 160]`.
     """
     computed_kinds = {name: kind for name, kind in kinds.items() if isinstance(kind, Computed)}
 
@@ -48,7 +52,11 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
         computed, new_memory = {}, dict(memory)
         for name, kind in computed_kinds.items():
             computed[name], new_memory[name] = kind.update(game, mode, snapshot, memory[name])
-        return Observed(computed, new_memory, {name: o for name, o in (("rem", rem), ("vem", vem)) if o is not None})
+        return Observed(
+            computed,
+            new_memory,
+            {name: o for name, o in (("rem", rem), ("vem", vem)) if o is not None},
+        )
 
     compiles = bool(computed_kinds) or mode in ("rem", "both")
     compiled = jax.jit(compute) if compiles else compute
@@ -56,7 +64,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
         if compiles or mode == "vem":
             require_threads()
-        # VEM is compiled alone: with its own options, that takes half as long as within another program. A JAX array is not waited for.
+        # VEM is compiled alone: with its own options, that takes half as long as within another
+        # program. A JAX array is not waited for.
         vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
         return compiled({name: a for name, a in arrays.items() if name != "screen"}, vem, memory)
 
@@ -65,17 +74,25 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 
 @dataclass(frozen=True)
 class EnvShard:
-    """The state of one block of environments, which is extracted as soon as their workers have finished the step.
+    """The state of one block of environments, which is extracted as soon as their workers have
+    finished the step.
 
-    A step makes new shards, which replace all the old ones at once at its end, so an interrupted step can be repeated.
+    A step makes new shards, which replace all the old ones at once at its end, so an interrupted
+    step can be repeated.
     """
 
     rows: slice  # of all environments
-    arrays: dict[str, np.ndarray]  # the emulators' arrays that observations are made of, as views of these rows
+    arrays: dict[
+        str, np.ndarray
+    ]  # the emulators' arrays that observations are made of, as views of these rows
     memory: dict[str, Any]  # of computed observations, by name
-    computed: dict[str, Any] | None = None  # computed observations by name; None before the first reset
+    computed: dict[str, Any] | None = (
+        None  # computed observations by name; None before the first reset
+    )
     objects: dict[str, Objects] = field(default_factory=dict)  # by method
-    previous: dict[str, Objects] = field(default_factory=dict)  # the objects of the previous step, by method
+    previous: dict[str, Objects] = field(
+        default_factory=dict
+    )  # the objects of the previous step, by method
 
     def carry(self) -> tuple[Any, ...]:
         """Everything that later results depend on."""
@@ -92,7 +109,9 @@ class EnvShard:
         if mask is not None and not mask.all():
             previous = select_rows(mask, new.objects, self.previous or self.objects)
             new = select_rows(mask, new, Observed(self.computed or {}, self.memory, self.objects))
-        return replace(self, computed=new.computed, memory=new.memory, objects=new.objects, previous=previous)
+        return replace(
+            self, computed=new.computed, memory=new.memory, objects=new.objects, previous=previous
+        )
 
 
 def concatenate_rows(trees: Sequence[Any]) -> Any:

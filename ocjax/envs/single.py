@@ -21,7 +21,8 @@ def _parts(action: str) -> list[str]:
 
 
 class ObjectEnv(Uncopied, gym.Env):
-    """One instance of a game, stepped in this process. Options and observations are those of `make_vec`.
+    """One instance of a game, stepped in this process. Options and observations are those of
+    `make_vec`.
 
     `gymnasium.make("ocjax/Pong-v5")` makes it, or `ocjax.envs.make` without Gymnasium's wrappers.
 
@@ -31,8 +32,13 @@ class ObjectEnv(Uncopied, gym.Env):
 
     def __init__(self, envs: ObjectVectorEnv) -> None:
         self.envs, self.game = envs, envs.game
-        self.observation_space, self.action_space = envs.single_observation_space, envs.single_action_space
-        self.metadata = {name: value for name, value in envs.metadata.items() if name != "autoreset_mode"}
+        self.observation_space, self.action_space = (
+            envs.single_observation_space,
+            envs.single_action_space,
+        )
+        self.metadata = {
+            name: value for name, value in envs.metadata.items() if name != "autoreset_mode"
+        }
         self.render_mode = envs.render_mode
 
     def _first(self, observation: Any) -> Any:
@@ -42,7 +48,9 @@ class ObjectEnv(Uncopied, gym.Env):
     def _first_info(info: dict[str, Any]) -> dict[str, Any]:
         return {name: value[0] for name, value in info.items() if not name.startswith("_")}
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
         """Start an episode.
 
         Args:
@@ -70,9 +78,17 @@ class ObjectEnv(Uncopied, gym.Env):
         Raises:
             ValueError: there is no such action, or the episode has ended.
         """
-        actions = np.asarray(action)[None] if self.envs.continuous else np.asarray(action).reshape(1)
+        actions = (
+            np.asarray(action)[None] if self.envs.continuous else np.asarray(action).reshape(1)
+        )
         observation, reward, terminated, truncated, info = self.envs.step(actions)
-        return self._first(observation), float(reward[0]), bool(terminated[0]), bool(truncated[0]), self._first_info(info)
+        return (
+            self._first(observation),
+            float(reward[0]),
+            bool(terminated[0]),
+            bool(truncated[0]),
+            self._first_info(info),
+        )
 
     def render(self) -> Any:
         """The last frame, uint8 `[H, 160, 3]`; in render mode "objects" enlarged, with the objects drawn over it; None without a mode."""
@@ -105,7 +121,10 @@ class ObjectEnv(Uncopied, gym.Env):
 
     @property
     def ale(self) -> Any:
-        """The emulator, an `ale_py.ALEInterface`, once the game has been reset. Wrappers for ale-py's environments use it."""
+        """The emulator, an `ale_py.ALEInterface`, once the game has been reset.
+
+        Wrappers for ale-py's environments use it.
+        """
         return self.envs.pool.emulator(0)
 
     def get_action_meanings(self) -> list[str]:
@@ -113,27 +132,36 @@ class ObjectEnv(Uncopied, gym.Env):
         return [a.name for a in self.envs.pool.actions]
 
     def get_keys_to_action(self) -> dict[tuple[str, ...], int]:
-        """The actions of keys, as in ale-py's environments, for `gymnasium.utils.play`: w, a, s, d and space; e for none.
+        """The actions of keys, as in ale-py's environments, for `gymnasium.utils.play`: w, a, s, d
+        and space; e for none.
 
         Raises:
             AttributeError: the actions are continuous.
         """
         if self.envs.continuous:
-            raise AttributeError("continuous actions have no keys: make the environment without continuous=True")
-        return {tuple(_KEYS[part] for part in _parts(a.name)): i for i, a in enumerate(self.envs.pool.actions)}
+            raise AttributeError(
+                "continuous actions have no keys: make the environment without continuous=True"
+            )
+        return {
+            tuple(_KEYS[part] for part in _parts(a.name)): i
+            for i, a in enumerate(self.envs.pool.actions)
+        }
 
     def get_ram(self) -> np.ndarray:
         """The RAM, uint8 `[128]`."""
         return self.envs.get_ram()[0]
 
     def set_ram(self, address: int, value: int) -> None:
-        """Write one byte of the RAM. REM's objects change at once, the frame changes with the next step.
+        """Write one byte of the RAM. REM's objects change at once, the frame changes with the next
+        step.
 
         Raises:
             ValueError: there is no such address or value.
         """
         if not (0 <= address < 128 and 0 <= value < 256):
-            raise ValueError(f"an address is 0 to 127 and a value 0 to 255, got {address} and {value}")
+            raise ValueError(
+                f"an address is 0 to 127 and a value 0 to 255, got {address} and {value}"
+            )
         ram = self.envs.get_ram()
         ram[0, address] = value
         self.envs.set_ram(ram)

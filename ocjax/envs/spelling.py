@@ -11,7 +11,11 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 # ale-py's names of options that mean the same here.
-SAME = {"frameskip": "frame_skip", "difficulty": "game_difficulty", "max_num_frames_per_episode": "max_episode_frames"}
+SAME = {
+    "frameskip": "frame_skip",
+    "difficulty": "game_difficulty",
+    "max_num_frames_per_episode": "max_episode_frames",
+}
 MODES = {"ram": "rem", "vision": "vem"}  # OCAtari's names of the two methods
 # Options of other environments that do not exist here, and what does the same.
 _INSTEAD = {
@@ -60,5 +64,7 @@ def _move(options: dict[str, Any], theirs: str, ours: str) -> None:
 def no_option(name: str, options: Iterable[str]) -> TypeError:
     """The error that says which of the options a name was meant for."""
     close = difflib.get_close_matches(name, list(options), n=1)
-    hint = _INSTEAD.get(name) or (f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options")
+    hint = _INSTEAD.get(name) or (
+        f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options"
+    )
     return TypeError(f"environments of ocjax have no option {name}: {hint}")

@@ -22,7 +22,15 @@ from ocjax.envs.features import Vector
 from ocjax.envs.observations import Computed
 from ocjax.envs.requests import Mode, Request, requested_kinds, required_screens
 from ocjax.envs.rewards import BatchedReward, RewardFunction, batched
-from ocjax.envs.shards import FRAMES, EnvShard, Observed, concatenate_rows, make_observer, row, select_rows
+from ocjax.envs.shards import (
+    FRAMES,
+    EnvShard,
+    Observed,
+    concatenate_rows,
+    make_observer,
+    row,
+    select_rows,
+)
 from ocjax.extraction.objects import Objects
 from ocjax.transforms.drawing import overlay
 from ocjax.transforms.game_objects import GameObject, views
@@ -33,15 +41,18 @@ _OVER = "over"  # the name in `States` of whose episode ended
 
 
 class ObjectVectorEnv(Uncopied, VectorEnv):
-    """N instances of a game whose observations are objects. `make_vec` makes them and explains the options.
+    """N instances of a game whose observations are objects. `make_vec` makes them and explains the
+    options.
 
-    Everything that a step returns describes the step's last emulated frame. The returned arrays are not overwritten by later steps. `info`
-    describes the current game: `lives`, `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps) and,
-    if `ram_info` is set, `ram`. It also describes the step: `game_over` (whether it ended the game, by its end or a limit, and not only a
-    life); if rewards are clipped or computed from objects, `reward` (the game's, unclipped); and with sticky actions `executed_action`, the
-    action of the last emulated frame (the backend envpool does not know it). With same-step autoreset, `final_obs` and `final_info` are
-    those of Gymnasium's vector environments: `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the
-    terminal states.
+    Everything that a step returns describes the step's last emulated frame. The returned arrays are
+    not overwritten by later steps. `info` describes the current game: `lives`, `frame_number`
+    (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps) and, if
+    `ram_info` is set, `ram`. It also describes the step: `game_over` (whether it ended the game, by
+    its end or a limit, and not only a life); if rewards are clipped or computed from objects,
+    `reward` (the game's, unclipped); and with sticky actions `executed_action`, the action of the
+    last emulated frame (the backend envpool does not know it). With same-step autoreset,
+    `final_obs` and `final_info` are those of Gymnasium's vector environments: `game_over` is in
+    `final_info`, and `final_info["objects"]` contains the objects of the terminal states.
 
     Args:
         pool: the emulators.
@@ -50,12 +61,15 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         autoreset_mode: the mode that the pool implements.
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
         ram_info: whether `info` contains the RAM.
-        reward_fn: a function of one environment's objects before and after a step and of its action, whose result is the reward.
-        continuous: how continuous actions become those of the pool, which has all 18 actions; None for discrete actions.
+        reward_fn: a function of one environment's objects before and after a step and of its
+            action, whose result is the reward.
+        continuous: how continuous actions become those of the pool, which has all 18 actions; None
+            for discrete actions.
 
     Attributes:
-        tensors: the present objects as `Objects` of batch shape `[N]`; in mode "both" a dict of both methods' objects. The arrays are
-            JAX's: `torch.from_dlpack(envs.tensors.xywh)` shares them with PyTorch.
+        tensors: the present objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
+            both methods' objects. The arrays are JAX's: `torch.from_dlpack(envs.tensors.xywh)`
+            shares them with PyTorch.
         pool: the emulators and their arrays.
     """
 
@@ -72,7 +86,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         continuous: ContinuousActions | None = None,
     ) -> None:
         if reward_fn is not None and mode == "raw":
-            raise ValueError("reward_fn is a function of objects, which mode 'raw' does not extract")
+            raise ValueError(
+                "reward_fn is a function of objects, which mode 'raw' does not extract"
+            )
         self._reward_fn = None if reward_fn is None else batched(reward_fn)
         self.pool, self.game, self.mode, self.num_envs = pool, pool.game, mode, pool.num_envs
         self.metadata = {
@@ -81,26 +97,38 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             "render_fps": pool.settings.steps_per_second,
         }
         self.autoreset_mode, self.render_mode, self.ram_info = autoreset_mode, render_mode, ram_info
-        self._shows_executed = pool.settings.repeat_action_probability > 0 and pool.executed_action is not None
+        self._shows_executed = (
+            pool.settings.repeat_action_probability > 0 and pool.executed_action is not None
+        )
         self.kinds, self._single = requested_kinds(mode, obs)
         spaces = {name: kind.space(self.game, mode) for name, kind in self.kinds.items()}
         self.single_observation_space = spaces[""] if self._single else gym.spaces.Dict(spaces)
         self.continuous = continuous
-        self.single_action_space = continuous.space if continuous else gym.spaces.Discrete(len(pool.actions))
+        self.single_action_space = (
+            continuous.space if continuous else gym.spaces.Discrete(len(pool.actions))
+        )
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._observer = make_observer(self.game, mode, self.kinds)
         self._shards = [self._make_shard(rows) for rows in pool.shards]
         self._ended = np.zeros(self.num_envs, bool)  # whose episode ended in the last step
-        self._current = False  # whether the shards show what the emulators do, or did before a pending step
+        self._current = (
+            False  # whether the shards show what the emulators do, or did before a pending step
+        )
         self._steps = pool.steps  # how many steps of the pool the shards have seen
-        self._actions = np.zeros(self.num_envs, np.int32)  # of the last step; float32 [N, 3] if they are continuous
+        self._actions = np.zeros(
+            self.num_envs, np.int32
+        )  # of the last step; float32 [N, 3] if they are continuous
 
     def _make_shard(self, rows: slice) -> EnvShard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}
         arrays = {name: getattr(self.pool, name)[rows] for name in sources}
         size = rows.stop - rows.start
-        memory = {name: kind.initial(self.game, self.mode, size) for name, kind in self.kinds.items() if isinstance(kind, Computed)}
+        memory = {
+            name: kind.initial(self.game, self.mode, size)
+            for name, kind in self.kinds.items()
+            if isinstance(kind, Computed)
+        }
         return EnvShard(rows, arrays, memory)
 
     def _repr_html_(self) -> str:
@@ -118,9 +146,13 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             ValueError: the mode is "raw", or the environments have not been reset.
         """
         if not self._shards[0].objects:
-            raise ValueError("there are no objects: the mode is 'raw', or the environments have not been reset")
+            raise ValueError(
+                "there are no objects: the mode is 'raw', or the environments have not been reset"
+            )
         blocks = [shard.objects for shard in self._shards]
-        objects = blocks[0] if len(blocks) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *blocks)
+        objects = (
+            blocks[0] if len(blocks) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a), *blocks)
+        )
         return dict(objects) if self.mode == "both" else objects[self.mode]
 
     def objects(self, i: int, method: str | None = None) -> list[GameObject]:
@@ -132,33 +164,46 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
         Raises:
             IndexError: there is no such environment.
-            ValueError: the method extracts no objects in this mode, or the environments have not been reset.
+            ValueError: the method extracts no objects in this mode, or the environments have not
+                been reset.
         """
         i = range(self.num_envs)[i]
         shard = next(s for s in self._shards if i < s.rows.stop)
         name = method or ("rem" if "rem" in shard.objects else "vem")
         if name not in shard.objects:
-            raise ValueError(f"no objects by {name!r}: the mode is {self.mode!r}, or the environments have not been reset")
+            raise ValueError(
+                f"no objects by {name!r}: the mode is {self.mode!r}, or the environments have "
+                "not been reset"
+            )
         k, previous = i - shard.rows.start, shard.previous.get(name)
         continued = previous is not None and not self.pool.started[i]
         return views(row(shard.objects[name], k), row(previous, k) if continued else None)
 
     @property
     def features(self) -> Any:
-        """The meaning of each number of "vector" observations (`Vector.features_of`); of several observations, a dict by name.
+        """The meaning of each number of "vector" observations (`Vector.features_of`); of several
+        observations, a dict by name.
 
         Raises:
             AttributeError: no observation is a vector.
         """
-        out = {name: kind.features_of(self.game) for name, kind in self.kinds.items() if isinstance(kind, Vector)}
+        out = {
+            name: kind.features_of(self.game)
+            for name, kind in self.kinds.items()
+            if isinstance(kind, Vector)
+        }
         if not out:
-            raise AttributeError("no observation is a vector: make the environments with obs='vector'")
+            raise AttributeError(
+                "no observation is a vector: make the environments with obs='vector'"
+            )
         return out[""] if self._single else out
 
     def _observe(self, arrays: Mapping[str, np.ndarray], memory: dict[str, Any]) -> Observed:
         """Extract the objects and compute the observations of a block of environments."""
         latest = {name: arrays[name][:, -1] for name in FRAMES if name in arrays}
-        return self._observer({"ram": arrays["ram"], "started": arrays["started"], **latest}, memory)
+        return self._observer(
+            {"ram": arrays["ram"], "started": arrays["started"], **latest}, memory
+        )
 
     def _assemble(self, blocks: Sequence[tuple[Observed, Mapping[str, np.ndarray]]]) -> Any:
         """The observation of all blocks in new arrays, from each block's results and the emulators' arrays."""
@@ -168,18 +213,25 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
                 out[name] = concatenate_rows([observed.computed[name] for observed, _ in blocks])
             else:
                 out[name] = concatenate_rows(
-                    [kind.source(arrays, jax.tree.map(np.asarray, observed.objects)) for observed, arrays in blocks]
+                    [
+                        kind.source(arrays, jax.tree.map(np.asarray, observed.objects))
+                        for observed, arrays in blocks
+                    ]
                 )
         return out[""] if self._single else out
 
     def _updated(self, shard: EnvShard, mask: np.ndarray | None = None) -> EnvShard:
         """A shard with its present state extracted; with a mask, bool `[N]`, only that of the environments in it."""
-        return shard.updated(self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows])
+        return shard.updated(
+            self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows]
+        )
 
     def _observation(self, shards: Sequence[EnvShard]) -> Any:
         """The observation of shards, after all of them have been computed, so that nothing is left to compute after the step."""
         jax.block_until_ready([shard.carry() for shard in shards])
-        return self._assemble([(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards])
+        return self._assemble(
+            [(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards]
+        )
 
     def _replace(self, shards: list[EnvShard], ended: np.ndarray) -> None:
         """End a call with a new state, at once: nothing can interrupt the assignment of attributes in one statement."""
@@ -195,34 +247,49 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             info["executed_action"] = executed
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
 
-    def reset(self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
         """Reset all environments.
 
         Args:
-            seed: environment i gets `seed + i`, or the i-th of a sequence; None continues with the present random state.
+            seed: environment i gets `seed + i`, or the i-th of a sequence; None continues with the
+                present random state.
             options: may contain `reset_mask`, bool `[N]`, the environments to reset.
 
         Returns:
             The observation and `info`.
 
         Raises:
-            ValueError: a seed is negative, the number of seeds or the mask is wrong, or an option is unknown.
+            ValueError: a seed is negative, the number of seeds or the mask is wrong, or an option
+                is unknown.
             AlreadyPendingCallError: a step is pending.
         """
         mask, seeds = reset_mask(options, self.num_envs), seeds_of(seed, self.num_envs)
         if mask is not None and not self._current and not mask.all():
-            raise ValueError("the first reset must be of all environments, without reset_mask, and so must one after an interrupted call")
+            raise ValueError(
+                "the first reset must be of all environments, without reset_mask, and so must "
+                "one after an interrupted call"
+            )
         self._require_no_step()
         with start_bar(self.num_envs) as report, self._changing():
             self.pool.reset(seeds, mask, report)
         shards = [self._updated(shard, mask) for shard in self._shards]
         result = self._observation(shards), self._info()
-        self._replace(shards, self._ended & ~mask if mask is not None else np.zeros(self.num_envs, bool))
+        self._replace(
+            shards, self._ended & ~mask if mask is not None else np.zeros(self.num_envs, bool)
+        )
         return result
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
-        """Mark the shards as outdated while a call changes the emulators, until `_replace`. A call that is refused changes nothing."""
+        """Mark the shards as outdated while a call changes the emulators, until `_replace`.
+
+        A call that is refused changes nothing.
+        """
         current, self._current = self._current, False
         try:
             yield
@@ -233,7 +300,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def _require_no_step(self) -> None:
         self.pool.require_open()
         if self._steps != self.pool.steps:
-            raise AlreadyPendingCallError("a step is pending: call step_wait(), which returns its results", "step")
+            raise AlreadyPendingCallError(
+                "a step is pending: call step_wait(), which returns its results", "step"
+            )
 
     def step_async(self, actions: Any) -> None:
         """Start a step without waiting for it, so that the emulators run while the caller computes.
@@ -242,8 +311,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             actions: integers `[N]`; floats `[N, 3]` if they are continuous.
 
         Raises:
-            ValueError: an action does not exist, the shape or dtype is wrong, the environments have not been reset, or autoreset is
-                disabled and an episode has ended.
+            ValueError: an action does not exist, the shape or dtype is wrong, the environments have
+                not been reset, or autoreset is disabled and an episode has ended.
             AlreadyPendingCallError: a step is pending.
             WorkerError: a worker died.
         """
@@ -252,7 +321,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             raise ValueError(NOT_RESET)
         if self.autoreset_mode == AutoresetMode.DISABLED and self._ended.any():
             raise ValueError(
-                f"the episodes of environments {np.flatnonzero(self._ended).tolist()} have ended and autoreset is disabled: "
+                f"the episodes of environments {np.flatnonzero(self._ended).tolist()} have ended "
+                "and autoreset is disabled: "
                 "reset them with reset(options={'reset_mask': ...})"
             )
         if self.continuous:
@@ -263,10 +333,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._actions = np.array(actions, np.float32 if self.continuous else np.int32)
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Wait for the step that `step_async` started. If this is interrupted, as by Ctrl-C, it can be called again.
+        """Wait for the step that `step_async` started. If this is interrupted, as by Ctrl-C, it can
+        be called again.
 
         Returns:
-            The observation, rewards float64 `[N]`, terminated bool `[N]`, truncated bool `[N]`, and `info`.
+            The observation, rewards float64 `[N]`, terminated bool `[N]`, truncated bool `[N]`, and
+            `info`.
 
         Raises:
             NoAsyncCallError: no step is pending.
@@ -275,17 +347,25 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         pool, final, terminal = self.pool, {}, {}
         pool.require_open()
         if self._steps == pool.steps:
-            raise NoAsyncCallError("no step is pending: call step_async() before step_wait()", "step")
+            raise NoAsyncCallError(
+                "no step is pending: call step_async() before step_wait()", "step"
+            )
         # A call that was interrupted may have waited for all emulators.
         completed = pool.as_completed() if pool.pending else range(len(self._shards))
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
-            completed = list(completed)  # the final states come first: they need the memory from before the update
+            completed = list(
+                completed
+            )  # the final states come first: they need the memory from before the update
             ended = pool.terminated | pool.truncated
             if ended.any():
                 final, terminal = self._final(ended)
         new = {k: self._updated(self._shards[k]) for k in completed}
         shards = [new[k] for k in range(len(new))]
-        reward, terminated, truncated = np.array(pool.reward), np.array(pool.terminated), np.array(pool.truncated)
+        reward, terminated, truncated = (
+            np.array(pool.reward),
+            np.array(pool.terminated),
+            np.array(pool.truncated),
+        )
         if self._reward_fn is not None:
             reward = self._object_reward(self._reward_fn, shards, terminal, terminated | truncated)
         elif pool.settings.clip_rewards:
@@ -295,7 +375,11 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return result
 
     def _object_reward(
-        self, reward_fn: BatchedReward, shards: Sequence[EnvShard], terminal: dict[str, Objects], ended: np.ndarray
+        self,
+        reward_fn: BatchedReward,
+        shards: Sequence[EnvShard],
+        terminal: dict[str, Objects],
+        ended: np.ndarray,
     ) -> np.ndarray:
         """The rewards of a step by the reward function, 0 where the step began a game; `terminal` are the objects of games that ended."""
         name = "vem" if self.mode == "vem" else "rem"
@@ -303,7 +387,11 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         current = concatenate_rows([shard.objects[name] for shard in shards])
         if terminal:
             current = select_rows(ended, terminal[name], current)
-        began = self.pool.started if self.autoreset_mode != AutoresetMode.SAME_STEP else np.zeros(self.num_envs, bool)
+        began = (
+            self.pool.started
+            if self.autoreset_mode != AutoresetMode.SAME_STEP
+            else np.zeros(self.num_envs, bool)
+        )
         return np.where(began, 0.0, reward_fn(previous, current, self._actions))
 
     def _final(self, ended: np.ndarray) -> tuple[dict[str, Any], dict[str, Objects]]:
@@ -318,13 +406,20 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             observations[i] = jax.tree.map(lambda a, i=i: a[i].copy(), assembled)
         objects = concatenate_rows([observed.objects for observed, _ in blocks])
         info = self._final_info(ended) | self._final_objects(ended, objects)
-        return {"final_obs": observations, "_final_obs": ended.copy(), "final_info": info, "_final_info": ended.copy()}, objects
+        return {
+            "final_obs": observations,
+            "_final_obs": ended.copy(),
+            "final_info": info,
+            "_final_info": ended.copy(),
+        }, objects
 
     def _terminal_arrays(self, shard: EnvShard, ended: np.ndarray) -> dict[str, np.ndarray]:
         """A shard's arrays as they were before new episodes began in the environments of the mask, bool `[B]`."""
         final = self.pool.arrays.final
         return {
-            name: array & ~ended if name == "started" else select_rows(ended, getattr(final, name)[shard.rows], array)
+            name: array & ~ended
+            if name == "started"
+            else select_rows(ended, getattr(final, name)[shard.rows], array)
             for name, array in shard.arrays.items()
         }
 
@@ -350,7 +445,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return {"objects": out, "_objects": ended.copy()}
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Step all environments: `step_async`, then `step_wait`. Ctrl-C waits until the step has ended."""
+        """Step all environments: `step_async`, then `step_wait`.
+
+        Ctrl-C waits until the step has ended.
+        """
         try:
             self.step_async(actions)
             return self.step_wait()
@@ -364,7 +462,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return np.array(self.pool.ram)
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write RAM (see `EmulatorPool.set_ram`). REM's objects change at once, observations change with the next step.
+        """Write RAM (see `EmulatorPool.set_ram`). REM's objects change at once, observations change
+        with the next step.
 
         Raises:
             TypeError: `ram` is not a uint8 array.
@@ -377,11 +476,17 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """A shard with REM's objects from the present RAM."""
         if "rem" not in shard.objects:
             return shard
-        # JAX may read the RAM in place, after this returns, so extraction must finish before a step changes the RAM.
-        return replace(shard, objects=shard.objects | {"rem": jax.block_until_ready(self.game.rem(self.pool.ram[shard.rows]))})
+        # JAX may read the RAM in place, after this returns, so extraction must finish before a step
+        # changes the RAM.
+        return replace(
+            shard,
+            objects=shard.objects
+            | {"rem": jax.block_until_ready(self.game.rem(self.pool.ram[shard.rows]))},
+        )
 
     def clone_state(self) -> States:
-        """Save the state of every environment, including what its observations carry from earlier steps.
+        """Save the state of every environment, including what its observations carry from earlier
+        steps.
 
         Raises:
             ValueError: the environments have not been reset, or the backend cannot save states.
@@ -394,7 +499,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         named = {_carry_name(k): leaf for k, leaf in enumerate(carry)}
         return replace(states, rows={**states.rows, **named, _OVER: self._ended.copy()})
 
-    def restore_state(self, states: States, mask: np.ndarray | None = None) -> tuple[Any, dict[str, Any]]:
+    def restore_state(
+        self, states: States, mask: np.ndarray | None = None
+    ) -> tuple[Any, dict[str, Any]]:
         """Restore saved states.
 
         Args:
@@ -406,8 +513,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
         Raises:
             TypeError: these are not `States`.
-            ValueError: the states are damaged, or of another game, number or kind of observation, the environments have not been reset, or
-                the backend cannot restore states.
+            ValueError: the states are damaged, or of another game, number or kind of observation,
+                the environments have not been reset, or the backend cannot restore states.
             AlreadyPendingCallError: a step is pending.
         """
         self._require_no_step()
@@ -418,16 +525,23 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         with self._changing():
             self.pool.restore_state(states, mask)
         chosen = np.ones(self.num_envs, bool) if mask is None else mask
-        rows = {name: np.broadcast_to(states.rows[name], (self.num_envs, *target.shape[1:])) for name, target in targets.items()}
+        rows = {
+            name: np.broadcast_to(states.rows[name], (self.num_envs, *target.shape[1:]))
+            for name, target in targets.items()
+        }
         ended, carry = rows.pop(_OVER), list(rows.values())
-        restored = [jax.tree.unflatten(tree, [a[shard.rows] for a in carry]) for shard in self._shards]
+        restored = [
+            jax.tree.unflatten(tree, [a[shard.rows] for a in carry]) for shard in self._shards
+        ]
         shards = [
             shard.with_carry(select_rows(chosen[shard.rows], new, old))
             for shard, new, old in zip(self._shards, restored, carries, strict=True)
         ]
         result = self._observation(shards), self._info()
         # The RAM of edited states is not the one that their objects were extracted from.
-        self._replace([self._with_new_ram(shard) for shard in shards], np.where(chosen, ended, self._ended))
+        self._replace(
+            [self._with_new_ram(shard) for shard in shards], np.where(chosen, ended, self._ended)
+        )
         return result
 
     def _carries(self) -> list[tuple[Any, ...]]:
@@ -445,7 +559,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             return tuple(frames)
         tensors = self.tensors
         objects = jax.tree.map(np.asarray, tensors["rem"] if isinstance(tensors, dict) else tensors)
-        return tuple(np.asarray(overlay(self.game, frame, objects[i])) for i, frame in enumerate(frames))
+        return tuple(
+            np.asarray(overlay(self.game, frame, objects[i])) for i, frame in enumerate(frames)
+        )
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the emulators."""

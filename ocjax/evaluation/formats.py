@@ -36,15 +36,22 @@ def shade(percent: float) -> str:
 
 
 def to_csv(evaluations: Sequence[Evaluation]) -> str:
-    """One row per game and category, and per game and situation. Percentages have full precision; missing ones are empty."""
+    """One row per game and category, and per game and situation.
+
+    Percentages have full precision; missing ones are empty.
+    """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     tables = [by_category(e) for e in evaluations]
-    header = max((t.header for t in tables), key=len)  # OCAtari's columns are last and may be missing
+    header = max(
+        (t.header for t in tables), key=len
+    )  # OCAtari's columns are last and may be missing
     writer.writerow(["Game", *header])
     for e, t in zip(evaluations, tables, strict=True):
         for row in (*t.rows, *map(_like_category, by_situation(e).rows)):
-            cells = ["" if c is None or (isinstance(c, float) and not is_number(c)) else c for c in row]
+            cells = [
+                "" if c is None or (isinstance(c, float) and not is_number(c)) else c for c in row
+            ]
             writer.writerow([e.game.name, *cells, *[""] * (len(header) - len(cells))])
     return file.getvalue()
 
@@ -56,7 +63,8 @@ def _like_category(situation: Sequence[Cell]) -> list[Cell]:
 
 
 def to_latex(evaluations: Sequence[Evaluation]) -> str:
-    r"""Tables in the OCAtari paper's layout: precision, recall, F-score and IoU by category, shaded.
+    r"""Tables in the OCAtari paper's layout: precision, recall, F-score and IoU by category,
+    shaded.
 
     They need the packages booktabs and xcolor with the option `table`.
     """
@@ -64,7 +72,9 @@ def to_latex(evaluations: Sequence[Evaluation]) -> str:
 
 
 def _latex_table(e: Evaluation) -> str:
-    sides = {"ocjax": e.flicker_aware} | ({} if e.ocatari_agreement is None else {"OCAtari": e.ocatari_agreement})
+    sides = {"ocjax": e.flicker_aware} | (
+        {} if e.ocatari_agreement is None else {"OCAtari": e.ocatari_agreement}
+    )
     lines = [
         "\\begin{table}",
         "\\centering",
@@ -93,7 +103,11 @@ def _latex_cell(percent: Cell) -> str:
 
 def to_html(evaluations: Sequence[Evaluation]) -> str:
     """One page without other files: the tables, and pictures of the frames with the most disagreements."""
-    parts = ["<!doctype html><meta charset=utf-8><title>ocjax evaluation</title><style>", STYLE, "</style><h1>ocjax evaluation</h1>"]
+    parts = [
+        "<!doctype html><meta charset=utf-8><title>ocjax evaluation</title><style>",
+        STYLE,
+        "</style><h1>ocjax evaluation</h1>",
+    ]
     parts.append(_html_explanation(evaluations))
     parts.append(_html_table(overview(evaluations)))
     for e in evaluations:
@@ -107,27 +121,41 @@ def _html_explanation(evaluations: Sequence[Evaluation]) -> str:
     """What the columns that occur mean."""
     tables = [overview(evaluations), *(table for e in evaluations for table in tables_of(e))]
     occurring = {heading for table in tables for heading in table.without_empty_columns().header}
-    rows = "".join(f"<dt>{html.escape(name)}</dt><dd>{html.escape(text)}</dd>" for name, text in COLUMNS.items() if name in occurring)
+    rows = "".join(
+        f"<dt>{html.escape(name)}</dt><dd>{html.escape(text)}</dd>"
+        for name, text in COLUMNS.items()
+        if name in occurring
+    )
     return f"<h2>How to read the tables</h2><p>{html.escape(FLICKER)}</p><dl>{rows}</dl>"
 
 
 def _html_table(table: Table) -> str:
     table = table.without_empty_columns()
-    head = "".join(f'<th title="{html.escape(COLUMNS.get(heading, ""))}">{html.escape(heading)}</th>' for heading in table.header)
+    head = "".join(
+        f'<th title="{html.escape(COLUMNS.get(heading, ""))}">{html.escape(heading)}</th>'
+        for heading in table.header
+    )
     rows = "".join("<tr>" + "".join(map(_html_cell, row)) + "</tr>" for row in table.rows)
     return f"<h2>{html.escape(table.title)}</h2><table><tr>{head}</tr>{rows}</table>"
 
 
 def _html_cell(cell: Cell) -> str:
-    color = f' style="background:#{shade(cell)}"' if isinstance(cell, float) and is_number(cell) else ""
+    color = (
+        f' style="background:#{shade(cell)}"' if isinstance(cell, float) and is_number(cell) else ""
+    )
     return f"<td{color}>{html.escape(text(cell))}</td>"
 
 
 def _html_pictures(e: Evaluation) -> str:
     if not e.worst_frames:
         return "<p>REM and VEM agree on every frame.</p>"
-    parts = ["<p>Frames with the most disagreements: misses in red, false detections in yellow, agreed boxes in grey.</p>"]
+    parts = [
+        "<p>Frames with the most disagreements: misses in red, false detections in yellow, "
+        "agreed boxes in grey.</p>"
+    ]
     for picture in e.worst_frames:
         data = base64.b64encode(picture.png).decode()
-        parts.append(f'<figure><img src="data:image/png;base64,{data}"><figcaption>{html.escape(picture.caption)}</figcaption></figure>')
+        parts.append(
+            f'<figure><img src="data:image/png;base64,{data}"><figcaption>{html.escape(picture.caption)}</figcaption></figure>'
+        )
     return "".join(parts)

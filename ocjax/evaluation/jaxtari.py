@@ -20,7 +20,8 @@ __all__ = ["Jaxtari"]
 
 
 class Jaxtari:
-    """A game of JAXtari (`pip install jaxtari`), without pictures, so that its sprites need not be installed.
+    """A game of JAXtari (`pip install jaxtari`), without pictures, so that its sprites need not be
+    installed.
 
     Args:
         game: the game.
@@ -40,15 +41,27 @@ class Jaxtari:
 
     def __init__(self, game: Game) -> None:
         if game.name not in FIELDS:
-            raise ValueError(f"the fields of JAXtari's {game.name} are not known; there are those of {', '.join(FIELDS)}")
+            raise ValueError(
+                f"the fields of JAXtari's {game.name} are not known; there are those of "
+                f"{', '.join(FIELDS)}"
+            )
         self.fields: Mapping[str, tuple[str, ...]] = {
-            name: f.categories for name, f in FIELDS[game.name].items() if f.categories and not f.value
+            name: f.categories
+            for name, f in FIELDS[game.name].items()
+            if f.categories and not f.value
         }
         self._absent = {name: FIELDS[game.name][name].absent for name in self.fields}
         self.environment = _make(game)
         with _loose():
-            self._reset, self._step = jax.jit(self.environment.reset), jax.jit(self.environment.step)
-        numbers = getattr(self.environment, "ACTION_SET", getattr(self.environment, "action_set", range(self.environment.action_space().n)))
+            self._reset, self._step = (
+                jax.jit(self.environment.reset),
+                jax.jit(self.environment.step),
+            )
+        numbers = getattr(
+            self.environment,
+            "ACTION_SET",
+            getattr(self.environment, "action_set", range(self.environment.action_space().n)),
+        )
         self.actions: Sequence[str] = tuple(_ACTIONS[int(number)] for number in numbers)
         self._state: Any = None
 
@@ -61,25 +74,50 @@ class Jaxtari:
     def step(self, action: str) -> Frame:
         """Emulate one frame with the action of that name."""
         with _loose():
-            observation, self._state, reward, over, _ = self._step(self._state, jnp.int32(self.actions.index(action)))
+            observation, self._state, reward, over, _ = self._step(
+                self._state, jnp.int32(self.actions.index(action))
+            )
         return self._frame(observation, float(reward), over=bool(over))
 
     def _frame(self, observation: Any, reward: float, *, over: bool) -> Frame:
-        return Frame({name: _boxes(getattr(observation, name), self._absent[name]) for name in self.fields}, reward, over)
+        return Frame(
+            {name: _boxes(getattr(observation, name), self._absent[name]) for name in self.fields},
+            reward,
+            over,
+        )
 
 
 # JAXtari's numbers of actions, which are ALE's.
 _ACTIONS = (
-    *("NOOP", "FIRE", "UP", "RIGHT", "LEFT", "DOWN", "UPRIGHT", "UPLEFT", "DOWNRIGHT", "DOWNLEFT", "UPFIRE", "RIGHTFIRE"),
+    *(
+        "NOOP",
+        "FIRE",
+        "UP",
+        "RIGHT",
+        "LEFT",
+        "DOWN",
+        "UPRIGHT",
+        "UPLEFT",
+        "DOWNRIGHT",
+        "DOWNLEFT",
+        "UPFIRE",
+        "RIGHTFIRE",
+    ),
     *("LEFTFIRE", "DOWNFIRE", "UPRIGHTFIRE", "UPLEFTFIRE", "DOWNRIGHTFIRE", "DOWNLEFTFIRE"),
 )
 
 
 def _boxes(shown: Any, absent: tuple[int, int] | None) -> np.ndarray:
     """The active objects of a field, float `[n, 4]`, except one at the place where JAXtari keeps it while it is not in play."""
-    x, y, w, h, active = (np.atleast_1d(np.asarray(a)) for a in (shown.x, shown.y, shown.width, shown.height, shown.active))
+    x, y, w, h, active = (
+        np.atleast_1d(np.asarray(a))
+        for a in (shown.x, shown.y, shown.width, shown.height, shown.active)
+    )
     boxes = np.stack(np.broadcast_arrays(x, y, w, h), axis=-1).astype(float)
-    return boxes[(np.broadcast_to(active, len(boxes)) > 0) & (boxes[:, :2] != (np.nan if absent is None else absent)).any(axis=1)]
+    return boxes[
+        (np.broadcast_to(active, len(boxes)) > 0)
+        & (boxes[:, :2] != (np.nan if absent is None else absent)).any(axis=1)
+    ]
 
 
 def _loose() -> Any:
@@ -92,7 +130,10 @@ def _loose() -> Any:
 
 def _make(game: Game) -> Any:
     """JAXtari's environment of a game."""
-    base, module = _extras.require("jaxtari.environment").JaxEnvironment, _extras.require(f"jaxtari.games.jax_{game.name.lower()}")
+    base, module = (
+        _extras.require("jaxtari.environment").JaxEnvironment,
+        _extras.require(f"jaxtari.games.jax_{game.name.lower()}"),
+    )
     renderer = _extras.require("jaxtari.renderers").JAXGameRenderer
     (made,) = (c for c in _classes(module, base) if c.__module__ == module.__name__)
     try:
@@ -102,8 +143,14 @@ def _make(game: Game) -> Any:
                 stack.enter_context(mock.patch.object(module, c.__name__, mock.MagicMock()))
             return made()
     except (FileNotFoundError, TypeError) as error:
-        raise ValueError(f"JAXtari's {game.name} does not start without its sprites: {error}") from error
+        raise ValueError(
+            f"JAXtari's {game.name} does not start without its sprites: {error}"
+        ) from error
 
 
 def _classes(module: ModuleType, base: type) -> list[Any]:
-    return [c for _, c in inspect.getmembers(module, inspect.isclass) if issubclass(c, base) and c is not base]
+    return [
+        c
+        for _, c in inspect.getmembers(module, inspect.isclass)
+        if issubclass(c, base) and c is not base
+    ]

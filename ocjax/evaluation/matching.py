@@ -1,6 +1,7 @@
 """Detections of any method as padded arrays, and the one-to-one matching of two sets of detections.
 
-The functions use NumPy and work on whole batches. `ocjax.evaluation.metrics` re-exports the public names next to the metrics.
+The functions use NumPy and work on whole batches. `ocjax.evaluation.metrics` re-exports the public
+names next to the metrics.
 """
 
 import dataclasses
@@ -21,16 +22,19 @@ PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs
 
 @dataclasses.dataclass(frozen=True)
 class Detections:
-    """Labelled boxes of a batch of frames, from any detector: the input of the metrics in `ocjax.evaluation.metrics`.
+    """Labelled boxes of a batch of frames, from any detector: the input of the metrics in
+    `ocjax.evaluation.metrics`.
 
-    Unlike `Objects`, detections do not belong to a game, the order of boxes within a frame has no meaning, and boxes may have confidences.
-    `B` is the number of frames and `N` the largest number of boxes in a frame.
+    Unlike `Objects`, detections do not belong to a game, the order of boxes within a frame has no
+    meaning, and boxes may have confidences. `B` is the number of frames and `N` the largest number
+    of boxes in a frame.
 
     Args:
         xywh: `[B, N, 4]`, left, top, width and height in pixels.
         label: int `[B, N]`, index into `categories`, or -1 where there is no box.
         categories: names of the labels.
-        score: `[B, N]`, confidences for `average_precision`. Without them all boxes are equally confident.
+        score: `[B, N]`, confidences for `average_precision`. Without them all boxes are equally
+            confident.
 
     Raises:
         ValueError: shapes disagree, or a label is out of range.
@@ -44,14 +48,24 @@ class Detections:
 
     def __post_init__(self) -> None:
         if self.xywh.ndim != 3 or self.xywh.shape[2] != 4:
-            raise ValueError(f"xywh must have shape [frames, boxes, 4], got {list(self.xywh.shape)}")
+            raise ValueError(
+                f"xywh must have shape [frames, boxes, 4], got {list(self.xywh.shape)}"
+            )
         for name, array in (("label", self.label), ("score", self.score)):
             if array is not None and array.shape != self.xywh.shape[:2]:
-                raise ValueError(f"{name} must have shape {list(self.xywh.shape[:2])} to go with xywh, got {list(array.shape)}")
+                raise ValueError(
+                    f"{name} must have shape {list(self.xywh.shape[:2])} to go with xywh, got "
+                    f"{list(array.shape)}"
+                )
         if not np.issubdtype(self.label.dtype, np.integer):
             raise TypeError(f"label must be integers, got {self.label.dtype}")
-        if self.label.size and not -1 <= self.label.min() <= self.label.max() < len(self.categories):
-            raise ValueError(f"label must be -1 to {len(self.categories) - 1}, got {self.label.min()} to {self.label.max()}")
+        if self.label.size and not -1 <= self.label.min() <= self.label.max() < len(
+            self.categories
+        ):
+            raise ValueError(
+                f"label must be -1 to {len(self.categories) - 1}, got {self.label.min()} to "
+                f"{self.label.max()}"
+            )
 
     def __len__(self) -> int:
         return len(self.label)
@@ -80,26 +94,39 @@ def detections(objects: Objects) -> Detections:
     """
     game = whose(objects)
     valid = np.asarray(objects.valid)
-    return Detections(np.asarray(objects.xywh), np.where(valid, game.slot_category, -1), tuple(c.name for c in game.categories))
+    return Detections(
+        np.asarray(objects.xywh),
+        np.where(valid, game.slot_category, -1),
+        tuple(c.name for c in game.categories),
+    )
 
 
 def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Detections:
     """Detections from Python tuples.
 
     Args:
-        records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h, confidence)`.
-        game: the game, whose categories come first among the labels; their aliases in `records` are understood. Other categories in
-            `records` follow; their boxes count as detections that match nothing in the game.
+        records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h,
+            confidence)`.
+        game: the game, whose categories come first among the labels; their aliases in `records` are
+            understood. Other categories in `records` follow; their boxes count as detections that
+            match nothing in the game.
 
     Raises:
-        ValueError: a frame is no iterable of records, or a record is malformed; the message names the frame and the record.
+        ValueError: a frame is no iterable of records, or a record is malformed; the message names
+            the frame and the record.
     """
     alias = names_by_alias(game.categories)
     frames = [_checked(frame, b, alias) for b, frame in enumerate(records)]
-    names = list(dict.fromkeys([c.name for c in game.categories] + [r[0] for frame in frames for r in frame]))
+    names = list(
+        dict.fromkeys([c.name for c in game.categories] + [r[0] for frame in frames for r in frame])
+    )
     most = max((len(frame) for frame in frames), default=0)
     xywh, label = np.zeros((len(frames), most, 4)), np.full((len(frames), most), -1)
-    score = np.ones((len(frames), most)) if any(len(r) == 6 for frame in frames for r in frame) else None
+    score = (
+        np.ones((len(frames), most))
+        if any(len(r) == 6 for frame in frames for r in frame)
+        else None
+    )
     for b, frame in enumerate(frames):
         for i, record in enumerate(frame):
             xywh[b, i], label[b, i] = record[1:5], names.index(record[0])
@@ -108,7 +135,9 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
     return Detections(xywh, label, tuple(names), score)
 
 
-def _checked(frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, str]) -> list[tuple[Any, ...]]:
+def _checked(
+    frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, str]
+) -> list[tuple[Any, ...]]:
     """The records of a frame, with the categories' own names.
 
     Raises:
@@ -120,7 +149,8 @@ def _checked(frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, st
     for i, record in enumerate(frame):
         if not _is_record(record):
             raise ValueError(
-                f"frame {number}, record {i} must be (category, x, y, w, h) or (category, x, y, w, h, confidence) with finite numbers and "
+                f"frame {number}, record {i} must be (category, x, y, w, h) or (category, x, y, "
+                "w, h, confidence) with finite numbers and "
                 f"without negative sizes, got {reprlib.repr(record)}"
             )
         out.append((alias.get(str(record[0]), str(record[0])), *record[1:]))
@@ -128,26 +158,38 @@ def _checked(frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, st
 
 
 def _is_record(record: Any) -> bool:
-    if not isinstance(record, Sequence | np.ndarray) or isinstance(record, str | bytes) or len(record) not in (5, 6):
+    if (
+        not isinstance(record, Sequence | np.ndarray)
+        or isinstance(record, str | bytes)
+        or len(record) not in (5, 6)
+    ):
         return False
     try:
         numbers = [float(n) for n in record[1:] if not isinstance(n, str | bytes)]
     except (TypeError, ValueError, OverflowError):
         return False
-    return isinstance(record[0], str) and len(numbers) == len(record) - 1 and all(map(math.isfinite, numbers)) and min(numbers[2:4]) >= 0
+    return (
+        isinstance(record[0], str)
+        and len(numbers) == len(record) - 1
+        and all(map(math.isfinite, numbers))
+        and min(numbers[2:4]) >= 0
+    )
 
 
 def require_same_frames(left: Detections, right: Detections) -> None:
     """Raise a ValueError unless both have the same number of frames."""
     if len(left) != len(right):
-        raise ValueError(f"both sides must describe the same frames, got {len(left)} and {len(right)} frames")
+        raise ValueError(
+            f"both sides must describe the same frames, got {len(left)} and {len(right)} frames"
+        )
 
 
 def common_labels(*sides: Detections | None) -> tuple[tuple[str, ...], list[np.ndarray]]:
     """Translate labels into one list of categories.
 
     Returns:
-        The names of all categories in order of first appearance, and for each side that is not None its labels as indices into them.
+        The names of all categories in order of first appearance, and for each side that is not None
+        its labels as indices into them.
     """
     given = [side for side in sides if side is not None]
     names = tuple(dict.fromkeys(name for side in given for name in side.categories))
@@ -172,7 +214,9 @@ class Columns:
 
     def take(self, values: np.ndarray) -> np.ndarray:
         """The entries of `values` `[B, N, ...]` in these columns, `[B, K, ...]`."""
-        return np.take_along_axis(values, self.index.reshape(*self.index.shape, *[1] * (values.ndim - 2)), axis=1)
+        return np.take_along_axis(
+            values, self.index.reshape(*self.index.shape, *[1] * (values.ndim - 2)), axis=1
+        )
 
 
 def columns_of(label: np.ndarray, category: int) -> Columns:
@@ -190,7 +234,8 @@ def chunks(num_frames: int, pairs_per_frame: int) -> Iterator[slice]:
 
 
 def match(left: Detections, right: Detections, radius: float = RADIUS) -> np.ndarray:
-    """Match the boxes of two batches one to one, frame by frame and within a category, nearest centres first.
+    """Match the boxes of two batches one to one, frame by frame and within a category, nearest
+    centres first.
 
     This is the rule of the OCAtari paper (Delfosse et al., 2024).
 
@@ -219,10 +264,14 @@ def match(left: Detections, right: Detections, radius: float = RADIUS) -> np.nda
     return out
 
 
-Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]  # frame, position in the left columns, position in the right columns; each int [pairs]
+Pairs = tuple[
+    np.ndarray, np.ndarray, np.ndarray
+]  # frame, position in the left columns, position in the right columns; each int [pairs]
 
 
-def _within_reach(a: Columns, b: Columns, centers_a: np.ndarray, centers_b: np.ndarray, radius: float) -> Pairs:
+def _within_reach(
+    a: Columns, b: Columns, centers_a: np.ndarray, centers_b: np.ndarray, radius: float
+) -> Pairs:
     """All pairs at most `radius` apart, sorted by frame, then distance, then position."""
     p, q = a.take(centers_a)[:, :, None], b.take(centers_b)[:, None]
     distance = p[..., 0] - q[..., 0]
@@ -237,17 +286,25 @@ def _within_reach(a: Columns, b: Columns, centers_a: np.ndarray, centers_b: np.n
 def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray, widths: tuple[int, int]) -> Pairs:
     """The pairs that a greedy choice takes from sorted candidates.
 
-    A pair that comes first for both of its ends is taken before any other pair of either end, so all such pairs are taken in one round.
+    A pair that comes first for both of its ends is taken before any other pair of either end, so
+    all such pairs are taken in one round.
     """
     taken: list[Pairs] = []
     while len(frame):
         left_end, right_end = frame * widths[0] + i, frame * widths[1] + j
-        first = np.intersect1d(*(np.unique(end, return_index=True)[1] for end in (left_end, right_end)), assume_unique=True)
+        first = np.intersect1d(
+            *(np.unique(end, return_index=True)[1] for end in (left_end, right_end)),
+            assume_unique=True,
+        )
         taken.append((frame[first], i[first], j[first]))
         rest = ~(_is_taken(left_end, first) | _is_taken(right_end, first))
         frame, i, j = frame[rest], i[rest], j[rest]
     none = np.zeros(0, int)
-    return tuple(np.concatenate(parts) for parts in zip(*taken, strict=True)) if taken else (none, none, none)  # pyright: ignore
+    return (
+        tuple(np.concatenate(parts) for parts in zip(*taken, strict=True))
+        if taken
+        else (none, none, none)
+    )  # pyright: ignore
 
 
 def _is_taken(ends: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -267,7 +324,9 @@ def iou(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         float64 `[...]`, 0 where both boxes are empty.
     """
     a, b = a.astype(np.float64), b.astype(np.float64)
-    size = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:]) - np.maximum(a[..., :2], b[..., :2])
+    size = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:]) - np.maximum(
+        a[..., :2], b[..., :2]
+    )
     intersection = np.prod(np.maximum(size, 0), axis=-1)
     union = np.prod(a[..., 2:], axis=-1) + np.prod(b[..., 2:], axis=-1) - intersection
     return np.divide(intersection, union, out=np.zeros_like(intersection), where=union > 0)

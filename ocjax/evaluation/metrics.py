@@ -1,14 +1,16 @@
-"""Metrics of how well two methods agree: precision, recall, F1, IoU, average precision, identity switches, values and pixel coverage.
+"""Metrics of how well two methods agree: precision, recall, F1, IoU, average precision, identity
+switches, values and pixel coverage.
 
 Most metrics take `Detections`, so the same functions score your own detector against REM or VEM:
 
     truth = evaluation.detections(game.rem(rams))
-    mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...], one list per frame
-    evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
+    mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...], one list
+    per frame evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
     numpy.nanmean(evaluation.average_precision(mine, truth))  # mAP
 
-Two objects match if they have the same category and their centres are within 5 pixels. Matches are one to one, nearest first, as in the
-OCAtari paper (Delfosse et al., 2024). The functions use NumPy and work on whole batches.
+Two objects match if they have the same category and their centres are within 5 pixels. Matches are
+one to one, nearest first, as in the OCAtari paper (Delfosse et al., 2024). The functions use NumPy
+and work on whole batches.
 """
 
 import dataclasses
@@ -28,7 +30,8 @@ _ROUNDING = 1e-12  # a recall this far below a level still reaches it
 SCORE_NAMES, LIVES_NAMES = ("Score", "PlayerScore", "P1Score"), ("Lives", "Life", "Live")
 
 
-# ------------------------------------------------------------------------------------------------------------- agreement
+# -------------------------------------------------------------------------------------------------------------
+# agreement
 
 
 def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
@@ -38,15 +41,18 @@ def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True)
 class Agreement:
-    """Counts of objects and matches, from which the scores are computed. All counts have the same shape.
+    """Counts of objects and matches, from which the scores are computed. All counts have the same
+    shape.
 
-    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have the shape of the counts; they are nan
-    where there is nothing to score. In particular, `f1` is nan only where neither method has an object.
+    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have
+    the shape of the counts; they are nan where there is nothing to score. In particular, `f1` is
+    nan only where neither method has an object.
 
     Args:
         left: objects of the first method (REM).
         right: objects of the second method (VEM) on the frame itself.
-        confirmed: objects of the first method that are matched on the frame or, where it is given, on the frame before.
+        confirmed: objects of the first method that are matched on the frame or, where it is given,
+            on the frame before.
         found: objects of the second method that are matched.
         exact: matches on the frame with identical boxes.
         overlap: sum of the IoU over matches on the frame.
@@ -96,20 +102,26 @@ class Agreement:
 
 
 def agreement(
-    left: Detections, right: Detections, before: Detections | None = None, radius: float = RADIUS, pairs: np.ndarray | None = None
+    left: Detections,
+    right: Detections,
+    before: Detections | None = None,
+    radius: float = RADIUS,
+    pairs: np.ndarray | None = None,
 ) -> Agreement:
     """Count how well two methods agree, by frame and category.
 
     Args:
         left: detections of the method that reports what exists (REM).
         right: detections of the method that reports what is drawn (VEM), on the same frames.
-        before: detections of the second method on the emulated frame just before each frame. They make the scores flicker-aware: a box of
-            `left` without a match on the frame may have one on the frame before. Every box of `right` must still be found.
+        before: detections of the second method on the emulated frame just before each frame. They
+            make the scores flicker-aware: a box of `left` without a match on the frame may have one
+            on the frame before. Every box of `right` must still be found.
         radius: largest distance between matched centres in pixels.
         pairs: the result of `match(left, right, radius)`, if it is already known.
 
     Returns:
-        Counts of shape `[B, categories]`: first the categories of `left`, then those that only the other arguments have.
+        Counts of shape `[B, categories]`: first the categories of `left`, then those that only the
+        other arguments have.
 
     Raises:
         ValueError: the numbers of frames differ.
@@ -125,7 +137,9 @@ def agreement(
 
     def count(label: np.ndarray, weight: np.ndarray) -> np.ndarray:
         bins = (np.arange(len(label))[:, None] * len(names) + label)[label >= 0]
-        return np.bincount(bins, weight[label >= 0], minlength=len(label) * len(names)).reshape(len(label), len(names))
+        return np.bincount(bins, weight[label >= 0], minlength=len(label) * len(names)).reshape(
+            len(label), len(names)
+        )
 
     return Agreement(
         left=count(mine, np.ones(mine.shape)),
@@ -138,9 +152,15 @@ def agreement(
 
 
 def intervals(
-    counts: Agreement, episode: np.ndarray, score: Callable[[Agreement], np.ndarray], *, draws: int = 1000, seed: int = 0
+    counts: Agreement,
+    episode: np.ndarray,
+    score: Callable[[Agreement], np.ndarray],
+    *,
+    draws: int = 1000,
+    seed: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """95 % confidence interval of a score by bootstrap over episodes, because frames of one episode are not independent.
+    """95 % confidence interval of a score by bootstrap over episodes, because frames of one episode
+    are not independent.
 
     Args:
         counts: of shape `[frames, ...]`.
@@ -170,16 +190,21 @@ def intervals(
     return np.where(missing, np.nan, low), np.where(missing, np.nan, high)
 
 
-# ----------------------------------------------------------------------------------------------------- average precision
+# -----------------------------------------------------------------------------------------------------
+# average precision
 
 
-def average_precision(detected: Detections, truth: Detections, thresholds: Sequence[float] = THRESHOLDS) -> np.ndarray:
+def average_precision(
+    detected: Detections, truth: Detections, thresholds: Sequence[float] = THRESHOLDS
+) -> np.ndarray:
     """Average precision as COCO defines it, with 101 levels of recall.
 
-    The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO, categories that do not occur do not count.
+    The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO,
+    categories that do not occur do not count.
 
-    Boxes are assigned in descending order of confidence, each to the unassigned true box of its category with the largest IoU. Boxes of
-    equal confidence enter the precision-recall curve together; without confidences, all boxes do.
+    Boxes are assigned in descending order of confidence, each to the unassigned true box of its
+    category with the largest IoU. Boxes of equal confidence enter the precision-recall curve
+    together; without confidences, all boxes do.
 
     Args:
         detected: detections to score.
@@ -187,7 +212,8 @@ def average_precision(detected: Detections, truth: Detections, thresholds: Seque
         thresholds: minimum IoU of a hit.
 
     Returns:
-        float `[categories, thresholds]` in the order of `truth.categories`; nan for categories without a box in `truth`.
+        float `[categories, thresholds]` in the order of `truth.categories`; nan for categories
+        without a box in `truth`.
 
     Raises:
         ValueError: the numbers of frames differ.
@@ -204,13 +230,23 @@ def average_precision(detected: Detections, truth: Detections, thresholds: Seque
     for c in range(len(truth.categories)):
         if count := int((theirs == c).sum()):
             out[c] = _interpolated_precision(
-                *_hits(ranked, truth, matching.columns_of(mine, c), matching.columns_of(theirs, c), limits), count
+                *_hits(
+                    ranked,
+                    truth,
+                    matching.columns_of(mine, c),
+                    matching.columns_of(theirs, c),
+                    limits,
+                ),
+                count,
             )
     return out
 
 
-def _hits(ranked: Detections, truth: Detections, i: Columns, j: Columns, limits: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Confidence of each box of a category, float `[boxes]`, and whether it hits at each threshold, bool `[boxes, thresholds]`.
+def _hits(
+    ranked: Detections, truth: Detections, i: Columns, j: Columns, limits: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Confidence of each box of a category, float `[boxes]`, and whether it hits at each threshold,
+    bool `[boxes, thresholds]`.
 
     Args:
         ranked: detections whose boxes are sorted by confidence in each frame.
@@ -232,7 +268,9 @@ def _hits(ranked: Detections, truth: Detections, i: Columns, j: Columns, limits:
     return np.concatenate(scores), np.concatenate(hits)
 
 
-def _assign(overlap: np.ndarray, present: np.ndarray, free: np.ndarray, limits: np.ndarray) -> np.ndarray:
+def _assign(
+    overlap: np.ndarray, present: np.ndarray, free: np.ndarray, limits: np.ndarray
+) -> np.ndarray:
     """Assign one box per frame to the free true box with the largest IoU, and mark that as taken.
 
     Args:
@@ -257,7 +295,9 @@ def _assign(overlap: np.ndarray, present: np.ndarray, free: np.ndarray, limits: 
 def _interpolated_precision(scores: np.ndarray, hits: np.ndarray, count: int) -> np.ndarray:
     """Mean over the levels of recall of the best precision at that recall or above, float `[thresholds]`; `count` true boxes."""
     order = np.argsort(-scores, kind="stable")
-    ends = np.append(np.flatnonzero(np.diff(scores[order])), len(order) - 1)[: len(order)]  # last of each run of equal confidences
+    ends = np.append(np.flatnonzero(np.diff(scores[order])), len(order) - 1)[
+        : len(order)
+    ]  # last of each run of equal confidences
     good = np.cumsum(hits[order], axis=0)[ends]
     precision, recall = good / (ends[:, None] + 1), good / count
     out = np.zeros(hits.shape[1])
@@ -267,13 +307,17 @@ def _interpolated_precision(scores: np.ndarray, hits: np.ndarray, count: int) ->
     return out
 
 
-# --------------------------------------------------------------------------------------------- identities, values, pixels
+# ---------------------------------------------------------------------------------------------
+# identities, values, pixels
 
 
-def identity_switches(rem: Objects, vem: Objects, resets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def identity_switches(
+    rem: Objects, vem: Objects, resets: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Count how often an object that persists changes its slot in REM, by category.
 
-    `ocjax.track` on VEM's objects decides which objects persist. Its own mistakes count as switches too, so the result is an upper bound.
+    `ocjax.track` on VEM's objects decides which objects persist. Its own mistakes count as switches
+    too, so the result is an upper bound.
 
     Args:
         rem, vem: objects of successive samples, batch shape `[B]`.
@@ -284,27 +328,34 @@ def identity_switches(rem: Objects, vem: Objects, resets: np.ndarray) -> tuple[n
     """
     game = whose(vem)
 
-    def step(before: Objects, current: tuple[Objects, jax.Array]) -> tuple[Objects, tuple[jax.Array, jax.Array]]:
+    def step(
+        before: Objects, current: tuple[Objects, jax.Array]
+    ) -> tuple[Objects, tuple[jax.Array, jax.Array]]:
         tracked = tracking.track(before, current[0], is_first=current[1])
         return tracked, (tracked.xywh, tracked.valid)
 
     vem, rem = (jax.tree.map(jax.numpy.asarray, o) for o in (vem, rem))
     first = jax.tree.map(jax.numpy.zeros_like, vem[0])
-    _, (xywh, valid) = jax.jit(lambda v, r: jax.lax.scan(step, first, (v, r)))(vem, np.asarray(resets))
+    _, (xywh, valid) = jax.jit(lambda v, r: jax.lax.scan(step, first, (v, r)))(
+        vem, np.asarray(resets)
+    )
     tracked = dataclasses.replace(vem, xywh=xywh, valid=valid)
     slot = match(detections(tracked), detections(rem))
     persists = (slot[1:] >= 0) & (slot[:-1] >= 0) & ~np.asarray(resets)[1:, None]
     switched = persists & (slot[1:] != slot[:-1])
     category = np.broadcast_to(game.slot_category, persists.shape)
-    switches, transitions = (np.bincount(category[mask], minlength=len(game.categories)) for mask in (switched, persists))
+    switches, transitions = (
+        np.bincount(category[mask], minlength=len(game.categories)) for mask in (switched, persists)
+    )
     return switches, transitions
 
 
 def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[str, float]:
     """Shares of samples in which REM's score and lives are right.
 
-    The score is right if it equals the sum of rewards. In games in which the enemy has a score, too, the difference of the two scores must
-    equal it. Lives are right if they equal the emulator's; samples in which the game does not show them do not count.
+    The score is right if it equals the sum of rewards. In games in which the enemy has a score,
+    too, the difference of the two scores must equal it. Lives are right if they equal the
+    emulator's; samples in which the game does not show them do not count.
 
     Args:
         rem: REM's objects, batch shape `[B]`.
@@ -312,7 +363,8 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
         lives: `[B]`, the emulator's lives.
 
     Returns:
-        Shares by category, for the score and lives categories that have a value and one slot. nan where no sample counts.
+        Shares by category, for the score and lives categories that have a value and one slot. nan
+        where no sample counts.
     """
     game, out = whose(rem), {}
     for names, expected in ((SCORE_NAMES, rewards), (LIVES_NAMES, lives)):
@@ -336,18 +388,31 @@ def coverage(boxes: Detections, sprites: np.ndarray, drawn: np.ndarray) -> tuple
         drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the one before.
 
     Returns:
-        Share of sprite pixels that are inside boxes, and share of boxes that hold drawn pixels. nan where there are none.
+        Share of sprite pixels that are inside boxes, and share of boxes that hold drawn pixels. nan
+        where there are none.
     """
     frame, i = np.nonzero(boxes.label >= 0)
     x, y, w, h = np.moveaxis(boxes.xywh[frame, i].astype(int), -1, 0)
     height, width = sprites.shape[1:]
-    x, y, right, bottom = (np.clip(v, 0, limit) for v, limit in ((x, width), (y, height), (x + w, width), (y + h, height)))
-    # Inside boxes: a summed-area table of +1 and -1 at their corners. Drawn pixels in a box: differences of a summed-area table.
+    x, y, right, bottom = (
+        np.clip(v, 0, limit)
+        for v, limit in ((x, width), (y, height), (x + w, width), (y + h, height))
+    )
+    # Inside boxes: a summed-area table of +1 and -1 at their corners. Drawn pixels in a box:
+    # differences of a summed-area table.
     corners = np.zeros((len(boxes), height + 1, width + 1), np.int32)
     for row, column, sign in ((y, x, 1), (y, right, -1), (bottom, x, -1), (bottom, right, 1)):
         np.add.at(corners, (frame, row, column), sign)
     inside = np.cumsum(np.cumsum(corners, axis=1), axis=2)[:, :-1, :-1] > 0
     area = np.zeros(corners.shape, np.int32)
     area[:, 1:, 1:] = np.cumsum(np.cumsum(drawn, axis=1, dtype=np.int32), axis=2)
-    holds = area[frame, bottom, right] - area[frame, y, right] - area[frame, bottom, x] + area[frame, y, x] > 0
-    return float(_ratio((inside & sprites).sum(), sprites.sum())), float(_ratio(holds.sum(), np.array(len(holds))))
+    holds = (
+        area[frame, bottom, right]
+        - area[frame, y, right]
+        - area[frame, bottom, x]
+        + area[frame, y, x]
+        > 0
+    )
+    return float(_ratio((inside & sprites).sum(), sprites.sum())), float(
+        _ratio(holds.sum(), np.array(len(holds)))
+    )

@@ -45,7 +45,8 @@ def default_environment() -> Path:
 
 
 def interpreter(environment: Path | None = None) -> Path:
-    """The Python interpreter of an environment with OCAtari. The environment is created if needed (about a gigabyte, some minutes).
+    """The Python interpreter of an environment with OCAtari. The environment is created if needed
+    (about a gigabyte, some minutes).
 
     Args:
         environment: folder of a virtual environment; None for `default_environment()`.
@@ -55,12 +56,20 @@ def interpreter(environment: Path | None = None) -> Path:
     """
     folder = environment or default_environment()
     python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
-    if python.exists() and subprocess.run([python, "-c", "import ocatari"], capture_output=True).returncode == 0:
+    if (
+        python.exists()
+        and subprocess.run([python, "-c", "import ocatari"], capture_output=True).returncode == 0
+    ):
         return python
-    for command in ([sys.executable, "-m", "venv", folder], [python, "-m", "pip", "install", "-q", *REQUIREMENTS]):
+    for command in (
+        [sys.executable, "-m", "venv", folder],
+        [python, "-m", "pip", "install", "-q", *REQUIREMENTS],
+    ):
         done = subprocess.run(command, capture_output=True, text=True)
         if done.returncode:
-            raise OcatariError(f"OCAtari could not be installed in {folder}:\n{done.stderr[-END_OF_LOG:]}")
+            raise OcatariError(
+                f"OCAtari could not be installed in {folder}:\n{done.stderr[-END_OF_LOG:]}"
+            )
     return python
 
 
@@ -72,24 +81,41 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
         python: an interpreter that has OCAtari, from `interpreter`.
 
     Returns:
-        For "rem" and "vem" what the method found. Its categories are the game's, then those that only OCAtari has.
+        For "rem" and "vem" what the method found. Its categories are the game's, then those that
+        only OCAtari has.
 
     Raises:
         OcatariError: the process failed.
         ValueError: the recording has no frames.
     """
     if recording.screens is None:
-        raise ValueError("the recording has no frames, which OCAtari's VEM needs: record it with screens")
-    screens = recording.screens if recording.screens.ndim == 4 else recording.game.palette[recording.screens]
+        raise ValueError(
+            "the recording has no frames, which OCAtari's VEM needs: record it with screens"
+        )
+    screens = (
+        recording.screens
+        if recording.screens.ndim == 4
+        else recording.game.palette[recording.screens]
+    )
     resets = np.zeros(len(recording), bool) if recording.resets is None else recording.resets
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "samples.npz"
         np.savez(path, rams=recording.rams, screens=screens, resets=resets)
-        done = subprocess.run([python, ocatari_peer_program.__file__, path, recording.game.name], capture_output=True, text=True)
+        done = subprocess.run(
+            [python, ocatari_peer_program.__file__, path, recording.game.name],
+            capture_output=True,
+            text=True,
+        )
     if done.returncode:
         raise OcatariError(f"OCAtari failed on {recording.game.name}:\n{done.stderr[-END_OF_LOG:]}")
     out = {}
     for method, answer in json.loads(done.stdout.splitlines()[-1]).items():
-        objects = matching.from_records(answer["objects"], recording.game) if "objects" in answer else None
-        out[method] = OcatariMethod(objects, np.array(answer.get("us", ())), answer.get("error", ""))
+        objects = (
+            matching.from_records(answer["objects"], recording.game)
+            if "objects" in answer
+            else None
+        )
+        out[method] = OcatariMethod(
+            objects, np.array(answer.get("us", ())), answer.get("error", "")
+        )
     return out

@@ -2,11 +2,13 @@
 
     python ocatari_peer_program.py SAMPLES GAME
 
-This program runs in an environment that has OCAtari 2.2.1, not in that of ocjax, so it imports nothing of ocjax. SAMPLES is an .npz file
-with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H, W, 3]`) and `resets` (bool `[n]`).
+This program runs in an environment that has OCAtari 2.2.1, not in that of ocjax, so it imports
+nothing of ocjax. SAMPLES is an .npz file with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H,
+W, 3]`) and `resets` (bool `[n]`).
 
-The last line of its output maps "rem" and "vem" to `objects` (for each frame a list of `[category, x, y, w, h]`) and `us` (microseconds of
-each detection), or to the `error` that stopped the method. Objects that OCAtari marks as absent are left out.
+The last line of its output maps "rem" and "vem" to `objects` (for each frame a list of `[category,
+x, y, w, h]`) and `us` (microseconds of each detection), or to the `error` that stopped the method.
+Objects that OCAtari marks as absent are left out.
 """
 
 import json
@@ -20,7 +22,10 @@ import numpy as np
 
 
 def detect(method: str, game: str, data: Any, resets: np.ndarray) -> dict[str, Any]:
-    """Objects and times of one method on all samples. OCAtari's objects carry state, so they are created anew at a reset."""
+    """Objects and times of one method on all samples.
+
+    OCAtari's objects carry state, so they are created anew at a reset.
+    """
     import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMissingImports]
     from ocatari.ram.extract_ram_info import detect_objects_ram  # pyright: ignore[reportMissingImports]
     from ocatari.vision.extract_vision_info import detect_objects_vision  # pyright: ignore[reportMissingImports]
@@ -46,7 +51,9 @@ def initial_slots(method: str, game: str) -> list[Any]:
     except Exception:
         if method == "rem":
             raise
-        return init_objects(game, True)  # the vision of some games works with the objects of the other method only
+        return init_objects(
+            game, True
+        )  # the vision of some games works with the objects of the other method only
 
 
 def main() -> None:

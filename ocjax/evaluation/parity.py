@@ -1,4 +1,5 @@
-"""Compare another implementation of a game with the real ROM: both play the same actions, and their objects are matched frame by frame.
+"""Compare another implementation of a game with the real ROM: both play the same actions, and their
+objects are matched frame by frame.
 
     from ocjax.evaluation import parity
     from ocjax.evaluation.jaxtari import Jaxtari
@@ -27,7 +28,16 @@ from ocjax.extraction.edits import edit
 from ocjax.extraction.game import Game
 from ocjax.transforms.drawing import boxes_over, sheet
 
-__all__ = ["Frame", "Parity", "Simulator", "compare", "errors", "pictures", "to_summary", "to_table"]
+__all__ = [
+    "Frame",
+    "Parity",
+    "Simulator",
+    "compare",
+    "errors",
+    "pictures",
+    "to_summary",
+    "to_table",
+]
 
 MOST_HELD = 16  # frames for which an action is held at most
 TOLERANCE = 2.0  # pixels by which objects may differ before the two sides have diverged
@@ -37,7 +47,11 @@ _ANYWHERE = 1_000.0  # pixels, further than any two objects are apart
 class Frame(NamedTuple):
     """What a simulator shows on one frame."""
 
-    boxes: Mapping[str, np.ndarray]  # by field, the boxes of its present objects: float [n, 4], left, top, width and height in pixels
+    boxes: Mapping[
+        str, np.ndarray
+        # by field, the boxes of its present objects: float [n, 4], left, top, width and height in
+        # pixels
+    ]
     reward: float
     over: bool
 
@@ -47,7 +61,8 @@ class Simulator(Protocol):
 
     Attributes:
         name: for tables and pictures.
-        fields: by the name of a field of its observation, the categories of ocjax that show the same objects.
+        fields: by the name of a field of its observation, the categories of ocjax that show the
+            same objects.
         actions: names of its actions, as ALE has them, such as "UPFIRE".
     """
 
@@ -66,13 +81,15 @@ class Simulator(Protocol):
 
 @dataclasses.dataclass(frozen=True)
 class Parity:
-    """Two runs with the same actions, on the real ROM and in a simulator; B frames, the first one after the reset.
+    """Two runs with the same actions, on the real ROM and in a simulator; B frames, the first one
+    after the reset.
 
     Args:
         game: the game.
         simulator: its name.
         seed: of the actions and of the simulator.
-        aligned: fields whose object was moved in the real game to where the simulator has it at the start.
+        aligned: fields whose object was moved in the real game to where the simulator has it at the
+            start.
         real, simulated: the objects, with the simulator's fields as categories.
         rewards: float `[2, B]`, of the real game and of the simulator.
         screens: uint8 `[B, H, 160]`, the frames of the real game.
@@ -88,16 +105,20 @@ class Parity:
     screens: np.ndarray
 
 
-def compare(game: Game, simulator: Simulator, *, seed: int = 0, frames: int = 300, align: bool = True) -> Parity:
-    """Play the same random actions on the real ROM and in a simulator, until `frames` frames are over or either game is.
+def compare(
+    game: Game, simulator: Simulator, *, seed: int = 0, frames: int = 300, align: bool = True
+) -> Parity:
+    """Play the same random actions on the real ROM and in a simulator, until `frames` frames are
+    over or either game is.
 
     Args:
         game: the game.
         simulator: the other implementation.
         seed: of the actions and of the simulator.
         frames: number of emulated frames.
-        align: move objects in the real game, after its reset, to where the simulator has them (see `ocjax.edit`). This is done for fields
-            with one object on both sides whose position has bytes of its own.
+        align: move objects in the real game, after its reset, to where the simulator has them (see
+            `ocjax.edit`). This is done for fields with one object on both sides whose position has
+            bytes of its own.
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.
@@ -111,7 +132,13 @@ def compare(game: Game, simulator: Simulator, *, seed: int = 0, frames: int = 30
         raise ValueError(f"{simulator.name} and the real {game.name} have no action in common")
     first = simulator.reset(seed)
     aligned = _aligned(game, ale, simulator, first) if align else ()
-    rng, shown, rams, screens, rewards = np.random.default_rng(seed), [first], [ale.getRAM()], [ale.getScreen()], [0.0]
+    rng, shown, rams, screens, rewards = (
+        np.random.default_rng(seed),
+        [first],
+        [ale.getRAM()],
+        [ale.getScreen()],
+        [0.0],
+    )
     while len(shown) <= frames and not (shown[-1].over or ale.game_over()):
         action = str(rng.choice(actions))
         for _ in range(int(rng.integers(1, MOST_HELD + 1))):
@@ -121,12 +148,25 @@ def compare(game: Game, simulator: Simulator, *, seed: int = 0, frames: int = 30
             screens.append(ale.getScreen())
             if len(shown) > frames or shown[-1].over or ale.game_over():
                 break
-    real = _by_field(matching.detections(jax.tree.map(np.asarray, game.rem(np.array(rams)))), simulator.fields)
+    real = _by_field(
+        matching.detections(jax.tree.map(np.asarray, game.rem(np.array(rams)))), simulator.fields
+    )
     both = np.array([rewards, [frame.reward for frame in shown]])
-    return Parity(game, simulator.name, seed, aligned, real, _detections(shown, tuple(simulator.fields)), both, np.array(screens))
+    return Parity(
+        game,
+        simulator.name,
+        seed,
+        aligned,
+        real,
+        _detections(shown, tuple(simulator.fields)),
+        both,
+        np.array(screens),
+    )
 
 
-def _aligned(game: Game, ale: ale_py.ALEInterface, simulator: Simulator, first: Frame) -> tuple[str, ...]:
+def _aligned(
+    game: Game, ale: ale_py.ALEInterface, simulator: Simulator, first: Frame
+) -> tuple[str, ...]:
     """Move single objects of the real game to where the simulator has them; the fields for which that was possible."""
     moved = []
     for field, categories in simulator.fields.items():
@@ -145,7 +185,9 @@ def _aligned(game: Game, ale: ale_py.ALEInterface, simulator: Simulator, first: 
 
 def _by_field(found: Detections, fields: Mapping[str, tuple[str, ...]]) -> Detections:
     """Detections with the simulator's fields as categories; objects of no field are left out."""
-    of = {category: k for k, (_, categories) in enumerate(fields.items()) for category in categories}
+    of = {
+        category: k for k, (_, categories) in enumerate(fields.items()) for category in categories
+    }
     table = np.array([*(of.get(name, -1) for name in found.categories), -1])
     return dataclasses.replace(found, label=table[found.label], categories=tuple(fields))
 
@@ -157,7 +199,9 @@ def _detections(shown: Sequence[Frame], fields: tuple[str, ...]) -> Detections:
     for b, frame in enumerate(shown):
         boxes = np.concatenate([frame.boxes[name] for name in fields])
         xywh[b, : len(boxes)] = boxes
-        label[b, : len(boxes)] = np.repeat(np.arange(len(fields)), [len(frame.boxes[name]) for name in fields])
+        label[b, : len(boxes)] = np.repeat(
+            np.arange(len(fields)), [len(frame.boxes[name]) for name in fields]
+        )
     return Detections(xywh, label, fields)
 
 
@@ -165,8 +209,12 @@ class Errors(NamedTuple):
     """How far the two sides are apart, by field (F of them)."""
 
     f1: np.ndarray  # float [F], share of objects that have a partner within 5 pixels
-    off: np.ndarray  # float [F, 4], mean absolute difference of left, top, width and height of partners at any distance, in pixels
-    first: np.ndarray  # int [F], the first frame with an object that is missing on one side or `TOLERANCE` off; -1 if there is none
+    # float [F, 4], mean absolute difference of left, top, width and height of partners at any
+    # distance, in pixels
+    off: np.ndarray
+    # int [F], the first frame with an object that is missing on one side or `TOLERANCE` off; -1 if
+    # there is none
+    first: np.ndarray
 
 
 def errors(p: Parity) -> Errors:
@@ -176,11 +224,15 @@ def errors(p: Parity) -> Errors:
     a, b = p.real.xywh[frame, i], p.simulated.xywh[frame, pairs[frame, i]]
     off, field = np.abs(a - b), p.real.label[frame, i]
     fields = range(len(p.real.categories))
-    counts = np.array([[(d.label == k).sum(axis=1) for k in fields] for d in (p.real, p.simulated)])  # [2, F, B]
+    counts = np.array(
+        [[(d.label == k).sum(axis=1) for k in fields] for d in (p.real, p.simulated)]
+    )  # [2, F, B]
     apart = counts[0] != counts[1]
     np.logical_or.at(apart, (field, frame), off[:, :2].max(axis=1) > TOLERANCE)
     first = np.where(apart.any(axis=1), apart.argmax(axis=1), -1)
-    mean = np.array([off[field == k].mean(axis=0) if (field == k).any() else np.full(4, np.nan) for k in fields])
+    mean = np.array(
+        [off[field == k].mean(axis=0) if (field == k).any() else np.full(4, np.nan) for k in fields]
+    )
     return Errors(agreement(p.real, p.simulated).sum(axis=0).f1, mean, first)
 
 
@@ -192,9 +244,22 @@ def to_table(runs: Sequence[Parity]) -> Table:
         shares, off = [e.f1[k] for e in found], np.array([e.off[k] for e in found])
         firsts = ", ".join("-" if e.first[k] < 0 else str(e.first[k]) for e in found)
         rows.append([name, *_counts(runs, k), 100 * _mean(shares), *map(_pixels, off.T), firsts])
-    title = f"{runs[0].game.name}: the real ROM and {runs[0].simulator}; {_by_seed(runs, lambda p: f'{len(p.real)} frames')}; return "
+    title = (
+        f"{runs[0].game.name}: the real ROM and {runs[0].simulator}; "
+        f"{_by_seed(runs, lambda p: f'{len(p.real)} frames')}; return "
+    )
     title += _by_seed(runs, lambda p: " and ".join(f"{total:g}" for total in p.rewards.sum(axis=1)))
-    header = ["Field", "Real", runs[0].simulator, "F1", "x off", "y off", "w off", "h off", "Differs from frame"]
+    header = [
+        "Field",
+        "Real",
+        runs[0].simulator,
+        "F1",
+        "x off",
+        "y off",
+        "w off",
+        "h off",
+        "Differs from frame",
+    ]
     return Table(title, header, rows)
 
 
@@ -209,16 +274,36 @@ def to_summary(games: Sequence[Sequence[Parity]]) -> Table:
         returns = np.mean([p.rewards.sum(axis=1) for p in runs], axis=0)
         f1 = 100 * _mean(np.array([e.f1 for e in found]).ravel())
         differs = str(min(known)) if known else "-"
-        rows.append([runs[0].game.name, f1, *map(_pixels, off.T), differs, *(f"{total:.4g}" for total in returns)])
+        rows.append(
+            [
+                runs[0].game.name,
+                f1,
+                *map(_pixels, off.T),
+                differs,
+                *(f"{total:.4g}" for total in returns),
+            ]
+        )
     simulator = games[0][0].simulator
-    header = ["Game", "F1", "x off", "y off", "Differs from frame", "Return", f"Return in {simulator}"]
+    header = [
+        "Game",
+        "F1",
+        "x off",
+        "y off",
+        "Differs from frame",
+        "Return",
+        f"Return in {simulator}",
+    ]
     return Table(f"The real ROMs and {simulator}", header, rows)
 
 
 def _by_seed(runs: Sequence[Parity], told: Callable[[Parity], str]) -> str:
     """What is told of each run; once if it is the same of all."""
     parts = [told(p) for p in runs]
-    return parts[0] if len(set(parts)) == 1 else ", ".join(f"{part} (seed {p.seed})" for part, p in zip(parts, runs, strict=True))
+    return (
+        parts[0]
+        if len(set(parts)) == 1
+        else ", ".join(f"{part} (seed {p.seed})" for part, p in zip(parts, runs, strict=True))
+    )
 
 
 def _mean(values: Sequence[float] | np.ndarray) -> float:
@@ -247,7 +332,8 @@ def pictures(p: Parity, frames: Sequence[int], scale: int = 2) -> list[Image.Ima
     for b in frames:
         rgb = p.game.palette[p.screens[b]]
         sides = [
-            boxes_over(frame, d.xywh[b], d.label[b], d.categories, scale=scale) for frame, d in ((rgb, p.real), (rgb // 3, p.simulated))
+            boxes_over(frame, d.xywh[b], d.label[b], d.categories, scale=scale)
+            for frame, d in ((rgb, p.real), (rgb // 3, p.simulated))
         ]
         out.append(sheet([sides], [f"{p.game.name}, frame {b}: real", p.simulator]))
     return out

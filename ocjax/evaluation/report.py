@@ -1,4 +1,7 @@
-"""Evaluate a game on a recording, and tables of the result. `ocjax.evaluation.formats` writes them to files."""
+"""Evaluate a game on a recording, and tables of the result.
+
+`ocjax.evaluation.formats` writes them to files.
+"""
 
 import dataclasses
 import functools
@@ -25,20 +28,24 @@ SCORES = ("Precision", "Recall", "F1", "Mean IoU")
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Evaluation:
-    """The results of evaluating a recording of one game. The last axis of every array follows the columns of `flicker_aware`.
+    """The results of evaluating a recording of one game. The last axis of every array follows the
+    columns of `flicker_aware`.
 
     Args:
         game: the game.
         source: where the samples come from, for people.
         episode: int `[frames]`, number of each sample's episode.
-        situations: bool `[frames]` by name: the samples at an episode's start or end, or with a life just lost, as far as they are known.
-        flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each where the recording has it.
+        situations: bool `[frames]` by name: the samples at an episode's start or end, or with a
+            life just lost, as far as they are known.
+        flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each where the
+            recording has it.
         single_frame: REM against VEM on the frame alone.
         values: shares of samples with the right score and lives, by category.
-        switches: identity switches and transitions, each `[categories]`; None where samples do not follow on each other.
+        switches: identity switches and transitions, each `[categories]`; None where samples do not
+            follow on each other.
         overflow: objects that VEM detected but had no slot for, `[categories]`.
-        coverage: share of sprite pixels inside REM's boxes and share of boxes that hold drawn pixels; None where the recording does not say
-            what was drawn.
+        coverage: share of sprite pixels inside REM's boxes and share of boxes that hold drawn
+            pixels; None where the recording does not say what was drawn.
         ocatari: what OCAtari's methods found, by "rem" and "vem"; empty where it did not run.
         ocatari_agreement: OCAtari's REM against its VEM; None unless both run.
         worst_frames: pictures of the frames with the most disagreements.
@@ -59,14 +66,18 @@ class Evaluation:
     worst_frames: tuple[WorstFrame, ...]
 
 
-# ---------------------------------------------------------------------------------------------------------------- measure
+# ----------------------------------------------------------------------------------------------------------------
+# measure
 
 
-def evaluate(recording: Recording, source: str, ocatari: dict[str, OcatariMethod] | None = None) -> Evaluation:
+def evaluate(
+    recording: Recording, source: str, ocatari: dict[str, OcatariMethod] | None = None
+) -> Evaluation:
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: what it lacks (frames before, rewards, lives, what the video chip drew) is left out of the result.
+        recording: what it lacks (frames before, rewards, lives, what the video chip drew) is left
+            out of the result.
         source: where the samples come from, for people.
         ocatari: what OCAtari found on the same recording, from `ocatari_runner.run`.
 
@@ -85,7 +96,9 @@ def evaluate(recording: Recording, source: str, ocatari: dict[str, OcatariMethod
     before = None if earlier is None else matching.detections(earlier)
     pairs = matching.match(left, right)
     single_frame = metrics.agreement(left, right, pairs=pairs)
-    flicker_aware = single_frame if before is None else metrics.agreement(left, right, before, pairs=pairs)
+    flicker_aware = (
+        single_frame if before is None else metrics.agreement(left, right, before, pairs=pairs)
+    )
     return Evaluation(
         game=game,
         source=source,
@@ -129,10 +142,14 @@ def _situations(recording: Recording) -> dict[str, np.ndarray]:
     return out
 
 
-def _switches(recording: Recording, rem: Objects, vem: Objects, earlier: Objects | None) -> tuple[np.ndarray, np.ndarray] | None:
+def _switches(
+    recording: Recording, rem: Objects, vem: Objects, earlier: Objects | None
+) -> tuple[np.ndarray, np.ndarray] | None:
     if recording.frame_skip is None or recording.resets is None:
         return None
-    return metrics.identity_switches(rem, vem if earlier is None else tracking.merge_frames(earlier, vem), recording.resets)
+    return metrics.identity_switches(
+        rem, vem if earlier is None else tracking.merge_frames(earlier, vem), recording.resets
+    )
 
 
 def _coverage(recording: Recording, boxes: matching.Detections) -> tuple[float, float] | None:
@@ -149,30 +166,44 @@ def _ocatari_agreement(methods: dict[str, OcatariMethod]) -> Agreement | None:
     return None if rem is None or vem is None else metrics.agreement(rem, vem)
 
 
-# ----------------------------------------------------------------------------------------------------------------- tables
+# -----------------------------------------------------------------------------------------------------------------
+# tables
 
 FLICKER = (
-    "Many games draw some objects only on every other frame. REM reports such an object on every frame, and VEM only where it is "
-    "drawn. So an object that REM reports counts as found if VEM finds it on the frame or on the one before, and an object that VEM "
-    "finds must be reported by REM on the same frame. The single-frame F1 compares the same frame alone: for an object that is drawn "
-    "on every other frame it is about 67 % even if both methods are right. An object that REM reports while it is hidden for longer, "
+    "Many games draw some objects only on every other frame. REM reports such an object on every "
+    "frame, and VEM only where it is "
+    "drawn. So an object that REM reports counts as found if VEM finds it on the frame or on the "
+    "one before, and an object that VEM "
+    "finds must be reported by REM on the same frame. The single-frame F1 compares the same "
+    "frame alone: for an object that is drawn "
+    "on every other frame it is about 67 % even if both methods are right. An object that REM "
+    "reports while it is hidden for longer, "
     "such as a power pill that blinks slowly, lowers the precision of its category."
 )
 COLUMNS = {  # what the columns of the tables mean
     "Objects": "the number of objects that REM reports",
     "Precision": "the share of REM's objects that VEM finds, on the frame or on the one before",
     "Recall": "the share of VEM's objects that REM reports on the same frame",
-    "F1": "the harmonic mean of precision and recall; objects match if their category is the same and their centres are within 5 pixels",
+    "F1": (
+        "the harmonic mean of precision and recall; objects match if their category is the same "
+        "and their centres are within 5 pixels"
+    ),
     "F1 95 % CI": "the 95 % confidence interval of F1, by resampling episodes",
     "Mean IoU": "the mean intersection over union of the boxes of matched objects",
     "Exact boxes": "the share of matched objects whose boxes are identical",
     "Single-frame F1": "F1 without the frame before",
     "ID switches": "how often an object changes its slot in REM",
     "Overflow": "the number of objects for which VEM has no slot left",
-    "Value accuracy": "the share of samples in which REM's score equals the sum of rewards, or its lives the emulator's",
+    "Value accuracy": (
+        "the share of samples in which REM's score equals the sum of rewards, or its lives the "
+        "emulator's"
+    ),
     "Sprites covered": "the share of the pixels of sprites that are inside REM's boxes",
     "Boxes with pixels": "the share of REM's boxes in which something is drawn",
-    "OCAtari F1": "F1 of OCAtari's REM against OCAtari's VEM on the same frames; the other columns of OCAtari likewise",
+    "OCAtari F1": (
+        "F1 of OCAtari's REM against OCAtari's VEM on the same frames; the other columns of "
+        "OCAtari likewise"
+    ),
 }
 
 
@@ -203,18 +234,41 @@ def value_accuracy(e: Evaluation, names: Sequence[str]) -> Cell:
 
 def _interval(e: Evaluation, category: int | None) -> Cell:
     """95 % confidence interval of F1 over episodes."""
-    counts = e.flicker_aware.sum(axis=1) if category is None else e.flicker_aware.map(lambda a: a[:, category])
-    low, high = (float(np.ravel(v)[0]) for v in metrics.intervals(counts, e.episode, lambda a: a.f1))
+    counts = (
+        e.flicker_aware.sum(axis=1)
+        if category is None
+        else e.flicker_aware.map(lambda a: a[:, category])
+    )
+    low, high = (
+        float(np.ravel(v)[0]) for v in metrics.intervals(counts, e.episode, lambda a: a.f1)
+    )
     return None if math.isnan(low) else f"{100 * low:.1f}-{100 * high:.1f}"
 
 
 @functools.cache
 def by_category(e: Evaluation) -> Table:
     """A table with one row per category of a game and one for all of them together."""
-    header = ["Category", "Objects", "Precision", "Recall", "F1", "F1 95 % CI", "Mean IoU", "Exact boxes", "Single-frame F1"]
-    header += ["ID switches", "Overflow", "Value accuracy", *(f"OCAtari {s}" for s in SCORES if e.ocatari)]
+    header = [
+        "Category",
+        "Objects",
+        "Precision",
+        "Recall",
+        "F1",
+        "F1 95 % CI",
+        "Mean IoU",
+        "Exact boxes",
+        "Single-frame F1",
+    ]
+    header += [
+        "ID switches",
+        "Overflow",
+        "Value accuracy",
+        *(f"OCAtari {s}" for s in SCORES if e.ocatari),
+    ]
     return Table(
-        f"{e.game.name}: REM against VEM in percent; {e.source}", header, [_category_row(e, i, name) for i, name in rows_of(e.game)]
+        f"{e.game.name}: REM against VEM in percent; {e.source}",
+        header,
+        [_category_row(e, i, name) for i, name in rows_of(e.game)],
     )
 
 
@@ -222,23 +276,46 @@ def by_category(e: Evaluation) -> Table:
 def by_situation(e: Evaluation) -> Table:
     """A table of the samples at the start and the end of episodes and with a life just lost, one row for each kind that there is."""
     header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
-    rows = [_situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()]
+    rows = [
+        _situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()
+    ]
     return Table(f"{e.game.name}: first and last states and lost lives, in percent", header, rows)
 
 
 def _situation_row(e: Evaluation, name: str, samples: np.ndarray) -> list[Cell]:
     counts, single = (a.map(lambda v: v[samples]).sum() for a in (e.flicker_aware, e.single_frame))
-    return [name, int(samples.sum()), int(counts.left), *scores(counts), percent(counts.exact_rate), percent(single.f1)]
+    return [
+        name,
+        int(samples.sum()),
+        int(counts.left),
+        *scores(counts),
+        percent(counts.exact_rate),
+        percent(single.f1),
+    ]
 
 
 def _category_row(e: Evaluation, category: int | None, name: str) -> list[Cell]:
     counts, single = of_category(e.flicker_aware, category), of_category(e.single_frame, category)
     precision, recall, f1, mean_iou = scores(counts)
-    row = [name, int(counts.left), precision, recall, f1, _interval(e, category), mean_iou, percent(counts.exact_rate), percent(single.f1)]
+    row = [
+        name,
+        int(counts.left),
+        precision,
+        recall,
+        f1,
+        _interval(e, category),
+        mean_iou,
+        percent(counts.exact_rate),
+        percent(single.f1),
+    ]
     row.append(None if e.switches is None else _count(e.switches[0], category))
     row += [_count(e.overflow, category), value_accuracy(e, [name])]
     if e.ocatari:
-        row += [None] * len(SCORES) if e.ocatari_agreement is None else scores(of_category(e.ocatari_agreement, category))
+        row += (
+            [None] * len(SCORES)
+            if e.ocatari_agreement is None
+            else scores(of_category(e.ocatari_agreement, category))
+        )
     return row
 
 
@@ -289,5 +366,9 @@ def notes(e: Evaluation) -> list[str]:
     out = []
     for method, m in e.ocatari.items():
         name = f"{e.game.name}: OCAtari's {method.upper()}"
-        out.append(f"{name} does not run here ({m.error})" if m.objects is None else f"{name} takes {np.median(m.us):.1f} us per frame")
+        out.append(
+            f"{name} does not run here ({m.error})"
+            if m.objects is None
+            else f"{name} takes {np.median(m.us):.1f} us per frame"
+        )
     return out

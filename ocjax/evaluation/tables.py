@@ -24,8 +24,14 @@ class Table:
 
     def without_empty_columns(self) -> "Table":
         """The table without columns in which every cell is None."""
-        filled = [k for k in range(len(self.header)) if any(row[k] is not None for row in self.rows)]
-        return Table(self.title, [self.header[k] for k in filled], [[row[k] for k in filled] for row in self.rows])
+        filled = [
+            k for k in range(len(self.header)) if any(row[k] is not None for row in self.rows)
+        ]
+        return Table(
+            self.title,
+            [self.header[k] for k in filled],
+            [[row[k] for k in filled] for row in self.rows],
+        )
 
 
 def is_number(cell: Cell) -> bool:
@@ -49,7 +55,11 @@ def show(table: Table, console: Console) -> None:
     cells = [[escape(text(c)) for c in row] for row in table.rows]
     for i, heading in enumerate(table.header):
         is_text = all(isinstance(row[i], str | None) for row in table.rows)
-        longest = max(len(word) for cell in (heading, *(row[i] for row in cells)) for word in cell.split() or [""])
+        longest = max(
+            len(word)
+            for cell in (heading, *(row[i] for row in cells))
+            for word in cell.split() or [""]
+        )
         out.add_column(escape(heading), justify="left" if is_text else "right", min_width=longest)
     for row in cells:
         out.add_row(*row)
@@ -57,7 +67,10 @@ def show(table: Table, console: Console) -> None:
 
 
 def print_whole(table: RichTable, console: Console) -> None:
-    """Print a table without cutting off words. In a file or a pipe, cells are not broken into lines, either."""
+    """Print a table without cutting off words.
+
+    In a file or a pipe, cells are not broken into lines, either.
+    """
     size = Measurement.get(console, console.options.update(max_width=WIDEST), table)
     table.width = max(console.width, size.minimum) if console.is_terminal else size.maximum
     console.print(table, crop=False)
@@ -68,5 +81,7 @@ def to_markdown(tables: Sequence[Table]) -> str:
     parts = []
     for t in (t.without_empty_columns() for t in tables):
         lines = [t.header, ["---"] * len(t.header), *([text(c) for c in row] for row in t.rows)]
-        parts.append(f"**{t.title}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines))
+        parts.append(
+            f"**{t.title}**\n\n" + "\n".join("| " + " | ".join(line) + " |" for line in lines)
+        )
     return "\n\n".join(parts) + "\n"

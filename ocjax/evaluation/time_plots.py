@@ -13,7 +13,8 @@ LEAST_WIDTH, WIDTH_OF_GAME, HEIGHT = 6.0, 1.6, 5.0  # inches
 
 
 def steps_figure(found: Sequence[Measurement]) -> bytes:
-    """A PNG of the seconds that 10,000 agent steps or extractions take, by game: the figure of the OCAtari paper.
+    """A PNG of the seconds that 10,000 agent steps or extractions take, by game: the figure of the
+    OCAtari paper.
 
     Methods have their largest batch. The means over games are geometric.
 
@@ -24,20 +25,40 @@ def steps_figure(found: Sequence[Measurement]) -> bytes:
     games = list(dict.fromkeys(m.game for m in found))
     whats = list(dict.fromkeys(m.what for m in found))
     largest = {(m.game, m.what): m for m in sorted(found, key=lambda m: m.batch)}
-    figure, axes = plt.subplots(figsize=(max(LEAST_WIDTH, WIDTH_OF_GAME * len(games)), HEIGHT), layout="constrained")
+    figure, axes = plt.subplots(
+        figsize=(max(LEAST_WIDTH, WIDTH_OF_GAME * len(games)), HEIGHT), layout="constrained"
+    )
     width = 0.8 / len(whats)
     colors = plt.get_cmap("tab20").colors
     for i, what in enumerate(whats):
-        places = [g + (i - (len(whats) - 1) / 2) * width for g, name in enumerate(games) if (name, what) in largest]
-        seconds = [largest[name, what].median * STEPS / 1e6 for name in games if (name, what) in largest]
-        axes.bar(places, seconds, width, color=colors[i], label=f"{what} (mean {_geometric_mean(seconds):.3g} s)")
-    axes.set(yscale="log", ylabel=f"seconds per {STEPS:,} steps", xticks=range(len(games)), xticklabels=games)
+        places = [
+            g + (i - (len(whats) - 1) / 2) * width
+            for g, name in enumerate(games)
+            if (name, what) in largest
+        ]
+        seconds = [
+            largest[name, what].median * STEPS / 1e6 for name in games if (name, what) in largest
+        ]
+        axes.bar(
+            places,
+            seconds,
+            width,
+            color=colors[i],
+            label=f"{what} (mean {_geometric_mean(seconds):.3g} s)",
+        )
+    axes.set(
+        yscale="log",
+        ylabel=f"seconds per {STEPS:,} steps",
+        xticks=range(len(games)),
+        xticklabels=games,
+    )
     figure.legend(fontsize="small", loc="outside lower center", ncols=2)
     return _png(plt, figure)
 
 
 def batches_figure(found: Sequence[Measurement]) -> bytes:
-    """A PNG of the microseconds that a method takes for one state or frame, by batch size; geometric means over the games.
+    """A PNG of the microseconds that a method takes for one state or frame, by batch size;
+    geometric means over the games.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -46,10 +67,18 @@ def batches_figure(found: Sequence[Measurement]) -> bytes:
     figure, axes = plt.subplots(figsize=(LEAST_WIDTH, HEIGHT), layout="constrained")
     for what in METHODS:
         sizes = sorted({m.batch for m in found if m.what == what})
-        means = [_geometric_mean([m.median for m in found if (m.what, m.batch) == (what, size)]) for size in sizes]
+        means = [
+            _geometric_mean([m.median for m in found if (m.what, m.batch) == (what, size)])
+            for size in sizes
+        ]
         if sizes:
             axes.plot(sizes, means, marker="o", label=what)
-    axes.set(xscale="log", yscale="log", xlabel="states or frames per call", ylabel="microseconds per state or frame")
+    axes.set(
+        xscale="log",
+        yscale="log",
+        xlabel="states or frames per call",
+        ylabel="microseconds per state or frame",
+    )
     axes.legend(fontsize="small")
     return _png(plt, figure)
 

@@ -65,7 +65,9 @@ def one_core() -> Iterator[None]:
         os.sched_setaffinity(0, before)
 
 
-def methods(game: Game, rams: np.ndarray, frames: np.ndarray, seconds: float) -> Iterator[Measurement]:
+def methods(
+    game: Game, rams: np.ndarray, frames: np.ndarray, seconds: float
+) -> Iterator[Measurement]:
     """Time REM and VEM on batches of several sizes.
 
     Args:
@@ -77,7 +79,13 @@ def methods(game: Game, rams: np.ndarray, frames: np.ndarray, seconds: float) ->
     for what, extract, samples in (("REM", game.rem, rams), ("VEM", game.vem, frames)):
         for batch in BATCHES[what]:
             x = jax.device_put(np.resize(samples, (batch, *samples.shape[1:])))
-            yield _measured(game, what, batch, lambda extract=extract, x=x: jax.block_until_ready(extract(x)), seconds)
+            yield _measured(
+                game,
+                what,
+                batch,
+                lambda extract=extract, x=x: jax.block_until_ready(extract(x)),
+                seconds,
+            )
 
 
 def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurement]:
@@ -86,7 +94,9 @@ def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurem
         WITHOUT_OBJECTS: lambda: make_vec(game, num_envs, mode="raw"),
         "environment with REM": lambda: make_vec(game, num_envs),
         "environment with VEM": lambda: make_vec(game, num_envs, mode="vem"),
-        "ale-py's vector environment": lambda: AtariVectorEnv(game.rom, num_envs=num_envs, frameskip=FRAME_SKIP),
+        "ale-py's vector environment": lambda: AtariVectorEnv(
+            game.rom, num_envs=num_envs, frameskip=FRAME_SKIP
+        ),
     }
     if _installed("envpool"):
         made["envpool with REM"] = lambda: make_vec(game, num_envs, backend="envpool")
@@ -98,11 +108,18 @@ def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurem
             envs.reset()
             actions = np.random.default_rng(0).integers(_actions(envs), size=(64, num_envs))
             turns = iter(range(1 << 62))
-            yield _measured(game, what, num_envs, lambda envs=envs, a=actions, t=turns: envs.step(a[next(t) % len(a)]), seconds)
+            yield _measured(
+                game,
+                what,
+                num_envs,
+                lambda envs=envs, a=actions, t=turns: envs.step(a[next(t) % len(a)]),
+                seconds,
+            )
 
 
 def opencv(game: Game, frames: np.ndarray, seconds: float) -> Iterator[Measurement]:
-    """Time the usual way with OpenCV, where it is installed: a mask of each category's colours, and the boxes of its outer contours.
+    """Time the usual way with OpenCV, where it is installed: a mask of each category's colours, and
+    the boxes of its outer contours.
 
     This finds boxes alone: it does not split, join, read or check anything.
     """
@@ -115,15 +132,20 @@ def opencv(game: Game, frames: np.ndarray, seconds: float) -> Iterator[Measureme
     def find() -> None:
         for frame in frames:
             for table in tables:
-                outlines, _ = cv2.findContours(cv2.LUT(frame, table), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+                outlines, _ = cv2.findContours(
+                    cv2.LUT(frame, table), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+                )
                 for outline in outlines:
                     cv2.boundingRect(outline)
 
     yield _measured(game, "OpenCV's contours", len(frames), find, seconds)
 
 
-def ocatari(game: Game, rams: np.ndarray, frames: np.ndarray, python: Path) -> Iterator[Measurement]:
-    """Time both methods of OCAtari, one state at a time, with an interpreter from `ocatari_peer.interpreter`.
+def ocatari(
+    game: Game, rams: np.ndarray, frames: np.ndarray, python: Path
+) -> Iterator[Measurement]:
+    """Time both methods of OCAtari, one state at a time, with an interpreter from
+    `ocatari_peer.interpreter`.
 
     Raises:
         OcatariError: an OSError; OCAtari's process failed.
@@ -138,10 +160,14 @@ def machine() -> dict[str, Any]:
     """What the times depend on: processor, cores to which the process is bound, device, and versions."""
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
     names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
-    versions = {name: importlib.metadata.version(name) for name in ("ocjax", "jax", "ale-py", "numpy")}
+    versions = {
+        name: importlib.metadata.version(name) for name in ("ocjax", "jax", "ale-py", "numpy")
+    }
     return {
         "processor": names[0] if names else platform.processor() or platform.machine(),
-        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
+        "cores": len(os.sched_getaffinity(0))
+        if hasattr(os, "sched_getaffinity")
+        else os.cpu_count(),
         "device": jax.devices()[0].device_kind,
         "python": platform.python_version(),
         "commit": _commit(),
@@ -170,7 +196,9 @@ def _actions(envs: Any) -> int:
     return int(getattr(envs, "single_action_space", envs.action_space).n)
 
 
-def _measured(game: Game, what: str, batch: int, call: Callable[[], Any], seconds: float) -> Measurement:
+def _measured(
+    game: Game, what: str, batch: int, call: Callable[[], Any], seconds: float
+) -> Measurement:
     """Time calls for so many seconds."""
     start = time.perf_counter()
     call()
@@ -183,6 +211,10 @@ def _measured(game: Game, what: str, batch: int, call: Callable[[], Any], second
     return _summary(game, what, batch, first_call, spent)
 
 
-def _summary(game: Game, what: str, batch: int, first_call: float, spent: list[float]) -> Measurement:
+def _summary(
+    game: Game, what: str, batch: int, first_call: float, spent: list[float]
+) -> Measurement:
     deciles = statistics.quantiles(spent, n=10)
-    return Measurement(game.name, what, batch, first_call, statistics.median(spent), deciles[0], deciles[-1])
+    return Measurement(
+        game.name, what, batch, first_call, statistics.median(spent), deciles[0], deciles[-1]
+    )

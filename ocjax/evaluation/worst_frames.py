@@ -12,7 +12,8 @@ from ocjax.recordings import Recording
 
 COUNT = 6  # pictures
 DISTANCE = 20  # least number of samples between two of them
-SCALE = 2  # picture pixels per screen pixel; twice as many across, because the console's pixels are wide
+# picture pixels per screen pixel; twice as many across, because the console's pixels are wide
+SCALE = 2
 MISSED, FALSE, AGREED = (255, 40, 40), (255, 220, 0), (150, 150, 150)
 COLORS_IN_FILE = 64
 
@@ -26,7 +27,11 @@ class WorstFrame:
 
 
 def worst_frames(
-    recording: Recording, counts: Agreement, left: Detections, right: Detections, before: Detections | None
+    recording: Recording,
+    counts: Agreement,
+    left: Detections,
+    right: Detections,
+    before: Detections | None,
 ) -> tuple[WorstFrame, ...]:
     """Draw the frames with the most disagreements, spread over the recording.
 
@@ -52,7 +57,9 @@ def _frame(d: Detections, i: int) -> Detections:
     return Detections(d.xywh[i : i + 1], d.label[i : i + 1], d.categories)
 
 
-def _draw(recording: Recording, i: int, left: Detections, right: Detections, before: Detections | None) -> WorstFrame:
+def _draw(
+    recording: Recording, i: int, left: Detections, right: Detections, before: Detections | None
+) -> WorstFrame:
     mine, theirs = _frame(left, i), _frame(right, i)
     pairs = match(mine, theirs)
     confirmed = pairs >= 0
@@ -65,14 +72,25 @@ def _draw(recording: Recording, i: int, left: Detections, right: Detections, bef
     assert recording.screens is not None
     frame = recording.screens[i]
     rgb = recording.game.palette[frame] if frame.ndim == 2 else frame
-    image = Image.fromarray(rgb).resize((rgb.shape[1] * 2 * SCALE, rgb.shape[0] * SCALE), Image.Resampling.NEAREST)
+    image = Image.fromarray(rgb).resize(
+        (rgb.shape[1] * 2 * SCALE, rgb.shape[0] * SCALE), Image.Resampling.NEAREST
+    )
     draw = ImageDraw.Draw(image)
-    for color, boxes, columns in ((AGREED, mine, agreed), (FALSE, mine, false), (MISSED, theirs, missed)):
+    for color, boxes, columns in (
+        (AGREED, mine, agreed),
+        (FALSE, mine, false),
+        (MISSED, theirs, missed),
+    ):
         for x, y, w, h in boxes.xywh[0, columns].astype(int).tolist():
-            draw.rectangle((2 * SCALE * x - 1, SCALE * y - 1, 2 * SCALE * (x + w), SCALE * (y + h)), outline=color)
+            draw.rectangle(
+                (2 * SCALE * x - 1, SCALE * y - 1, 2 * SCALE * (x + w), SCALE * (y + h)),
+                outline=color,
+            )
     file = io.BytesIO()
     image.quantize(COLORS_IN_FILE).save(file, "PNG", optimize=True)
-    return WorstFrame(f"sample {i}: false {_names(mine, false)}; missed {_names(theirs, missed)}", file.getvalue())
+    return WorstFrame(
+        f"sample {i}: false {_names(mine, false)}; missed {_names(theirs, missed)}", file.getvalue()
+    )
 
 
 def _names(d: Detections, columns: np.ndarray) -> str:

@@ -20,7 +20,11 @@ HEADER = "category", "slots", "attributes", "what it is"  # of tables of categor
 
 def _has_colors(rule: Rule) -> bool:
     """Whether an object that a rule finds may have one of several colours."""
-    several = [len(colors) for _, colors in rule.slots] if isinstance(rule, Bounds) else [len(rule.palette)]
+    several = (
+        [len(colors) for _, colors in rule.slots]
+        if isinstance(rule, Bounds)
+        else [len(rule.palette)]
+    )
     return (isinstance(rule, Bounds) and rule.inverse) or max(several) > 1
 
 
@@ -33,19 +37,24 @@ class Category:
         rule: how VEM finds it.
         count: number of slots.
         hud: part of the display (score, lives, ...) rather than of the game.
-        attributes: which of "value" and "orientation" are meaningful. VEM does not read orientations; it reports -1.
-        rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With `rgb`, VEM does not read the colour.
-        color_row: row of an object's box off which VEM reads the colour, at the row's first pixel of the rule's colours. A negative row
-            counts from the bottom; one beyond the box is the last one.
+        attributes: which of "value" and "orientation" are meaningful. VEM does not read
+            orientations; it reports -1.
+        rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With
+            `rgb`, VEM does not read the colour.
+        color_row: row of an object's box off which VEM reads the colour, at the row's first pixel
+            of the rule's colours. A negative row counts from the bottom; one beyond the box is the
+            last one.
         value: how VEM reads the value from the colour, if it does.
         doc: one line that says what the objects are.
-        blinks: whether the objects are drawn only part of the time, with gaps longer than the single frame of ordinary flicker. REM reports
-            them all the time.
-        aliases: other names by which `game.slices`, `Objects.of` and `evaluation.from_records` know the category.
-        needs: names of categories. VEM reports objects only on frames on which it finds an object of one of these, too. This is for screens
-            that take the playfield's place and hold shapes in the objects' colours.
-        otherwise: the rule that counts on frames on which `rule` finds nothing. This is for objects that for a moment have a colour that
-            others may have, too.
+        blinks: whether the objects are drawn only part of the time, with gaps longer than the
+            single frame of ordinary flicker. REM reports them all the time.
+        aliases: other names by which `game.slices`, `Objects.of` and `evaluation.from_records` know
+            the category.
+        needs: names of categories. VEM reports objects only on frames on which it finds an object
+            of one of these, too. This is for screens that take the playfield's place and hold
+            shapes in the objects' colours.
+        otherwise: the rule that counts on frames on which `rule` finds nothing. This is for objects
+            that for a moment have a colour that others may have, too.
     """
 
     name: str
@@ -63,7 +72,10 @@ class Category:
     otherwise: Rule | None = None
 
     def __repr__(self) -> str:
-        return f"Category({self.name!r}, count={self.count}, hud={self.hud}, attributes={self.attributes}, doc={self.doc!r})"
+        return (
+            f"Category({self.name!r}, count={self.count}, hud={self.hud}, "
+            f"attributes={self.attributes}, doc={self.doc!r})"
+        )
 
     def row(self) -> tuple[str, int, str, str]:
         """What a table says of the category, by `HEADER`."""
@@ -86,12 +98,17 @@ class Category:
     @property
     def reads_value(self) -> bool:
         """Whether VEM reads a value of the objects: from a number, a gauge or their colour."""
-        return self.value is not None or any(isinstance(rule, Bounds) and rule.value is not None for rule in (self.rule, self.otherwise))
+        return self.value is not None or any(
+            isinstance(rule, Bounds) and rule.value is not None
+            for rule in (self.rule, self.otherwise)
+        )
 
     @property
     def reads_color(self) -> bool:
         """Whether VEM reads an object's colour from the frame."""
-        return self.rgb is None and any(_has_colors(rule) for rule in (self.rule, self.otherwise) if rule is not None)
+        return self.rgb is None and any(
+            _has_colors(rule) for rule in (self.rule, self.otherwise) if rule is not None
+        )
 
     def slot_rgb(self, table: np.ndarray = palette.NTSC) -> np.ndarray:
         """The colour of each slot, uint8 `[count, 3]`; the rule's first colour where it is read from the frame."""
@@ -105,7 +122,8 @@ class Category:
 
 
 def display(name: str, rule: Rule, **options: Any) -> Category:
-    """A category of the HUD that shows a value, such as the score, the lives or the time; `attributes=()` for one that shows none.
+    """A category of the HUD that shows a value, such as the score, the lives or the time;
+    `attributes=()` for one that shows none.
 
     Args:
         name: see `Category`.

@@ -26,10 +26,15 @@ def needs_color(scene: Scene, c: Category) -> bool:
 def read_colors(scene: Scene, categories: Sequence[Category]) -> dict[str, Detected]:
     """The objects with colours and the values that these tell, without those that begin in another colour than their rule says."""
     wanted = [c for c in categories if needs_color(scene, c)]
-    wanted.sort(key=lambda c: type(c.rule).__name__)  # slices of one array side by side: XLA joins them in one copy
+    wanted.sort(
+        key=lambda c: type(c.rule).__name__
+    )  # slices of one array side by side: XLA joins them in one copy
     if not wanted:
         return {}
-    return {c.name: _with_color(scene, c, color) for c, color in zip(wanted, _read_off(scene, wanted), strict=True)}
+    return {
+        c.name: _with_color(scene, c, color)
+        for c, color in zip(wanted, _read_off(scene, wanted), strict=True)
+    }
 
 
 def _shows_color(scene: Scene, c: Category) -> bool:
@@ -56,7 +61,9 @@ def _told(rule: ByColor, color: jax.Array, frames: jax.Array) -> jax.Array:
     """The values that colours tell, int32 `[count, B]`."""
     if rule.like is not None:
         left, top, right, bottom = rule.like
-        shown = jnp.max(frames[:, top:bottom, left:right], axis=(1, 2)).astype(jnp.int32)  # black is 0
+        shown = jnp.max(frames[:, top:bottom, left:right], axis=(1, 2)).astype(
+            jnp.int32
+        )  # black is 0
         return jnp.where(shown[None] > 0, (color == shown[None]).astype(jnp.int32), UNKNOWN_VALUE)
     out = jnp.full_like(color, UNKNOWN_VALUE)
     for own, value in rule.values:
@@ -70,7 +77,10 @@ def _read_off(scene: Scene, categories: Sequence[Category]) -> list[jax.Array]:
     last_row = scene.frames.shape[1] - 1
     rows = np.concatenate([np.full((c.count, 1), c.color_row, np.int32) for c in categories])
     y = jnp.minimum(_row(Detected(jnp.concatenate([f.box for f in found])), rows), last_row)
-    heads = [_head(scene, c, f) if f.head is None or c.color_row else f.head for c, f in zip(categories, found, strict=True)]
+    heads = [
+        _head(scene, c, f) if f.head is None or c.color_row else f.head
+        for c, f in zip(categories, found, strict=True)
+    ]
     column = jnp.minimum(jnp.concatenate(heads), WIDTH - 1)
     color = _pixels(scene.frames, y, column).astype(jnp.int32) & EVEN
     ends = np.cumsum([0, *(len(f.box) for f in found)]).tolist()
@@ -80,7 +90,8 @@ def _read_off(scene: Scene, categories: Sequence[Category]) -> list[jax.Array]:
 def _pixels(frames: jax.Array, row: jax.Array, column: jax.Array) -> jax.Array:
     """Pixels of each frame, uint8 `[n, B]`, for indices int32 `[n, B]` in range.
 
-    By one index for each pixel: XLA writes three side by side in memory, and Ms. Pac-Man takes 21 us a frame instead of 18.
+    By one index for each pixel: XLA writes three side by side in memory, and Ms. Pac-Man takes 21
+    us a frame instead of 18.
     """
     lanes, height, width = frames.shape
     lane = jnp.arange(lanes, dtype=jnp.int32)[None]
@@ -102,5 +113,9 @@ def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
 
 def _row(found: Detected, offset: np.ndarray | np.int32) -> jax.Array:
     """A row of each box; a negative offset counts from the bottom, and one beyond the box is the last row."""
-    inside = jnp.where(offset < 0, jnp.maximum(found.h + offset, 0), jnp.minimum(offset, jnp.maximum(found.h - 1, 0)))
+    inside = jnp.where(
+        offset < 0,
+        jnp.maximum(found.h + offset, 0),
+        jnp.minimum(offset, jnp.maximum(found.h - 1, 0)),
+    )
     return found.y + inside

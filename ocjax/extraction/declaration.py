@@ -1,4 +1,7 @@
-"""`Declaration`: what a game file declares. All but its decoder is validated on construction, the decoder before its first use."""
+"""`Declaration`: what a game file declares.
+
+All but its decoder is validated on construction, the decoder before its first use.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +34,10 @@ class GameError(ValueError):
 
 
 class Slices(Mapping[str, slice]):
-    """The slots of each category by its name, in the order of the categories. Aliases are keys, too, but are not listed."""
+    """The slots of each category by its name, in the order of the categories.
+
+    Aliases are keys, too, but are not listed.
+    """
 
     def __init__(self, categories: tuple[Category, ...]) -> None:
         ends = np.cumsum([c.count for c in categories]).tolist()
@@ -57,9 +63,11 @@ class Declaration:
 
     Args:
         name: as in Gymnasium's "ALE/<name>-v5".
-        rom: the ROM that the decoder was written for. The attribute `rom` is ALE's name of it, and `md5` its MD5 checksum.
+        rom: the ROM that the decoder was written for. The attribute `rom` is ALE's name of it, and
+            `md5` its MD5 checksum.
         ram: the address map.
-        decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for every category.
+        decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for
+            every category.
         categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
         shades: colours that change from level to level, if any.
@@ -99,7 +107,9 @@ class Declaration:
     ) -> None:
         if not isinstance(rom, Rom):
             raise GameError(f"{name}: rom: must be a Rom(name, md5), got {rom!r}")
-        vars(self).update(name=name, rom=rom.name, md5=rom.md5, ram=ram, decode=decode, categories=categories)
+        vars(self).update(
+            name=name, rom=rom.name, md5=rom.md5, ram=ram, decode=decode, categories=categories
+        )
         vars(self).update(screen=screen, shades=shades, saver=saver, pal=pal, hud=hud)
         if hud:
             _validate(self)
@@ -119,7 +129,10 @@ class Declaration:
     @functools.cached_property
     def slot_hud(self) -> np.ndarray:
         """Whether each slot belongs to the display, bool `[N]`."""
-        return np.repeat(np.array([c.hud for c in self.categories], dtype=bool), [c.count for c in self.categories])
+        return np.repeat(
+            np.array([c.hud for c in self.categories], dtype=bool),
+            [c.count for c in self.categories],
+        )
 
     @property
     def palette(self) -> np.ndarray:
@@ -129,7 +142,9 @@ class Declaration:
     @functools.cached_property
     def colors(self) -> tuple[int, ...]:
         """The palette indices that the rules name, in ascending order."""
-        rules = [rule for c in self.categories for rule in (c.rule, c.otherwise) if rule is not None]
+        rules = [
+            rule for c in self.categories for rule in (c.rule, c.otherwise) if rule is not None
+        ]
         return tuple(sorted({color for rule in rules for color in rule.palette}))
 
     @functools.cached_property
@@ -144,7 +159,11 @@ class Declaration:
 
     def replaced(self, **changes: Any) -> Self:
         """The same game with other arguments."""
-        same = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in ("rom", "md5")}
+        same = {
+            field.name: getattr(self, field.name)
+            for field in fields(self)
+            if field.name not in ("rom", "md5")
+        }
         return type(self)(**{**same, "rom": Rom(self.rom, self.md5), **changes})
 
     def without_hud(self) -> Self:
@@ -152,7 +171,8 @@ class Declaration:
         return self.replaced(hud=False)
 
 
-# ------------------------------------------------------------------------------------------------------------ validation
+# ------------------------------------------------------------------------------------------------------------
+# validation
 
 
 def _need(condition: bool, game: Declaration, where: str, text: str) -> None:
@@ -169,16 +189,31 @@ def _validate(game: Declaration) -> None:
 
 def _validate_fields(game: Declaration) -> None:
     need = functools.partial(_need, game=game)
-    need(isinstance(game.name, str) and game.name.isidentifier(), where="name", text=f"must be an identifier, got {game.name!r}")
-    need(isinstance(game.rom, str) and game.rom.isidentifier(), where="rom", text=f"must be ALE's name of the ROM, got {game.rom!r}")
+    need(
+        isinstance(game.name, str) and game.name.isidentifier(),
+        where="name",
+        text=f"must be an identifier, got {game.name!r}",
+    )
+    need(
+        isinstance(game.rom, str) and game.rom.isidentifier(),
+        where="rom",
+        text=f"must be ALE's name of the ROM, got {game.rom!r}",
+    )
     is_md5 = len(game.md5) == 32 and set(game.md5) <= set("0123456789abcdef")
     need(is_md5, where="md5", text=f"must be 32 hex digits, got {game.md5!r}")
     is_map = isinstance(game.ram, type) and issubclass(game.ram, RamMap)
     need(is_map, where="ram", text=f"must be a subclass of RamMap, got {game.ram!r}")
     is_screen = len(game.screen) == 2 and game.screen[1] == WIDTH and 0 < game.screen[0] < 256
-    need(is_screen, where="screen", text=f"must be (height, {WIDTH}) with a height below 256, got {game.screen}")
+    need(
+        is_screen,
+        where="screen",
+        text=f"must be (height, {WIDTH}) with a height below 256, got {game.screen}",
+    )
     need(len(game.categories) > 0, where="categories", text="at least one is needed")
-    names, huds = [name for c in game.categories for name in (c.name, *c.aliases)], [c.hud for c in game.categories]
+    names, huds = (
+        [name for c in game.categories for name in (c.name, *c.aliases)],
+        [c.hud for c in game.categories],
+    )
     need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")
     order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
     need(huds == sorted(huds), where="categories", text=order)
@@ -186,14 +221,31 @@ def _validate_fields(game: Declaration) -> None:
 
 def _validate_category(game: Declaration, c: Category) -> None:
     need = functools.partial(_need, game=game, where=f"category {c.name}")
-    need(all(name.isidentifier() for name in (c.name, *c.aliases)), text=f"its names must be identifiers, got {(c.name, *c.aliases)}")
-    need(isinstance(c.count, int) and c.count > 0, text=f"count must be a positive int, got {c.count!r}")
-    need(set(c.attributes) <= set(ATTRIBUTES), text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}")
-    need(not c.reads_value or "value" in c.attributes, text="a value is read of it, but it has no attribute 'value'")
+    need(
+        all(name.isidentifier() for name in (c.name, *c.aliases)),
+        text=f"its names must be identifiers, got {(c.name, *c.aliases)}",
+    )
+    need(
+        isinstance(c.count, int) and c.count > 0,
+        text=f"count must be a positive int, got {c.count!r}",
+    )
+    need(
+        set(c.attributes) <= set(ATTRIBUTES),
+        text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}",
+    )
+    need(
+        not c.reads_value or "value" in c.attributes,
+        text="a value is read of it, but it has no attribute 'value'",
+    )
     need(isinstance(c.needs, tuple), text=f"needs must be a tuple of names, got {c.needs!r}")
-    may_need = {o.name for o in game.categories if c.hud or not o.hud}  # a game without its display lacks the others
+    may_need = {
+        o.name for o in game.categories if c.hud or not o.hud
+    }  # a game without its display lacks the others
     for name in c.needs:
-        need(name in may_need, text=f"needs: {name!r} is not a category" + ("" if c.hud else " outside the display"))
+        need(
+            name in may_need,
+            text=f"needs: {name!r} is not a category" + ("" if c.hud else " outside the display"),
+        )
     for rule in (c.rule, c.otherwise):
         if rule is not None:
             _validate_rule(game, c, rule)
@@ -205,14 +257,31 @@ def _validate_category(game: Declaration, c: Category) -> None:
 
 def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
     need = functools.partial(_need, game=game, where=f"category {c.name}")
-    need(isinstance(rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {rule!r}")
-    need(rule.slot_count in (None, c.count), text=f"its rule has {rule.slot_count} slots, its count is {c.count}")
-    need(rule.bottom <= game.screen[0], text=f"its rule reaches down to row {rule.bottom}, the screen has {game.screen[0]} rows")
+    need(
+        isinstance(rule, Rule), text=f"rule must be one of Bounds, Blobs, Cells, Runs, got {rule!r}"
+    )
+    need(
+        rule.slot_count in (None, c.count),
+        text=f"its rule has {rule.slot_count} slots, its count is {c.count}",
+    )
+    need(
+        rule.bottom <= game.screen[0],
+        text=f"its rule reaches down to row {rule.bottom}, the screen has {game.screen[0]} rows",
+    )
     stand_ins = game.shades.levels[0] if game.shades is not None else ()
     odd = sorted({color for color in rule.palette if color & ~EVEN} - set(stand_ins))
-    need(not odd, text=f"colors must be even, as an odd palette index shows as the even one below it, got {odd}")
+    need(
+        not odd,
+        text=(
+            "colors must be even, as an odd palette index shows as the even one below it, got "
+            f"{odd}"
+        ),
+    )
     firsts = isinstance(rule, Blobs) and rule.first_colors
-    need(not firsts or c.color_row == 0, text="its rule asks for the first pixel's colour, so color_row must be 0")
+    need(
+        not firsts or c.color_row == 0,
+        text="its rule asks for the first pixel's colour, so color_row must be 0",
+    )
     try:
         rule.check({other.name: other.rule for other in game.categories})
     except ValueError as error:
@@ -220,7 +289,8 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
 
 
 def check_decode(game: Declaration) -> None:
-    """Check that the decoder gives a box of the declared shape for every category. This traces it, which takes up to 0.2 s.
+    """Check that the decoder gives a box of the declared shape for every category. This traces it,
+    which takes up to 0.2 s.
 
     Raises:
         GameError: it does not.
@@ -228,7 +298,12 @@ def check_decode(game: Declaration) -> None:
     boxes = _trace(game)
     names = [c.name for c in game.categories]
     is_whole = set(boxes) == set(names) or (not game.hud and set(names) <= set(boxes))
-    _need(is_whole, game, "decode", f"must give a box for each of {sorted(names)}, gives {sorted(boxes)}")
+    _need(
+        is_whole,
+        game,
+        "decode",
+        f"must give a box for each of {sorted(names)}, gives {sorted(boxes)}",
+    )
     for c in game.categories:
         _check_box(game, c, boxes[c.name])
 
@@ -236,19 +311,39 @@ def check_decode(game: Declaration) -> None:
 def _trace(game: Declaration) -> dict[str, Any]:
     """What the decoder returns, with shapes and dtypes in place of arrays."""
     try:
-        with jax.enable_x64(False), jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
-            return jax.eval_shape(lambda ram: dict(game.decode(game.ram(ram))), jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8))
+        with (
+            jax.enable_x64(False),
+            jax.numpy_dtype_promotion("strict"),
+            jax.numpy_rank_promotion("raise"),
+        ):
+            return jax.eval_shape(
+                lambda ram: dict(game.decode(game.ram(ram))),
+                jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8),
+            )
     except Exception as error:
-        raise GameError(f"{game.name} ({inspect.getsourcefile(game.decode)}): decode: {type(error).__name__}: {error}") from error
+        raise GameError(
+            f"{game.name} ({inspect.getsourcefile(game.decode)}): decode: "
+            f"{type(error).__name__}: {error}"
+        ) from error
 
 
 def _check_box(game: Declaration, c: Category, found: Any) -> None:
-    _need(isinstance(found, Box), game, f"decode, {c.name}", f"must be a box(...), got {type(found).__name__}")
+    _need(
+        isinstance(found, Box),
+        game,
+        f"decode, {c.name}",
+        f"must be a box(...), got {type(found).__name__}",
+    )
     for f in fields(Box):
         leaf = getattr(found, f.name)
         if leaf is None:
             continue
         dtype = jnp.bool_ if f.name == "valid" else jnp.int32
         where = f"decode, {c.name}.{f.name}"
-        _need(leaf.shape in ((), (c.count,)), game, where, f"must have shape () or {(c.count,)}, has {leaf.shape}")
+        _need(
+            leaf.shape in ((), (c.count,)),
+            game,
+            where,
+            f"must have shape () or {(c.count,)}, has {leaf.shape}",
+        )
         _need(leaf.dtype == dtype, game, where, f"must be {jnp.dtype(dtype)}, is {leaf.dtype}")

@@ -20,10 +20,14 @@ from ocjax.vision.shades import Shades
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 Found = dict[str, Detected]
-Stage = Callable[[Scene, Sequence[Category]], Found]  # the objects that a stage finds or changes, by category
+Stage = Callable[
+    [Scene, Sequence[Category]], Found
+]  # the objects that a stage finds or changes, by category
 
 
-def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades | None = None) -> list[Detected]:
+def detect(
+    categories: tuple[Category, ...], frames: jax.Array, shades: Shades | None = None
+) -> list[Detected]:
     """Apply each category's rule.
 
     Args:
@@ -32,7 +36,8 @@ def detect(categories: tuple[Category, ...], frames: jax.Array, shades: Shades |
         shades: which of the rules' colours change from level to level.
 
     Returns:
-        For each category its boxes, whether or not the category that it needs is there; with colours where those are read from the frame.
+        For each category its boxes, whether or not the category that it needs is there; with
+        colours where those are read from the frame.
     """
     searched = (*categories, *(_substitute(c) for c in categories if c.otherwise is not None))
     scene = Scene({c.name: c.rule for c in searched}, frames, shades)
@@ -47,7 +52,10 @@ def _of(categories: Sequence[Category], kind: type) -> dict[str, tuple[Any, int]
 
 
 def _blobs(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Connected components. They come first, because other rules exclude the pixels of their objects."""
+    """Connected components.
+
+    They come first, because other rules exclude the pixels of their objects.
+    """
     blobs = _of(categories, Blobs)
     heads = any(needs_color(scene, c) for c in categories if c.name in blobs)
     return detect_blobs(scene, blobs, heads=heads)
@@ -56,21 +64,33 @@ def _blobs(scene: Scene, categories: Sequence[Category]) -> Found:
 def _after_blobs(scene: Scene, categories: Sequence[Category]) -> Found:
     """The steps of connected components, which may look at those of other categories."""
     blobs = {name: own for name, own in _of(categories, Blobs).items() if own[0].then}
-    return {name: scene.after(rule.then, scene.found[name], rule, count) for name, (rule, count) in blobs.items()}
+    return {
+        name: scene.after(rule.then, scene.found[name], rule, count)
+        for name, (rule, count) in blobs.items()
+    }
 
 
 def _bounds(scene: Scene, categories: Sequence[Category]) -> Found:
     """Boxes of regions."""
     rules = _of(categories, Bounds)
-    masks = [[scene.counted(part, colors) for part in rule.parts for _, colors in part.slots] for rule, _ in rules.values()]
+    masks = [
+        [scene.counted(part, colors) for part in rule.parts for _, colors in part.slots]
+        for rule, _ in rules.values()
+    ]
     found = detect_bounds([rule for rule, _ in rules.values()], masks)
-    return {name: scene.after(rule.then, own, rule, count) for (name, (rule, count)), own in zip(rules.items(), found, strict=True)}
+    return {
+        name: scene.after(rule.then, own, rule, count)
+        for (name, (rule, count)), own in zip(rules.items(), found, strict=True)
+    }
 
 
 def _cells(scene: Scene, categories: Sequence[Category]) -> Found:
     """Cells of grids."""
     rules = {name: rule for name, (rule, _) in _of(categories, Cells).items()}
-    return {name: detect_cells(rule, scene.cell_mask(rule), scene.anchor_mask(rule)) for name, rule in rules.items()}
+    return {
+        name: detect_cells(rule, scene.cell_mask(rule), scene.anchor_mask(rule))
+        for name, rule in rules.items()
+    }
 
 
 def _runs(scene: Scene, categories: Sequence[Category]) -> Found:
@@ -78,7 +98,10 @@ def _runs(scene: Scene, categories: Sequence[Category]) -> Found:
     rules = _of(categories, Runs)
     rows = [[scene.mask(colors) for _, colors in rule.rows] for rule, _ in rules.values()]
     found = detect_runs([rule for rule, _ in rules.values()], rows)
-    return {name: scene.after(rule.then, own, rule, count) for (name, (rule, count)), own in zip(rules.items(), found, strict=True)}
+    return {
+        name: scene.after(rule.then, own, rule, count)
+        for (name, (rule, count)), own in zip(rules.items(), found, strict=True)
+    }
 
 
 STAGES: tuple[Stage, ...] = (_blobs, _after_blobs, _bounds, _cells, _runs, read_colors)

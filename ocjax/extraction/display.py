@@ -31,19 +31,32 @@ def picture(game: Declaration, state: Iterable[Mapping[str, Any]]) -> str:
     """The boxes of one state's records on an empty screen, as SVG."""
     height, width = game.screen
     boxes = (
-        f'<rect x="{2 * r["x"]}" y="{r["y"]}" width="{2 * r["w"]}" height="{r["h"]}" fill="rgb{tuple(r["rgb"])}" stroke="#888" '
+        f'<rect x="{2 * r["x"]}" y="{r["y"]}" width="{2 * r["w"]}" height="{r["h"]}" '
+        f'fill="rgb{tuple(r["rgb"])}" stroke="#888" '
         f'stroke-width="0.5"><title>{escape(records.text([dict(r)]))}</title></rect>'
         for r in state
     )
-    size = f'width="{2 * SCALE * width}" height="{SCALE * height}" viewBox="0 0 {2 * width} {height}"'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" {size} style="background: {BACKGROUND}">{"".join(boxes)}</svg>'
+    size = (
+        f'width="{2 * SCALE * width}" height="{SCALE * height}" viewBox="0 0 {2 * width} {height}"'
+    )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} style="background: '
+        f'{BACKGROUND}">{"".join(boxes)}</svg>'
+    )
 
 
 def state_html(game: Declaration, fields: records.Fields) -> str:
     """The objects of one state as a picture with a table beside it."""
     state = records.of_state(fields, game)
     rows = [
-        (r["category"], r["slot"], f"({r['x']}, {r['y']})", f"{r['w']} x {r['h']}", r.get("value", ""), _compass(r.get("orientation")))
+        (
+            r["category"],
+            r["slot"],
+            f"({r['x']}, {r['y']})",
+            f"{r['w']} x {r['h']}",
+            r.get("value", ""),
+            _compass(r.get("orientation")),
+        )
         for r in state
     ]
     objects = table(("category", "slot", "left, top", "size", "value", "facing"), rows[:MOST_ROWS])

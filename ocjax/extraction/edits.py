@@ -21,49 +21,64 @@ EDITABLE = ("x", "y", "w", "h", "orientation", "value")
 
 _BOX = 4  # the first fields are the box
 _MOST_BYTES = 4  # that an edit writes
-_KEPT = 8  # edits of fewer bytes, those nearest to the wanted numbers, to which another byte is added
+_KEPT = (
+    8  # edits of fewer bytes, those nearest to the wanted numbers, to which another byte is added
+)
 _CHUNK = 4_096  # states in a call of REM; one shape, so that it compiles once
 _FAR = np.iinfo(np.int32).max  # the distance of an edit that changes anything else
 
 
-def edit(game: Game, ram: np.ndarray, category: str, slot: int | None = None, **wanted: int) -> np.ndarray:
+def edit(
+    game: Game, ram: np.ndarray, category: str, slot: int | None = None, **wanted: int
+) -> np.ndarray:
     """RAM in which an object has other numbers, and all else that REM reads is as before.
 
         ram = ocjax.edit(game, envs.get_ram(), "Ball", x=80, y=100)
 
-    The bytes are found by trial: every value of every byte is tried, then pairs of bytes and so on, up to four, until REM reads what is
-    wanted. This takes from a hundredth of a second to two seconds a state. So an edit works for the numbers that depend on bytes of their
-    own, and raises an error for the others. The box of a display may change with its value. The game itself may compute what it draws
-    from other bytes, so look at the objects after a step.
+    The bytes are found by trial: every value of every byte is tried, then pairs of bytes and so on,
+    up to four, until REM reads what is wanted. This takes from a hundredth of a second to two
+    seconds a state. So an edit works for the numbers that depend on bytes of their own, and raises
+    an error for the others. The box of a display may change with its value. The game itself may
+    compute what it draws from other bytes, so look at the objects after a step.
 
     Args:
         game: the game.
         ram: uint8 `[..., 128]`; every state is edited.
         category: name of the object's category.
-        slot: the slot of the object within its category; by default the first one that is present, in each state.
-        **wanted: `x`, `y`, `w` and `h` in pixels, `orientation`, `value`: the new numbers.
+        slot: the slot of the object within its category; by default the first one that is present,
+        in each state. **wanted: `x`, `y`, `w` and `h` in pixels, `orientation`, `value`: the new
+        numbers.
 
     Returns:
         The edited RAM, uint8 `[..., 128]`.
 
     Raises:
         TypeError: a number is not an integer, there is none, or it is not among the fields above.
-        ValueError: there is no such category, slot or object, or no bytes change the numbers as wanted and nothing else.
+        ValueError: there is no such category, slot or object, or no bytes change the numbers as
+            wanted and nothing else.
     """
     _check(game, category, slot, wanted)
     ram = np.asarray(ram)
     found = jax.tree.map(np.asarray, game.rem(ram))
     flat = np.reshape(ram, (-1, RAM_SIZE))
     valid = np.reshape(found.of(category).valid, (len(flat), -1))
-    edited = [_edited(game, row, _place(game, category, slot, on), wanted) for row, on in zip(flat, valid, strict=True)]
+    edited = [
+        _edited(game, row, _place(game, category, slot, on), wanted)
+        for row, on in zip(flat, valid, strict=True)
+    ]
     return np.reshape(np.array(edited, np.uint8), ram.shape)
 
 
 def _check(game: Game, category: str, slot: int | None, wanted: Mapping[str, int]) -> None:
     if category not in game.slices:
-        raise ValueError(f"{game.name} has no category {category!r}; it has {', '.join(game.slices)}")
+        raise ValueError(
+            f"{game.name} has no category {category!r}; it has {', '.join(game.slices)}"
+        )
     if not wanted or not set(wanted) <= set(EDITABLE):
-        raise TypeError(f"the numbers to set are some of {', '.join(EDITABLE)}, got {', '.join(wanted) or 'none'}")
+        raise TypeError(
+            f"the numbers to set are some of {', '.join(EDITABLE)}, got "
+            f"{', '.join(wanted) or 'none'}"
+        )
     for name, number in wanted.items():
         if not isinstance(number, numbers.Integral):
             raise TypeError(f"{name} must be an integer, got {number!r}")
@@ -104,11 +119,18 @@ def _distances(game: Game, rams: jax.Array, goal: _Goal) -> jax.Array:
 
 
 def _goal(game: Game, before: np.ndarray, place: int, wanted: Mapping[str, int]) -> _Goal:
-    """The goal of an edit of a state with these numbers. The box of a display may change with its value."""
+    """The goal of an edit of a state with these numbers.
+
+    The box of a display may change with its value.
+    """
     goal = _Goal(before.copy(), np.zeros(before.shape, bool), np.ones(before.shape, bool))
     for name, number in wanted.items():
         field = EDITABLE.index(name)
-        goal.numbers[place, field], goal.wanted[place, field], goal.kept[place, field] = number, True, False
+        goal.numbers[place, field], goal.wanted[place, field], goal.kept[place, field] = (
+            number,
+            True,
+            False,
+        )
     if game.slot_hud[place] and "value" in wanted:
         goal.kept[place, :_BOX] = False
     return goal
@@ -120,7 +142,9 @@ def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) 
     goal = _goal(game, before, place, wanted)
     fields = game.ram.fields().values()
     addresses = np.unique([a for field in fields for a in field.addresses])
-    decimal = np.unique([a for field in fields if field.meaning == "BCD" for a in field.addresses]).astype(int)
+    decimal = np.unique(
+        [a for field in fields if field.meaning == "BCD" for a in field.addresses]
+    ).astype(int)
     kept = ram[None]
     for _ in range(_MOST_BYTES):
         tried = _one_byte_changed(kept, addresses)
@@ -128,7 +152,8 @@ def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) 
         distance[_has_wrong_digits(tried[:, decimal], ram[decimal])] = _FAR
         if not distance.min():
             exact = tried[distance == 0]
-            # Where a position wraps around, the nearest value is the one that the game itself would have.
+            # Where a position wraps around, the nearest value is the one that the game itself would
+            # have.
             return exact[np.argmin(np.abs(exact.astype(int) - ram).sum(axis=1))]
         by_byte = distance.reshape(len(kept), len(addresses), -1)
         addresses = addresses[((by_byte != by_byte[:, :, :1]) & (by_byte < _FAR)).any(axis=(0, 2))]
@@ -161,6 +186,7 @@ def _refusal(game: Game, before: np.ndarray, place: int, goal: _Goal, nearest: n
         return ", ".join(f"{EDITABLE[k]}={numbers[k]}" for k in at)
 
     return (
-        f"{game.name}: no bytes that REM reads give {category} {told(goal.numbers[place])} and leave everything else as it is; "
+        f"{game.name}: no bytes that REM reads give {category} {told(goal.numbers[place])} and "
+        "leave everything else as it is; "
         f"it has {told(before[place])}, and the nearest that was found is {told(got)}"
     )

@@ -27,7 +27,10 @@ __all__ = ["Category", "Game", "GameError", "display"]
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Game(Declaration):
-    """A game whose objects can be extracted. `ocjax.load` returns one; `Declaration` explains its fields."""
+    """A game whose objects can be extracted.
+
+    `ocjax.load` returns one; `Declaration` explains its fields.
+    """
 
     @functools.cached_property
     def _rem(self) -> Callable[[Any], Objects]:
@@ -47,7 +50,8 @@ class Game(Declaration):
         """Extract objects from RAM; a pure function that works under `jit`, `vmap` and `scan`.
 
         Args:
-            ram: uint8 `[..., 128]`, any batch shape; an array of JAX or NumPy, or a tensor of PyTorch.
+            ram: uint8 `[..., 128]`, any batch shape; an array of JAX or NumPy, or a tensor of
+                PyTorch.
 
         Raises:
             TypeError: `ram` is not uint8.
@@ -57,37 +61,49 @@ class Game(Declaration):
         require_threads()
         ram = as_array(ram)
         if not hasattr(ram, "dtype") or ram.dtype != jnp.uint8:
-            raise TypeError(f"{self.name}: ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}")
+            raise TypeError(
+                f"{self.name}: ram must be a uint8 array, got "
+                f"{getattr(ram, 'dtype', type(ram).__name__)}"
+            )
         if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
-            raise ValueError(f"{self.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
+            raise ValueError(
+                f"{self.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}"
+            )
         return self._rem(ram)
 
     def vem(self, frames: jax.Array | np.ndarray) -> Objects:
         """Extract objects from pixels; a pure function that works under `jit`, `vmap` and `scan`.
 
         Args:
-            frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8 `[..., H, 160, 3]` of RGB. Frames must be the
-                emulator's own, neither max-pooled, resized nor lossily compressed: every colour must be in the palette, which
+            frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8
+                `[..., H, 160, 3]` of RGB. Frames must be the emulator's own, neither max-pooled,
+                resized nor lossily compressed: every colour must be in the palette, which
                 `ocjax.console.palette.check_rgb` checks. A tensor of PyTorch serves as well.
 
         Raises:
             TypeError: `frames` is not uint8.
-            ValueError: the shape is not that of the game's screen, or the channels of RGB frames come first.
+            ValueError: the shape is not that of the game's screen, or the channels of RGB frames
+                come first.
             RuntimeError: this process was forked from one that had already computed with JAX.
         """
         require_threads()
         frames = as_array(frames)
         if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
-            raise TypeError(f"{self.name}: frames must be a uint8 array, got {getattr(frames, 'dtype', type(frames).__name__)}")
+            raise TypeError(
+                f"{self.name}: frames must be a uint8 array, got "
+                f"{getattr(frames, 'dtype', type(frames).__name__)}"
+            )
         if frames.shape[-2:] != self.screen and frames.shape[-3:] != (*self.screen, 3):
             height, width = self.screen
             raise ValueError(
-                f"{self.name}: frames must have shape [..., {height}, {width}] (palette indices) or [..., {height}, {width}, 3] (RGB), "
+                f"{self.name}: frames must have shape [..., {height}, {width}] (palette indices) "
+                f"or [..., {height}, {width}, 3] (RGB), "
                 f"got {list(frames.shape)}"
             )
         if _is_channel_first(frames, self.screen, self.palette):
             raise ValueError(
-                f"{self.name}: frames of shape {list(frames.shape)} hold RGB with the channels first, not palette indices: "
+                f"{self.name}: frames of shape {list(frames.shape)} hold RGB with the channels "
+                "first, not palette indices: "
                 "move the channels last, with numpy.moveaxis(frames, -3, -1)"
             )
         return self._vem(frames)
@@ -97,14 +113,19 @@ class Game(Declaration):
         return game_html(self)
 
     def __repr__(self) -> str:
-        return f"Game({self.name}, {self.num_slots} slots: {', '.join(f'{c.name} {c.count}' for c in self.categories)})"
+        return (
+            f"Game({self.name}, {self.num_slots} slots: "
+            f"{', '.join(f'{c.name} {c.count}' for c in self.categories)})"
+        )
 
 
-def _is_channel_first(frames: jax.Array | np.ndarray, screen: tuple[int, int], table: np.ndarray) -> bool:
+def _is_channel_first(
+    frames: jax.Array | np.ndarray, screen: tuple[int, int], table: np.ndarray
+) -> bool:
     """Whether frames are RGB `[..., 3, H, W]`, judged by the last of them.
 
-    Three frames of palette indices, read as red, green and blue, do not make colours of the palette.
-    Inside `jit` and `vmap` there are no values to judge by.
+    Three frames of palette indices, read as red, green and blue, do not make colours of the
+    palette. Inside `jit` and `vmap` there are no values to judge by.
     """
     if frames.shape[-3:] != (3, *screen) or 0 in frames.shape or isinstance(frames, Tracer):
         return False

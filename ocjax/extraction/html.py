@@ -13,4 +13,8 @@ def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def _row(tag: str, cells: Sequence[object]) -> str:
-    return "<tr>" + "".join(f'<{tag} style="{STYLE}">{escape(str(cell))}</{tag}>' for cell in cells) + "</tr>"
+    return (
+        "<tr>"
+        + "".join(f'<{tag} style="{STYLE}">{escape(str(cell))}</{tag}>' for cell in cells)
+        + "</tr>"
+    )

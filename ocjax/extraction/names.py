@@ -1,6 +1,8 @@
-"""The names of the games. Every file and folder in `ocjax/extractors` is a game; there is no other list.
+"""The names of the games. Every file and folder in `ocjax/extractors` is a game; there is no other
+list.
 
-Names are read from the files without importing them, and without JAX, so that `import ocjax` and `ocjax --help` are quick.
+Names are read from the files without importing them, and without JAX, so that `import ocjax` and
+`ocjax --help` are quick.
 """
 
 import functools
@@ -24,7 +26,11 @@ TITLES = {  # modules of games whose cartridge has another name
 def modules() -> tuple[str, ...]:
     """The sorted names of the games' modules in `ocjax.extractors`."""
     extractors = importlib.import_module("ocjax.extractors")
-    return tuple(sorted(m.name for m in pkgutil.iter_modules(extractors.__path__) if not m.name.startswith("_")))
+    return tuple(
+        sorted(
+            m.name for m in pkgutil.iter_modules(extractors.__path__) if not m.name.startswith("_")
+        )
+    )
 
 
 @functools.cache
@@ -32,13 +38,18 @@ def games(suite: str | None = None) -> tuple[str, ...]:
     """The sorted names of the supported games, as in Gymnasium's "ALE/<Name>-v5".
 
     Args:
-        suite: only those of a suite: "atari100k", "atari5", "atari10", "atari57" or "ocatari"; `ocjax.extraction.suites` has whole lists.
+        suite: only those of a suite: "atari100k", "atari5", "atari10", "atari57" or "ocatari";
+            `ocjax.extraction.suites` has whole lists.
 
     Raises:
         ValueError: there is no such suite.
     """
     supported = tuple(_name(module) for module in modules())
-    return supported if suite is None else tuple(name for name in supported if name in suite_of(suite).games)
+    return (
+        supported
+        if suite is None
+        else tuple(name for name in supported if name in suite_of(suite).games)
+    )
 
 
 def suite_of(name: str) -> Suite:
@@ -55,7 +66,12 @@ def suite_of(name: str) -> Suite:
 def _name(module: str) -> str:
     """The name that a game's file gives to `Game`; without one, that of the module."""
     folders = [Path(folder) for folder in importlib.import_module("ocjax.extractors").__path__]
-    paths = [path for folder in folders for path in (folder / f"{module}.py", folder / module / "__init__.py") if path.is_file()]
+    paths = [
+        path
+        for folder in folders
+        for path in (folder / f"{module}.py", folder / module / "__init__.py")
+        if path.is_file()
+    ]
     found = re.search(r'^    name="(\w+)",$', paths[0].read_text(encoding="utf-8"), re.MULTILINE)
     return found[1] if found else module
 
@@ -77,9 +93,11 @@ def env_id(name: str) -> str:
 
 
 def register() -> None:
-    """Register the environments of every game with Gymnasium: "ocjax/Pong-v5", "ocjax/PongNoFrameskip-v4" and so on, as ale-py has them.
+    """Register the environments of every game with Gymnasium: "ocjax/Pong-v5",
+    "ocjax/PongNoFrameskip-v4" and so on, as ale-py has them.
 
-    Gymnasium 1.0 removed plugins, so importing ocjax registers these ids. `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
+    Gymnasium 1.0 removed plugins, so importing ocjax registers these ids.
+    `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
     """
     import gymnasium
 

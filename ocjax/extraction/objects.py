@@ -20,18 +20,25 @@ __all__ = ["Objects", "check_objects", "velocity", "whose"]
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True, repr=False)
 class Objects:
-    """The objects of one state or of a batch of states. `N` is the number of slots of the game, and `...` is any batch shape.
+    """The objects of one state or of a batch of states. `N` is the number of slots of the game, and
+    `...` is any batch shape.
 
-    A slot that is not valid is zero in every field. `game.slices` maps each category to its slots. Length, iteration and indices are those
-    of the batch.
+    A slot that is not valid is zero in every field. `game.slices` maps each category to its slots.
+    Length, iteration and indices are those of the batch.
     """
 
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
     valid: jax.Array  # bool [..., N]: the slot holds an object now
-    orientation: jax.Array  # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
-    value: jax.Array  # int32 [..., N]: score, lives, time, ...; the least int32 (UNKNOWN_VALUE) where VEM cannot read it
+    orientation: (
+        jax.Array
+    )  # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
+    # int32 [..., N]: score, lives, time, ...; the least int32 (UNKNOWN_VALUE) where VEM cannot read
+    # it
+    value: jax.Array
     rgb: jax.Array  # uint8 [..., N, 3]
-    game: Declaration | None = dataclasses.field(default=None, metadata={"static": True})  # whose objects they are
+    game: Declaration | None = dataclasses.field(
+        default=None, metadata={"static": True}
+    )  # whose objects they are
 
     @property
     def x(self) -> jax.Array:
@@ -88,29 +95,42 @@ class Objects:
         return True
 
     def __getitem__(self, index: Any) -> "Objects":
-        """Index the batch dimensions, as NumPy does; an index that is an array of JAX is not checked.
+        """Index the batch dimensions, as NumPy does; an index that is an array of JAX is not
+        checked.
 
         Raises:
             TypeError: as `len`, or the index is the name of a category.
             IndexError: the index is out of range, or has more dimensions than the batch.
         """
         if isinstance(index, str):
-            raise TypeError(f"an index selects states of the batch, got {index!r}; objects.of({index!r}) selects a category")
+            raise TypeError(
+                f"an index selects states of the batch, got {index!r}; objects.of({index!r}) "
+                "selects a category"
+            )
         if index is not Ellipsis:
             self._batch()
-            if not any(isinstance(part, jax.Array) for part in (index if isinstance(index, tuple) else (index,))):
+            if not any(
+                isinstance(part, jax.Array)
+                for part in (index if isinstance(index, tuple) else (index,))
+            ):
                 np.broadcast_to(np.False_, self.batch_shape)[index]
         return jax.tree.map(lambda a: a[index], self)
 
     def _batch(self) -> tuple[int, ...]:
         """The batch dimensions, of which there is at least one."""
         if not self.batch_shape:
-            raise TypeError("these are the objects of one state, without a batch dimension; `of` selects a category, `to_list` lists them")
+            raise TypeError(
+                "these are the objects of one state, without a batch dimension; `of` selects a "
+                "category, `to_list` lists them"
+            )
         return self.batch_shape
 
     def __repr__(self) -> str:
         leaves = [getattr(self, name) for name in records.FIELDS]
-        if not all(isinstance(leaf, np.ndarray | jax.Array) and not isinstance(leaf, Tracer) for leaf in leaves):
+        if not all(
+            isinstance(leaf, np.ndarray | jax.Array) and not isinstance(leaf, Tracer)
+            for leaf in leaves
+        ):
             return f"Objects({', '.join(f'{name}={leaf}' for name, leaf in zip(records.FIELDS, leaves, strict=True))})"
         about = display.summary(self.game, self.batch_shape, self.valid.shape[-1])
         if self.game is None or 0 in self.batch_shape:
@@ -126,30 +146,43 @@ class Objects:
 
     def _first(self) -> records.Fields:
         """The fields of the first state."""
-        return records.Fields(*(np.asarray(getattr(self, name)[(0,) * len(self.batch_shape)]) for name in records.Fields._fields))
+        return records.Fields(
+            *(
+                np.asarray(getattr(self, name)[(0,) * len(self.batch_shape)])
+                for name in records.Fields._fields
+            )
+        )
 
     @overload
     def of(self, game: str | Category) -> "Objects": ...
     @overload
     def of(self, game: Declaration, category: str | Category) -> "Objects": ...
-    def of(self, game: Declaration | str | Category, category: str | Category | None = None) -> "Objects":
-        """Select the slots of a category: `objects.of("Ball")`, or `objects.of(game, "Ball")` for objects that do not know their game.
+    def of(
+        self, game: Declaration | str | Category, category: str | Category | None = None
+    ) -> "Objects":
+        """Select the slots of a category: `objects.of("Ball")`, or `objects.of(game, "Ball")` for
+        objects that do not know their game.
 
-        The result has no reference to the game, so functions that need all slots, such as `to_list`, refuse it.
+        The result has no reference to the game, so functions that need all slots, such as
+        `to_list`, refuse it.
 
         Args:
             game: the game of the objects; it may be left out.
             category: its name, or an entry of `game.categories`.
 
         Raises:
-            ValueError: the objects belong to another game or to none, or the game has no such category.
+            ValueError: the objects belong to another game or to none, or the game has no such
+                category.
         """
         given, wanted = (game, category) if isinstance(game, Declaration) else (None, game)
         if wanted is None:
             raise ValueError('expected a category, as in objects.of("Ball"), got only a game')
         own = self.game if given is None else given
         if own is None:
-            raise ValueError("these objects have no reference to their game: give it, as in objects.of(game, category)")
+            raise ValueError(
+                "these objects have no reference to their game: give it, as in objects.of(game, "
+                "category)"
+            )
         if self.game is not None and own.name != self.game.name:
             raise ValueError(f"these are objects of {self.game.name}, not of {own.name}")
         name = wanted if isinstance(wanted, str) else wanted.name
@@ -157,7 +190,13 @@ class Objects:
         if name not in slots:
             raise ValueError(f"{own.name} has no category {name!r}; it has {', '.join(slots)}")
         s = slots[name]
-        return Objects(self.xywh[..., s, :], self.valid[..., s], self.orientation[..., s], self.value[..., s], self.rgb[..., s, :])
+        return Objects(
+            self.xywh[..., s, :],
+            self.valid[..., s],
+            self.orientation[..., s],
+            self.value[..., s],
+            self.rgb[..., s, :],
+        )
 
     def take(self, slots: jax.Array) -> "Objects":
         """Gather objects.
@@ -178,20 +217,22 @@ class Objects:
     def to_list(self) -> list[Any]:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
-        A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and `hud`, and also `value` and
-        `orientation` if the category has them. What is not known is left out, as orientations are in VEM.
+        A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and
+        `hud`, and also `value` and `orientation` if the category has them. What is not known is
+        left out, as orientations are in VEM.
 
         Returns:
             A list of dicts for one state; nested lists for a batch.
 
         Raises:
-            ValueError: the objects have no reference to their game, because they are only some of the slots that `game.rem` or `game.vem`
-                returned.
+            ValueError: the objects have no reference to their game, because they are only some of
+                the slots that `game.rem` or `game.vem` returned.
         """
         return records.per_state(list, self._host(), whose(self))
 
     def to_dict(self) -> Any:
-        """Convert the valid objects to a dict of lists by category, of the records of `to_list` without their category.
+        """Convert the valid objects to a dict of lists by category, of the records of `to_list`
+        without their category.
 
         Categories without a valid object are left out.
 
@@ -206,8 +247,9 @@ class Objects:
     def to_text(self) -> Any:
         """Describe the valid objects in plain text, for people and language models.
 
-        Each object is a line such as `Player 0: 4 x 16 at (140, 100)`: category, slot, width x height, and left and top in pixels, then
-        `, value 12` and `, facing NNE` where the object has them.
+        Each object is a line such as `Player 0: 4 x 16 at (140, 100)`: category, slot, width x
+        height, and left and top in pixels, then `, value 12` and `, facing NNE` where the object
+        has them.
 
         Returns:
             A string for one state, empty if nothing is valid; nested lists of strings for a batch.
@@ -218,12 +260,14 @@ class Objects:
         return records.per_state(records.text, self._host(), whose(self))
 
     def to_logic(self) -> Any:
-        """Convert the valid objects to ground atoms in the syntax of Prolog and Datalog, without the final period.
+        """Convert the valid objects to ground atoms in the syntax of Prolog and Datalog, without
+        the final period.
 
-        An object is a constant: its category in lower case with underscores, an underscore and its slot, such as `player_score_0`. All
-        numbers are integers. The atoms are `type(object,category)`, `at(object,left,top)`, `size(object,width,height)`,
-        `rgb(object,red,green,blue)`, `value(object,number)` and `orientation(object,point)` where the object has them, and `hud(object)`
-        for display objects.
+        An object is a constant: its category in lower case with underscores, an underscore and its
+        slot, such as `player_score_0`. All numbers are integers. The atoms are
+        `type(object,category)`, `at(object,left,top)`, `size(object,width,height)`,
+        `rgb(object,red,green,blue)`, `value(object,number)` and `orientation(object,point)` where
+        the object has them, and `hud(object)` for display objects.
 
         Returns:
             A list of strings for one state; nested lists for a batch.
@@ -234,11 +278,13 @@ class Objects:
         return records.per_state(records.atoms, self._host(), whose(self))
 
     def to_frame(self) -> Any:
-        """Convert the valid objects to a pandas data frame with one row per object, ordered by state and slot.
+        """Convert the valid objects to a pandas data frame with one row per object, ordered by
+        state and slot.
 
-        Its columns are `category` (categorical), `slot` (within the category), `x`, `y`, `w`, `h`, `r`, `g`, `b`, `hud`, and the nullable
-        integers `value` and `orientation`. For a batch, `row` is the index of the state; if the batch has several dimensions, these are
-        `row_0`, `row_1`, ...
+        Its columns are `category` (categorical), `slot` (within the category), `x`, `y`, `w`, `h`,
+        `r`, `g`, `b`, `hud`, and the nullable integers `value` and `orientation`. For a batch,
+        `row` is the index of the state; if the batch has several dimensions, these are `row_0`,
+        `row_1`, ...
 
         Raises:
             ValueError: as `to_list`.
@@ -265,7 +311,9 @@ def check_objects(name: str, objects: Any) -> None:
     if not isinstance(objects, Objects):
         is_array = hasattr(objects, "dtype") and hasattr(objects, "shape")
         got = f"{objects.dtype} {list(objects.shape)}" if is_array else reprlib.repr(objects)
-        raise TypeError(f"{name} must be ocjax.Objects, as game.rem and game.vem return them, got {got}")
+        raise TypeError(
+            f"{name} must be ocjax.Objects, as game.rem and game.vem return them, got {got}"
+        )
 
 
 def whose(objects: Objects) -> Declaration:
@@ -273,12 +321,14 @@ def whose(objects: Objects) -> Declaration:
 
     Raises:
         TypeError: they are no `Objects`.
-        ValueError: the objects have no reference to their game, because `of` or the caller made them.
+        ValueError: the objects have no reference to their game, because `of` or the caller made
+            them.
     """
     check_objects("objects", objects)
     if objects.game is None:
         raise ValueError(
-            "these objects have no reference to their game: pass all slots that game.rem or game.vem returned, not those of `of`"
+            "these objects have no reference to their game: pass all slots that game.rem or "
+            "game.vem returned, not those of `of`"
         )
     return objects.game
 
@@ -286,15 +336,26 @@ def whose(objects: Objects) -> Declaration:
 def velocity(previous: Objects, current: Objects) -> jax.Array:
     """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
 
-    The velocity is zero unless the slot is valid in both states. It is meaningful only if objects keep their slots, as they do in REM, and
-    in VEM after `track`. For one category, pass what `Objects.of` selects from both.
+    The velocity is zero unless the slot is valid in both states. It is meaningful only if objects
+    keep their slots, as they do in REM, and in VEM after `track`. For one category, pass what
+    `Objects.of` selects from both.
 
     Raises:
         ValueError: the states are of two games, or have other numbers of slots.
     """
-    if previous.game is not None and current.game is not None and previous.game.name != current.game.name:
-        raise ValueError(f"velocities need two states of one game, got {previous.game.name} and {current.game.name}")
+    if (
+        previous.game is not None
+        and current.game is not None
+        and previous.game.name != current.game.name
+    ):
+        raise ValueError(
+            f"velocities need two states of one game, got {previous.game.name} and "
+            f"{current.game.name}"
+        )
     if previous.valid.shape[-1:] != current.valid.shape[-1:]:
-        raise ValueError(f"velocities need the same slots in both states, got {previous.valid.shape[-1]} and {current.valid.shape[-1]}")
+        raise ValueError(
+            f"velocities need the same slots in both states, got {previous.valid.shape[-1]} and "
+            f"{current.valid.shape[-1]}"
+        )
     both = jnp.asarray(previous.valid & current.valid)
     return jnp.where(both[..., None], current.center - previous.center, jnp.float32(0))

@@ -1,4 +1,5 @@
-"""Readable and tabular forms of objects: lines of text, dicts, logic atoms, data frames and Arrow tables.
+"""Readable and tabular forms of objects: lines of text, dicts, logic atoms, data frames and Arrow
+tables.
 
 They are made by the methods of `Objects`.
 """
@@ -33,7 +34,9 @@ __all__ = [
 ]
 
 
-FIELDS: Mapping[str, tuple[type[np.generic], tuple[int, ...]]] = {  # of `Objects`: dtype, and shape after [..., N]
+FIELDS: Mapping[
+    str, tuple[type[np.generic], tuple[int, ...]]
+] = {  # of `Objects`: dtype, and shape after [..., N]
     "xywh": (np.int16, (4,)),
     "valid": (np.bool_, ()),
     "orientation": (np.int8, ()),
@@ -54,7 +57,9 @@ class Fields(NamedTuple):
 
 def no_objects(batch: tuple[int, ...], num_slots: int) -> dict[str, np.ndarray]:
     """The fields of a batch of states in which no slot is valid, `[*batch, num_slots, ...]`."""
-    return {name: np.zeros((*batch, num_slots, *tail), dtype) for name, (dtype, tail) in FIELDS.items()}
+    return {
+        name: np.zeros((*batch, num_slots, *tail), dtype) for name, (dtype, tail) in FIELDS.items()
+    }
 
 
 def of_state(fields: Fields, game: Declaration) -> list[dict[str, Any]]:
@@ -66,12 +71,16 @@ def of_state(fields: Fields, game: Declaration) -> list[dict[str, Any]]:
         record = {"category": category.name, "slot": int(slot) - game.slices[category.name].start, "x": x, "y": y, "w": w, "h": h,
                   "rgb": tuple(fields.rgb[slot].tolist()), "hud": category.hud}  # fmt: skip
         unknown = {"orientation": UNKNOWN, "value": UNKNOWN_VALUE}
-        record |= {k: v for k in category.attributes if (v := int(getattr(fields, k)[slot])) != unknown[k]}
+        record |= {
+            k: v for k in category.attributes if (v := int(getattr(fields, k)[slot])) != unknown[k]
+        }
         out.append(record)
     return out
 
 
-def per_state(convert: Callable[[list[dict[str, Any]]], Any], fields: Fields, game: Declaration) -> Any:
+def per_state(
+    convert: Callable[[list[dict[str, Any]]], Any], fields: Fields, game: Declaration
+) -> Any:
     """Convert the records of each state; nested lists for a batch."""
     if fields.valid.ndim == 1:
         return convert(of_state(fields, game))
@@ -82,7 +91,9 @@ def by_category(records: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]
     """The records of one state by their category."""
     out: dict[str, list[dict[str, Any]]] = {}
     for record in records:
-        out.setdefault(record["category"], []).append({k: v for k, v in record.items() if k != "category"})
+        out.setdefault(record["category"], []).append(
+            {k: v for k, v in record.items() if k != "category"}
+        )
     return out
 
 
@@ -107,24 +118,33 @@ def atoms(records: list[dict[str, Any]]) -> list[str]:
     for r in records:
         category = constant(r["category"])
         name = f"{category}_{r['slot']}"
-        out += [f"type({name},{category})", f"at({name},{r['x']},{r['y']})", f"size({name},{r['w']},{r['h']})"]
+        out += [
+            f"type({name},{category})",
+            f"at({name},{r['x']},{r['y']})",
+            f"size({name},{r['w']},{r['h']})",
+        ]
         out += [f"rgb({name},{','.join(map(str, r['rgb']))})"]
         out += [f"{p}({name},{r[p]})" for p in ("value", "orientation") if p in r]
         out += [f"hud({name})"] if r["hud"] else []
     return out
 
 
-def columns(fields: Fields, game: Declaration) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+def columns(
+    fields: Fields, game: Declaration
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """The valid objects as columns of a table, in the order of the states and slots.
 
     Returns:
-        The columns by name, `category` as an index into `game.categories`, and for each column with missing values where they are, bool.
+        The columns by name, `category` as an index into `game.categories`, and for each column with
+        missing values where they are, bool.
     """
     *batch, slot = np.nonzero(fields.valid)
     out = dict(zip(row_names(len(batch)), batch, strict=True))
     out |= of_slots(slot, Fields(*(array[fields.valid] for array in fields)), game)
     unknown = {"value": UNKNOWN_VALUE, "orientation": UNKNOWN}
-    return out, {name: ~has(name, slot, game) | (out[name] == constant) for name, constant in unknown.items()}
+    return out, {
+        name: ~has(name, slot, game) | (out[name] == constant) for name, constant in unknown.items()
+    }
 
 
 def row_names(dimensions: int) -> list[str]:
@@ -141,12 +161,19 @@ def of_slots(slot: np.ndarray, objects: Any, game: Declaration) -> dict[str, np.
         game: whose slots they are.
 
     Returns:
-        The columns by name, `category` as an index into `game.categories` and `slot` within the category, each int16.
+        The columns by name, `category` as an index into `game.categories` and `slot` within the
+        category, each int16.
     """
     category, first = game.slot_category[slot], np.array([s.start for s in game.slices.values()])
     out = {"category": category.astype(np.int16), "slot": (slot - first[category]).astype(np.int16)}
-    out |= dict(zip("xywh", objects.xywh.T, strict=True)) | dict(zip("rgb", objects.rgb.T, strict=True))
-    return out | {"hud": game.slot_hud[slot], "value": objects.value, "orientation": objects.orientation}
+    out |= dict(zip("xywh", objects.xywh.T, strict=True)) | dict(
+        zip("rgb", objects.rgb.T, strict=True)
+    )
+    return out | {
+        "hud": game.slot_hud[slot],
+        "value": objects.value,
+        "orientation": objects.orientation,
+    }
 
 
 def has(attribute: str, slot: np.ndarray, game: Declaration) -> np.ndarray:
@@ -163,8 +190,13 @@ def frame(fields: Fields, game: Declaration) -> Any:
     pd = require("pandas")
     table, missing = columns(fields, game)
     names = pd.CategoricalDtype([c.name for c in game.categories])
-    out = {name: pd.arrays.IntegerArray(a, missing[name]) if name in missing else a for name, a in table.items()}
-    return pd.DataFrame(out | {"category": pd.Categorical.from_codes(table["category"], dtype=names)}, copy=False)
+    out = {
+        name: pd.arrays.IntegerArray(a, missing[name]) if name in missing else a
+        for name, a in table.items()
+    }
+    return pd.DataFrame(
+        out | {"category": pd.Categorical.from_codes(table["category"], dtype=names)}, copy=False
+    )
 
 
 def arrow(fields: Fields, game: Declaration) -> Any:
@@ -177,4 +209,6 @@ def arrow(fields: Fields, game: Declaration) -> Any:
     table, missing = columns(fields, game)
     names = pa.array([c.name for c in game.categories])
     out = {name: pa.array(a, mask=missing.get(name)) for name, a in table.items()}
-    return pa.table(out | {"category": pa.DictionaryArray.from_arrays(pa.array(table["category"]), names)})
+    return pa.table(
+        out | {"category": pa.DictionaryArray.from_arrays(pa.array(table["category"]), names)}
+    )

@@ -24,7 +24,10 @@ def _load_module(module: str) -> Game:
     if not isinstance(game, Game):
         raise GameError(f"ocjax.extractors.{module}: GAME: must be a Game(...), got {game!r}")
     if game.name.lower() != module:
-        raise GameError(f"ocjax.extractors.{module}: name: the module of {game.name} must be called {game.name.lower()}")
+        raise GameError(
+            f"ocjax.extractors.{module}: name: the module of {game.name} must be called "
+            f"{game.name.lower()}"
+        )
     return game
 
 
@@ -37,10 +40,12 @@ def load(name: str, *, hud: bool = True) -> Game:
     """Load a game by name.
 
     Args:
-        name: as in `ocjax.games()`; upper and lower case, spaces, underscores and punctuation make no difference ("space_invaders",
-            "Ms. Pac-Man"). Also the name of ALE's ROM, or an environment's id ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5",
+        name: as in `ocjax.games()`; upper and lower case, spaces, underscores and punctuation make
+            no difference ("space_invaders", "Ms. Pac-Man"). Also the name of ALE's ROM, or an
+            environment's id ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5",
             "PongNoFrameskip-v4").
-        hud: whether the display categories (score, lives, ...) are included; without them, the other slots stay the same.
+        hud: whether the display categories (score, lives, ...) are included; without them, the
+            other slots stay the same.
 
     Raises:
         UnknownGameError: a ValueError; there is no such game.
@@ -62,10 +67,17 @@ def _hint(key: str) -> str:
     from ale_py.roms import get_all_rom_ids
 
     if key in {rom.replace("_", "") for rom in get_all_rom_ids()}:
-        return "ALE has this game, but ocjax does not support it; `ocjax.games()` lists the games that it supports"
+        return (
+            "ALE has this game, but ocjax does not support it; `ocjax.games()` lists the games "
+            "that it supports"
+        )
     known = {n.lower(): n for n in names.games()}
     close = difflib.get_close_matches(key, known, n=3, cutoff=0.5)
-    return f"did you mean {' or '.join(known[m] for m in close)}?" if close else f"there are {', '.join(known.values())}"
+    return (
+        f"did you mean {' or '.join(known[m] for m in close)}?"
+        if close
+        else f"there are {', '.join(known.values())}"
+    )
 
 
 @overload
@@ -77,4 +89,6 @@ def as_game(game: Declaration | str) -> Declaration:
     return game if isinstance(game, Declaration) else load(game)
 
 
-copyreg.pickle(Game, lambda game: (functools.partial(load, hud=game.hud), (game.name,)))  # a game pickles as its name
+copyreg.pickle(
+    Game, lambda game: (functools.partial(load, hud=game.hud), (game.name,))
+)  # a game pickles as its name

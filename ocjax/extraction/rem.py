@@ -1,4 +1,5 @@
-"""The RAM Extraction Method: compiles a game's decoder, which handles one state, to a function of a batch.
+"""The RAM Extraction Method: compiles a game's decoder, which handles one state, to a function of a
+batch.
 
 A batch goes through four stages, each a function of its own:
 
@@ -7,8 +8,8 @@ A batch goes through four stages, each a function of its own:
 3. `pack` joins the slots of all categories.
 4. `unpack` puts the batch first again and makes `Objects`.
 
-`B` is the batch size and `N` the number of slots. With the batch last, an operation on a few numbers per state vectorises over thousands of
-states.
+`B` is the batch size and `N` the number of slots. With the batch last, an operation on a few
+numbers per state vectorises over thousands of states.
 """
 
 from __future__ import annotations
@@ -60,7 +61,10 @@ class Rows(NamedTuple):
 
 
 def stretches(addresses: Sequence[int]) -> list[range]:
-    """Ranges of RAM that contain the addresses. Close addresses share a range; many addresses share one range of whole blocks of 16."""
+    """Ranges of RAM that contain the addresses.
+
+    Close addresses share a range; many addresses share one range of whole blocks of 16.
+    """
     out: list[range] = []
     for a in sorted(addresses):
         if out and a - out[-1].stop < NEAR:
@@ -86,7 +90,9 @@ def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
     return kernels.materialize(jnp.transpose, selected, small=SMALL * selected.shape[1])
 
 
-def decode(game: Declaration, columns: jax.Array, addresses: Sequence[int]) -> tuple[dict[str, Slots], jax.Array | None]:
+def decode(
+    game: Declaration, columns: jax.Array, addresses: Sequence[int]
+) -> tuple[dict[str, Slots], jax.Array | None]:
     """Every category's slots: uint8 `[addresses, B]` -> fields `[count, B]`, or `[B]` where slots share them; and the saver's key `[B]`."""
     height, width = game.screen
 
@@ -95,13 +101,17 @@ def decode(game: Declaration, columns: jax.Array, addresses: Sequence[int]) -> t
             m = game.ram(ram, addresses)
             boxes = game.decode(m)
             key = None if game.saver is None else game.saver.key(m)
-        return {c.name: slots(c, boxes[c.name].clip(0, 0, width, height), game.palette) for c in game.categories}, key
+        return {
+            c.name: slots(c, boxes[c.name].clip(0, 0, width, height), game.palette)
+            for c in game.categories
+        }, key
 
     return batch_last(one, jax.ShapeDtypeStruct((len(addresses),), jnp.uint8))(columns)
 
 
 def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
-    """A category's slots in one state, from boxes that are clipped to the screen. Only one number per slot has to be written for them.
+    """A category's slots in one state, from boxes that are clipped to the screen. Only one number
+    per slot has to be written for them.
 
     `table` is the game's palette.
     """
@@ -120,7 +130,9 @@ def spans(game: Declaration, attribute: str) -> list[slice]:
     return [slice(own[0].start, own[-1].stop) for own in groups]
 
 
-def pack(game: Declaration, by_category: dict[str, Slots], saver: jax.Array | None, lanes: int) -> Rows:
+def pack(
+    game: Declaration, by_category: dict[str, Slots], saver: jax.Array | None, lanes: int
+) -> Rows:
     """The slots of all categories in one array, and their attributes."""
 
     def joined(attribute: str, where: slice) -> jax.Array:
@@ -129,10 +141,14 @@ def pack(game: Declaration, by_category: dict[str, Slots], saver: jax.Array | No
         for c in game.categories:
             s, part = game.slices[c.name], getattr(by_category[c.name], attribute)
             if where.start <= s.start < where.stop:
-                out = lax.dynamic_update_slice(out, jnp.broadcast_to(part, (c.count, lanes)), (s.start - where.start, 0))
+                out = lax.dynamic_update_slice(
+                    out, jnp.broadcast_to(part, (c.count, lanes)), (s.start - where.start, 0)
+                )
         return out
 
-    value, orientation = ([joined(name, s) for s in spans(game, name)] for name in ("value", "orientation"))
+    value, orientation = (
+        [joined(name, s) for s in spans(game, name)] for name in ("value", "orientation")
+    )
     rgb = {name: s.rgb for name, s in by_category.items() if s.rgb is not None}
     return Rows(joined("boxes", slice(0, game.num_slots)), value, orientation, rgb, saver)
 
@@ -143,7 +159,9 @@ def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
     slots = kernels.materialize(lambda b: b.T[:lanes], rows.boxes, small=small)
     valid, xywh = kernels.materialize(words.boxes, slots.ravel(), small=small)
     valid, xywh = valid.reshape(slots.shape), xywh.reshape(*slots.shape, 4)
-    orientation = _attribute(rows.orientation, spans(game, "orientation"), (lanes, game.num_slots), jnp.int8)
+    orientation = _attribute(
+        rows.orientation, spans(game, "orientation"), (lanes, game.num_slots), jnp.int8
+    )
     value = _attribute(rows.value, spans(game, "value"), (lanes, game.num_slots), jnp.int32)
     rgb = _colors(game, rows, slots != 0)
     if game.saver is not None and rows.saver is not None:
@@ -151,7 +169,9 @@ def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
     return Objects(xywh, valid, orientation, value, rgb, game)
 
 
-def _attribute(parts: Sequence[jax.Array], where: Sequence[slice], shape: tuple[int, int], dtype: Any) -> jax.Array:
+def _attribute(
+    parts: Sequence[jax.Array], where: Sequence[slice], shape: tuple[int, int], dtype: Any
+) -> jax.Array:
     """An attribute of all slots from those of the `spans` that have it; 0 for the others."""
     out = jnp.zeros(shape, dtype)
     for s, part in zip(where, parts, strict=True):
@@ -164,7 +184,9 @@ def _colors(game: Declaration, rows: Rows, valid: jax.Array) -> jax.Array:
     rgb = words.colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], valid)
     for name, part in rows.rgb.items():
         s = game.slices[name]
-        rgb = lax.dynamic_update_slice(rgb, words.colors(part[:, : len(valid)].T, valid[:, s]), (0, s.start, 0))
+        rgb = lax.dynamic_update_slice(
+            rgb, words.colors(part[:, : len(valid)].T, valid[:, s]), (0, s.start, 0)
+        )
     return rgb
 
 
@@ -177,6 +199,10 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
         def rows(columns: jax.Array) -> Rows:
             return pack(game, *decode(game, columns, addresses), columns.shape[1])
 
-        return unpack(game, kernels.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)), len(rams))
+        return unpack(
+            game,
+            kernels.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)),
+            len(rams),
+        )
 
     return batches.AnyBatch(lambda rams: batches.in_chunks(chunk, rams, CHUNK), 1, CHUNK)

@@ -38,8 +38,8 @@ def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
 def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) -> jax.Array:
     """Frames uint8 `[B, H, 160]` in the colours of play.
 
-    They are words in a loop, as in `bitmap.planes`, which takes none or one step. XLA copies the frames into and out of the branches of
-    `lax.cond`: 3 us a frame more.
+    They are words in a loop, as in `bitmap.planes`, which takes none or one step. XLA copies the
+    frames into and out of the branches of `lax.cond`: 3 us a frame more.
     """
     key = key_of(frames, saver)
     table = jnp.asarray(_colors_of_play(saver, categories))
@@ -70,10 +70,14 @@ def _colors_of_play(saver: Saver, categories: Iterable[Category]) -> np.ndarray:
 def _changes(saver: Saver) -> np.ndarray:
     """Whether the saver changes each colour, bool `[256]`; also of colours without the bits that it drops."""
     every = np.arange(256)
-    return np.isin(every, [c & bits for c in saver.changed for bits in (saver.mask, 0xFF)]) | (not saver.changed)
+    return np.isin(every, [c & bits for c in saver.changed for bits in (saver.mask, 0xFF)]) | (
+        not saver.changed
+    )
 
 
-def saved(rgb: jax.Array, valid: jax.Array, key: jax.Array, saver: Saver, table: np.ndarray) -> jax.Array:
+def saved(
+    rgb: jax.Array, valid: jax.Array, key: jax.Array, saver: Saver, table: np.ndarray
+) -> jax.Array:
     """The colours in which objects are shown.
 
     Args:
@@ -87,6 +91,10 @@ def saved(rgb: jax.Array, valid: jax.Array, key: jax.Array, saver: Saver, table:
     def change() -> jax.Array:
         index = palette.to_index(rgb, table).astype(jnp.int32)
         changes = (key != PLAY)[:, None] & valid & jnp.asarray(_changes(saver))[index]
-        return jnp.where(changes[..., None], palette.to_rgb((index ^ key[:, None]) & saver.mask & EVEN, table), rgb)
+        return jnp.where(
+            changes[..., None],
+            palette.to_rgb((index ^ key[:, None]) & saver.mask & EVEN, table),
+            rgb,
+        )
 
     return lax.cond(jnp.any(key != PLAY), change, lambda: rgb)

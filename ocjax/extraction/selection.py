@@ -55,27 +55,43 @@ class Selection:
 
     Attributes:
         slots: as above.
-        game: describes the slots that are selected: their categories, counts and places. It extracts nothing.
+        game: describes the slots that are selected: their categories, counts and places. It
+            extracts nothing.
 
     Raises:
-        ValueError: the game has no such category, fewer slots of it or not its attribute, or a category is there twice.
+        ValueError: the game has no such category, fewer slots of it or not its attribute, or a
+            category is there twice.
     """
 
     def __init__(self, game: Game, slots: Sequence[Slots]) -> None:
         names = names_by_alias(game.categories)
         by_name = {c.name: c for c in game.categories}
-        found = [_find(game, own, by_name.get(names.get(own.category, own.category))) for own in slots]
+        found = [
+            _find(game, own, by_name.get(names.get(own.category, own.category))) for own in slots
+        ]
         if not found or len({c.name for c in found}) < len(found):
-            raise ValueError(f"the categories must be at least one, and none twice, got {reprlib.repr([s.category for s in slots])}")
+            raise ValueError(
+                "the categories must be at least one, and none twice, got "
+                f"{reprlib.repr([s.category for s in slots])}"
+            )
         self.slots = tuple(slots)
-        self.game = _described(game, tuple(_selected(c, own) for c, own in zip(found, slots, strict=True)))
-        firsts = [(game.slices[c.name].start, own.count) for c, own in zip(found, slots, strict=True)]
+        self.game = _described(
+            game, tuple(_selected(c, own) for c, own in zip(found, slots, strict=True))
+        )
+        firsts = [
+            (game.slices[c.name].start, own.count) for c, own in zip(found, slots, strict=True)
+        ]
         self._index = np.concatenate([np.arange(first, first + count) for first, count in firsts])
 
     def of(self, objects: Objects) -> Objects:
         """The selected slots of the game's objects, of batch shape `[B]`."""
         picked = jax.tree.map(lambda field: field[:, self._index], objects)
-        read = {name: np.repeat([name in s.attributes for s in self.slots], [s.count for s in self.slots]) for name in ATTRIBUTES}
+        read = {
+            name: np.repeat(
+                [name in s.attributes for s in self.slots], [s.count for s in self.slots]
+            )
+            for name in ATTRIBUTES
+        }
         kept = {name: _where(mask, getattr(picked, name)) for name, mask in read.items()}
         return replace(picked, **kept, game=self.game)
 
@@ -85,25 +101,42 @@ def _find(game: Game, slots: Slots, category: Category | None) -> Category:
     name = reprlib.repr(slots.category)
     if category is None:
         known = ", ".join(c.name for c in game.categories)
-        raise ValueError(f"expected {slots.count} slots of the category {name}, but {game.name} has only the categories {known}")
+        raise ValueError(
+            f"expected {slots.count} slots of the category {name}, but {game.name} has only the "
+            f"categories {known}"
+        )
     if category.count < slots.count:
-        raise ValueError(f"expected {slots.count} slots of the category {name}, but {game.name} has {category.count}")
+        raise ValueError(
+            f"expected {slots.count} slots of the category {name}, but {game.name} has "
+            f"{category.count}"
+        )
     lacking = set(slots.attributes) - set(category.attributes)
     if lacking:
-        raise ValueError(f"expected the category {name} with {', '.join(sorted(lacking))}, but {game.name} has it without")
+        raise ValueError(
+            f"expected the category {name} with {', '.join(sorted(lacking))}, but {game.name} "
+            "has it without"
+        )
     return category
 
 
 def _selected(category: Category, slots: Slots) -> Category:
     same = {field.name: getattr(category, field.name) for field in fields(Category)}
-    described = {"name": slots.category, "count": slots.count, "hud": slots.hud, "attributes": slots.attributes, "aliases": ()}
+    described = {
+        "name": slots.category,
+        "count": slots.count,
+        "hud": slots.hud,
+        "attributes": slots.attributes,
+        "aliases": (),
+    }
     return _Selected(**{**same, **described}, grid=slots.on_grid)
 
 
 def _described(game: Game, categories: Iterable[Category]) -> Game:
     """The game with other categories, which its decoder need not give, in any order."""
     described = object.__new__(Game)
-    vars(described).update({field.name: getattr(game, field.name) for field in fields(game)}, categories=categories)
+    vars(described).update(
+        {field.name: getattr(game, field.name) for field in fields(game)}, categories=categories
+    )
     return described
 
 

@@ -20,16 +20,22 @@ from ocjax.extraction.saver import key_of, restored, saved
 from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
-CHUNK = 32  # frames at a time, whose planes and masks fit in a second-level cache of 2 MB: with 64, a game takes a quarter longer
+# frames at a time, whose planes and masks fit in a second-level cache of 2 MB: with 64, a game
+# takes a quarter longer
+CHUNK = 32
 
 
-def _by_slot(fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int = 0) -> jax.Array:
+def _by_slot(
+    fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int = 0
+) -> jax.Array:
     """Fields of each category as one array `[N, B]`, int32 but for boxes; categories that have none take the default."""
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
     pieces = []
     counts = [c.count for c in game.categories]
-    for absent, group in itertools.groupby(zip(fields, counts, strict=True), key=lambda pair: pair[0] is None):
+    for absent, group in itertools.groupby(
+        zip(fields, counts, strict=True), key=lambda pair: pair[0] is None
+    ):
         own, sizes = zip(*group, strict=True)
         pieces += [jnp.full((sum(sizes), lanes), default, jnp.int32)] if absent else own
     return jnp.concatenate(pieces)
@@ -42,26 +48,37 @@ def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Ar
     if not others:
         return np.ones((len(needs), 1), bool)
     index = {c.name: i for i, c in enumerate(game.categories)}
-    shown = [jnp.any(jnp.concatenate([found[index[name]].valid for name in names]), axis=0) for names in others]
+    shown = [
+        jnp.any(jnp.concatenate([found[index[name]].valid for name in names]), axis=0)
+        for names in others
+    ]
     which = [others.index(names) if names else len(others) for names in needs]
     return jnp.stack([*shown, jnp.ones_like(shown[0])])[np.array(which)]
 
 
 def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """What is in the slots on uint8 `[B, H, 160]` in the colours of play, and how many objects of each category had no slot.
+    """What is in the slots on uint8 `[B, H, 160]` in the colours of play, and how many objects of
+    each category had no slot.
 
-    Slots are one array, which the loop over chunks of a batch writes: int32 `[B, 2, N]` of boxes and values, or `[B, 3, N]` with colours in
-    games that read some from the frame: palette indices, or `OWN_COLOR`. The numbers without a slot are int32 `[B, categories]`.
+    Slots are one array, which the loop over chunks of a batch writes: int32 `[B, 2, N]` of boxes
+    and values, or `[B, 3, N]` with colours in
+    games that read some from the frame: palette indices, or `OWN_COLOR`. The numbers without a slot
+    are int32 `[B, categories]`.
     """
     if game.saver is not None:
         frames = restored(frames, game.saver, game.categories)
     found, lanes = detect(game.categories, frames, game.shades), len(frames)
     needed = _needed(game, found)
-    box = jnp.where(needed[game.slot_category], _by_slot([f.box for f in found], game, lanes), jnp.uint32(0))
+    box = jnp.where(
+        needed[game.slot_category], _by_slot([f.box for f in found], game, lanes), jnp.uint32(0)
+    )
     fields = [_by_slot([f.value for f in found], game, lanes)]
     if any(f.color is not None for f in found):
         fields.append(_by_slot([f.color for f in found], game, lanes, OWN_COLOR))
-    rows = [lax.bitcast_convert_type(box, jnp.int32), *(jnp.where(box != 0, field, 0) for field in fields)]
+    rows = [
+        lax.bitcast_convert_type(box, jnp.int32),
+        *(jnp.where(box != 0, field, 0) for field in fields),
+    ]
     joined = kernels.materialize(lambda *rows: jnp.concatenate(rows), *rows, small=0)
     slots = joined.T.reshape(lanes, len(rows), -1)
     nothing = jnp.zeros(lanes, jnp.int32)
@@ -74,9 +91,13 @@ def _objects(game: Declaration, slots: jax.Array, frames: jax.Array) -> Objects:
     box = slots[:, 0]
     valid, xywh = words.boxes(box.ravel())
     valid, xywh = valid.reshape(box.shape), xywh.reshape(*box.shape, 4)
-    unread = np.array(["value" in c.attributes and not c.reads_value for c in game.categories])[game.slot_category]
+    unread = np.array(["value" in c.attributes and not c.reads_value for c in game.categories])[
+        game.slot_category
+    ]
     value = jnp.where(valid & unread[None], UNKNOWN_VALUE, slots[:, 1])
-    oriented = np.array(["orientation" in game.categories[i].attributes for i in game.slot_category])
+    oriented = np.array(
+        ["orientation" in game.categories[i].attributes for i in game.slot_category]
+    )
     orientation = jnp.where(valid & oriented[None], jnp.int8(UNKNOWN), jnp.int8(0))
     color = jnp.asarray(palette.packed(game.slot_rgb))[None]
     if slots.shape[1] > 2:
@@ -102,10 +123,14 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
     """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
 
     def by_frame(frames: jax.Array) -> Objects:
-        return _objects(game, batches.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames)
+        return _objects(
+            game, batches.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames
+        )
 
     by_index = batches.AnyBatch(by_frame, 2, CHUNK)
-    to_index = batches.AnyBatch(lambda rgb: palette.to_index(rgb, game.palette, game.colors), 3, CHUNK)
+    to_index = batches.AnyBatch(
+        lambda rgb: palette.to_index(rgb, game.palette, game.colors), 3, CHUNK
+    )
 
     def extract(frames: jax.Array | np.ndarray) -> Objects:
         return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)

@@ -1,7 +1,8 @@
 """The form in which both methods hand over boxes and colours: one 32-bit word a slot.
 
-A box is x, y, w, h in a byte each from the lowest, all of which fit a byte because boxes are clipped to the screen. The word is 0 where the
-slot is not valid: a valid box has a width. A colour is red, green, blue in a byte each from the lowest.
+A box is x, y, w, h in a byte each from the lowest, all of which fit a byte because boxes are
+clipped to the screen. The word is 0 where the slot is not valid: a valid box has a width. A colour
+is red, green, blue in a byte each from the lowest.
 """
 
 import jax
@@ -12,7 +13,8 @@ from jax import lax
 def boxes(words: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which slots are valid, and their boxes: 32 bits `[N]` -> bool `[N]`, int16 `[N, 4]`.
 
-    Of a batch, `N` counts the slots of all states: XLA does not vectorise along the short rows of one state.
+    Of a batch, `N` counts the slots of all states: XLA does not vectorise along the short rows of
+    one state.
     """
     return words != 0, lax.bitcast_convert_type(words, jnp.uint8).astype(jnp.int16)
 

@@ -12,7 +12,17 @@ import numpy as np
 from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
 from ocjax.files import folders, npz
-from ocjax.files.rows import FACTS, Input, InputError, batch_axes, check_block, check_claim, check_rows, choose, facts_in
+from ocjax.files.rows import (
+    FACTS,
+    Input,
+    InputError,
+    batch_axes,
+    check_block,
+    check_claim,
+    check_rows,
+    choose,
+    facts_in,
+)
 
 
 @contextlib.contextmanager
@@ -75,8 +85,13 @@ class _Stored(_Batch):
             shape, is_fortran, self._dtype = npz.header(file)
             self._set_shape(self._dtype, shape)
             if is_fortran:
-                raise InputError(f"{name} is stored in Fortran order: store it in C order, row by row")
-            self._begin, self._row_bytes = file.tell(), math.prod(self.row_shape) * self._dtype.itemsize
+                raise InputError(
+                    f"{name} is stored in Fortran order: store it in C order, row by row"
+                )
+            self._begin, self._row_bytes = (
+                file.tell(),
+                math.prod(self.row_shape) * self._dtype.itemsize,
+            )
             if self._begin + self.rows * self._row_bytes > size:
                 raise self._ended((size - self._begin) // self._row_bytes)
 
@@ -124,10 +139,16 @@ class _Episodes(_Batch):
         self.row_shape, self._inner = first.row_shape, first.batch[1:]
         for key in keys:
             if tuple(shapes[key][1:]) != (*self._inner, *self.row_shape):
-                raise InputError(f"{path}, {key}, has the shape {list(shapes[key])}, but {keys[0]} has {list(shapes[keys[0]])}")
+                raise InputError(
+                    f"{path}, {key}, has the shape {list(shapes[key])}, but {keys[0]} has "
+                    f"{list(shapes[keys[0]])}"
+                )
         lengths = [int(shapes[key][0]) for key in keys]
         self._batch = (sum(lengths), *self._inner)
-        self.rows, self._ends = math.prod(self._batch), np.cumsum([0, *lengths]) * math.prod(self._inner)
+        self.rows, self._ends = (
+            math.prod(self._batch),
+            np.cumsum([0, *lengths]) * math.prod(self._inner),
+        )
         self.episodes = np.diff(self._ends).tolist() if len(keys) > 1 else ()
 
     def _read(self, start: int, stop: int) -> np.ndarray:
@@ -181,9 +202,20 @@ def open_hdf5(path: Path, wanted: str | None, group: str = "") -> Input:
     """Datasets of an HDF5 file, or only those in groups of a name at any depth."""
     file = require("h5py").File(path, "r")
     with _closed_on_error(file):
-        shapes = {key: item.shape for key, item in _datasets(file, path) if not group or group in key.split("/")}
+        shapes = {
+            key: item.shape
+            for key, item in _datasets(file, path)
+            if not group or group in key.split("/")
+        }
         keys = choose(str(path), shapes, wanted)
-        return _Episodes(path, keys, shapes, lambda key: _of_hdf5(f"{path}, {key}", file[key]), facts_in(file.attrs), file.close)
+        return _Episodes(
+            path,
+            keys,
+            shapes,
+            lambda key: _of_hdf5(f"{path}, {key}", file[key]),
+            facts_in(file.attrs),
+            file.close,
+        )
 
 
 def check_hdf5(path: Path) -> None:
@@ -206,12 +238,20 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
     """
     h5py = require("h5py")
     links: list[tuple[str, Any]] = []
-    file.visititems_links(lambda key, link: links.append((key, link)))  # errors cannot leave the function that visits
+    file.visititems_links(
+        lambda key, link: links.append((key, link))
+    )  # errors cannot leave the function that visits
     outside = [key for key, link in links if isinstance(link, h5py.ExternalLink)]
     if outside:
-        raise InputError(f"{path}, {outside[0]}, is a link to another file: copy the data into one file")
+        raise InputError(
+            f"{path}, {outside[0]}, is a link to another file: copy the data into one file"
+        )
     items = [(key, file[key]) for key, link in links if isinstance(link, h5py.HardLink)]
-    return [(key, item) for key, item in items if isinstance(item, h5py.Dataset) and item.shape is not None]
+    return [
+        (key, item)
+        for key, item in items
+        if isinstance(item, h5py.Dataset) and item.shape is not None
+    ]
 
 
 def _of_hdf5(name: str, dataset: Any) -> _Batch:
@@ -228,11 +268,15 @@ def check_own(name: str, dataset: Any) -> None:
     """
     if dataset.is_virtual or dataset.external:
         kind = "a virtual dataset" if dataset.is_virtual else "stored externally"
-        raise InputError(f"{name} is {kind}, so its data are in other files: copy them into one file")
+        raise InputError(
+            f"{name} is {kind}, so its data are in other files: copy them into one file"
+        )
     properties = dataset.id.get_create_plist()
     filters = [properties.get_filter(k)[0] for k in range(properties.get_nfilters())]
     if len(set(filters)) < len(filters):
-        raise InputError(f"{name} is compressed several times with one filter: store it with each filter once")
+        raise InputError(
+            f"{name} is compressed several times with one filter: store it with each filter once"
+        )
     check_block(name, math.prod(dataset.chunks or ()) * dataset.dtype.itemsize)
 
 
@@ -248,7 +292,11 @@ def open_zarr(path: Path, wanted: str | None) -> Input:
     if isinstance(opened, zarr.Array):
         arrays, keys = {path.name: opened}, [path.name]
     else:
-        arrays = {key: item for key, item in opened.members(max_depth=None) if isinstance(item, zarr.Array)}
+        arrays = {
+            key: item
+            for key, item in opened.members(max_depth=None)
+            if isinstance(item, zarr.Array)
+        }
         keys = choose(str(path), {key: array.shape for key, array in arrays.items()}, wanted)
 
     def part(key: str) -> _Batch:
@@ -256,6 +304,8 @@ def open_zarr(path: Path, wanted: str | None) -> Input:
             check_block(f"{path}, {key}", math.prod(chunks) * arrays[key].dtype.itemsize)
         return _Array(f"{path}, {key}", arrays[key], sum(contents.values()))
 
-    found = _Episodes(path, keys, {key: arrays[key].shape for key in keys}, part, facts_in(opened.attrs))
+    found = _Episodes(
+        path, keys, {key: arrays[key].shape for key in keys}, part, facts_in(opened.attrs)
+    )
     found.reads = [path, *contents]
     return found

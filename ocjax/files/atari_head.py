@@ -1,8 +1,10 @@
-"""Trials of Atari-HEAD (Zhang et al., 2020): frames, actions and the gaze of people who play, and the objects that they look at.
+"""Trials of Atari-HEAD (Zhang et al., 2020): frames, actions and the gaze of people who play, and
+the objects that they look at.
 
-A trial is a folder of PNG frames and a text file. After a header, the file has a line for each frame: `frame_id`, `episode_id`, `score`,
-`duration(ms)`, `unclipped_reward`, `action`, and the gaze positions `x0, y0, x1, y1, ...` in pixels of the frame, or "null" where something
-is not known. A frame's picture is named by its `frame_id`. The dataset is at https://zenodo.org/records/3451402.
+A trial is a folder of PNG frames and a text file. After a header, the file has a line for each
+frame: `frame_id`, `episode_id`, `score`, `duration(ms)`, `unclipped_reward`, `action`, and the gaze
+positions `x0, y0, x1, y1, ...` in pixels of the frame, or "null" where something is not known. A
+frame's picture is named by its `frame_id`. The dataset is at https://zenodo.org/records/3451402.
 """
 
 import dataclasses
@@ -20,9 +22,19 @@ from ocjax.files.rows import InputError
 
 __all__ = ["Look", "TrialFrame", "looks", "object_at", "read_trial"]
 
-RADIUS = 6.0  # pixels from a box within which gaze counts as on the object; an eye tracker is wrong by about half a degree
+# pixels from a box within which gaze counts as on the object; an eye tracker is wrong by about half
+# a degree
+RADIUS = 6.0
 _BATCH = 256  # frames in a call of VEM
-_COLUMNS = ("frame_id", "episode_id", "score", "duration(ms)", "unclipped_reward", "action", "gaze_positions")
+_COLUMNS = (
+    "frame_id",
+    "episode_id",
+    "score",
+    "duration(ms)",
+    "unclipped_reward",
+    "action",
+    "gaze_positions",
+)
 _UNKNOWN = "null"
 
 
@@ -32,8 +44,8 @@ class TrialFrame:
 
     Args:
         frame_id: names the picture.
-        episode, score, duration, reward, action: numbers, or None where the file has "null"; the duration is in milliseconds, and the
-            action is ALE's number.
+        episode, score, duration, reward, action: numbers, or None where the file has "null"; the
+            duration is in milliseconds, and the action is ALE's number.
         gaze: float `[K, 2]`, the successive positions x and y in pixels.
     """
 
@@ -53,7 +65,8 @@ class Look:
     Args:
         frame: the line of the trial's file.
         objects: VEM's objects of the frame.
-        slot: of the object at which most of the gaze is, among all slots of the game; None if most of it is at none.
+        slot: of the object at which most of the gaze is, among all slots of the game; None if most
+            of it is at none.
         category, index: its category, and its slot in it.
         share: share of the gaze positions that are at the object.
     """
@@ -80,24 +93,40 @@ def read_trial(path: str | Path) -> list[TrialFrame]:
         raise InputError(f"{path} is no text file in UTF-8: {error}") from error
     header = tuple(name.strip() for name in lines[0].split(",")) if lines else ()
     if header != _COLUMNS:
-        raise InputError(f"{path}: the first line of a trial of Atari-HEAD is {','.join(_COLUMNS)!r}, got {','.join(header)!r}")
-    return [_frame(f"{path}, line {k}", line.split(",")) for k, line in enumerate(lines[1:], 2) if line.strip()]
+        raise InputError(
+            f"{path}: the first line of a trial of Atari-HEAD is {','.join(_COLUMNS)!r}, got "
+            f"{','.join(header)!r}"
+        )
+    return [
+        _frame(f"{path}, line {k}", line.split(","))
+        for k, line in enumerate(lines[1:], 2)
+        if line.strip()
+    ]
 
 
 def _frame(where: str, cells: list[str]) -> TrialFrame:
     cells = [cell.strip() for cell in cells]
     gaze = [] if cells[6:] in ([], [""], [_UNKNOWN]) else cells[6:]
     if len(cells) < 6 or len(gaze) % 2:
-        raise InputError(f"{where}: expected six columns and pairs of gaze positions, got {len(cells)} columns")
+        raise InputError(
+            f"{where}: expected six columns and pairs of gaze positions, got {len(cells)} columns"
+        )
     try:
-        episode, score, duration, reward, action = (None if cell == _UNKNOWN else int(float(cell)) for cell in cells[1:6])
+        episode, score, duration, reward, action = (
+            None if cell == _UNKNOWN else int(float(cell)) for cell in cells[1:6]
+        )
         positions = np.array(gaze, float).reshape(-1, 2)
     except (ValueError, OverflowError) as error:
         raise InputError(f"{where}: {error}") from error
     return TrialFrame(cells[0], episode, score, duration, reward, action, positions)
 
 
-def looks(game: Game, trial: str | Path, frames: str | Path, report: Callable[[int, int], object] | None = None) -> Iterator[Look]:
+def looks(
+    game: Game,
+    trial: str | Path,
+    frames: str | Path,
+    report: Callable[[int, int], object] | None = None,
+) -> Iterator[Look]:
     """The objects that a person looks at, frame by frame.
 
     Args:
@@ -141,7 +170,8 @@ def _look(game: Game, frame: TrialFrame, objects: Objects) -> Look:
 
 
 def object_at(objects: Objects, x: float, y: float, radius: float = RADIUS) -> int:
-    """The slot of the object at a point: the smallest box that contains it, or else the nearest one; -1 if none is within the radius.
+    """The slot of the object at a point: the smallest box that contains it, or else the nearest
+    one; -1 if none is within the radius.
 
     Args:
         objects: of one state.

@@ -56,7 +56,9 @@ class Block:
                 if not ((numbers >= 0) & (numbers < limit)).all():
                     raise ValueError(f"a {name} is not in 0 to {limit - 1:,}")
         except ValueError as error:
-            raise ValueError(f"{path} is damaged: {error}. Delete the folder {path.parent}, and extract again") from error
+            raise ValueError(
+                f"{path} is damaged: {error}. Delete the folder {path.parent}, and extract again"
+            ) from error
         return block
 
     def padded(self, rows: int, game: Game) -> dict[str, np.ndarray]:
@@ -92,11 +94,17 @@ def _check_headers(found: Mapping[str, npz.Header], most: int) -> None:
     for name, (dtype, tail) in _FORMS.items():
         own = found[name]
         if own.dtype != dtype or own.shape != (*count, *tail):
-            raise ValueError(f"{name} must be {np.dtype(dtype)} {[*count, *tail]}, got {own.dtype} {list(own.shape)}")
+            raise ValueError(
+                f"{name} must be {np.dtype(dtype)} {[*count, *tail]}, got {own.dtype} "
+                f"{list(own.shape)}"
+            )
 
 
 def compact(objects: Objects) -> Block:
     """The block of a batch of objects, whose rows are numbered from 0 on."""
     row, slot = np.nonzero(np.asarray(objects.valid))
-    fields = (np.asarray(a)[row, slot] for a in (objects.xywh, objects.orientation, objects.value, objects.rgb))
+    fields = (
+        np.asarray(a)[row, slot]
+        for a in (objects.xywh, objects.orientation, objects.value, objects.rgb)
+    )
     return Block(row, slot.astype(np.int32), *fields)

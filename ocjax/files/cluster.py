@@ -7,17 +7,20 @@ from typing import Any
 from ocjax._extras import extras
 
 
-def completed(function: Callable[[Any], object], tasks: Sequence[Any], ray: str | None = None) -> Iterator[Any]:
+def completed(
+    function: Callable[[Any], object], tasks: Sequence[Any], ray: str | None = None
+) -> Iterator[Any]:
     """Execute a function for each task, and yield each task when it is done.
 
-    On a cluster, the tasks of a process or a machine that is lost are executed again elsewhere. So executing a task again must have no
-    further effect, and the files that tasks read and write must be on a file system that all machines share.
+    On a cluster, the tasks of a process or a machine that is lost are executed again elsewhere. So
+    executing a task again must have no further effect, and the files that tasks read and write must
+    be on a file system that all machines share.
 
     Args:
         function: of a task; it can be pickled.
         tasks: the tasks.
-        ray: None to execute them in this process, "local" for Ray on this machine, "auto" for the running cluster that this machine is part
-            of, or the address of a cluster.
+        ray: None to execute them in this process, "local" for Ray on this machine, "auto" for the
+            running cluster that this machine is part of, or the address of a cluster.
 
     Raises:
         MissingExtraError: Ray is not installed.
@@ -31,12 +34,16 @@ def completed(function: Callable[[Any], object], tasks: Sequence[Any], ray: str 
         yield from _on_cluster(function, tasks, ray)
 
 
-def _on_cluster(function: Callable[[Any], object], tasks: Sequence[Any], address: str) -> Iterator[Any]:
+def _on_cluster(
+    function: Callable[[Any], object], tasks: Sequence[Any], address: str
+) -> Iterator[Any]:
     with extras():
         import ray  # pyright: ignore[reportMissingImports]
         from ray.exceptions import RayTaskError  # pyright: ignore[reportMissingImports]
     try:
-        connection = ray.init(address, ignore_reinit_error=True, log_to_driver=False, logging_level=logging.ERROR)
+        connection = ray.init(
+            address, ignore_reinit_error=True, log_to_driver=False, logging_level=logging.ERROR
+        )
     except (ConnectionError, RuntimeError) as error:
         raise ValueError(f"there is no Ray cluster at {address!r}: {error}") from error
     with connection:

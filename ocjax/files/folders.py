@@ -1,4 +1,5 @@
-"""Folders whose files may come from others: readers use regular files in the folder itself, and follow no links.
+"""Folders whose files may come from others: readers use regular files in the folder itself, and
+follow no links.
 
 A link could bring in a file from outside the folder, and reading a pipe could wait for ever.
 """
@@ -42,7 +43,9 @@ def inside(folder: Path, name: object) -> Path:
         InputError: it is not directly in the folder, or is a link or another special file.
     """
     if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name:
-        raise InputError(f"{folder} refers to {name!r}: it may only refer to files and folders that it holds")
+        raise InputError(
+            f"{folder} refers to {name!r}: it may only refer to files and folders that it holds"
+        )
     path = folder / name
     if not path.is_dir() or path.is_symlink():
         _check_regular(path)
@@ -69,6 +72,15 @@ def _check_regular(path: Path) -> int:
     """Check that a path is of a regular file, and return its size."""
     status = path.lstat()
     if not stat.S_ISREG(status.st_mode):
-        kind = "a link" if stat.S_ISLNK(status.st_mode) else "a folder" if stat.S_ISDIR(status.st_mode) else "a special file"
-        raise InputError(f"{path} is {kind}, and must be a regular file: copy the file into the folder, or remove the entry")
+        kind = (
+            "a link"
+            if stat.S_ISLNK(status.st_mode)
+            else "a folder"
+            if stat.S_ISDIR(status.st_mode)
+            else "a special file"
+        )
+        raise InputError(
+            f"{path} is {kind}, and must be a regular file: copy the file into the folder, or "
+            "remove the entry"
+        )
     return status.st_size

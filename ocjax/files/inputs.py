@@ -1,7 +1,8 @@
-"""Inputs: rows of RAM or frames in NumPy, HDF5, Zarr, Parquet, Arrow and Minari data, and in folders of pictures, Parquet or Arrow files.
+"""Inputs: rows of RAM or frames in NumPy, HDF5, Zarr, Parquet, Arrow and Minari data, and in
+folders of pictures, Parquet or Arrow files.
 
-All of them are read in blocks of rows, so that files may be larger than the memory. The libraries that read a format are imported when a
-file of that format is opened (extra `data`).
+All of them are read in blocks of rows, so that files may be larger than the memory. The libraries
+that read a format are imported when a file of that format is opened (extra `data`).
 """
 
 import contextlib
@@ -35,7 +36,9 @@ def minari_id(name: str) -> str:
         parse(identifier)
     except (TypeError, ValueError) as error:  # TypeError: there is no version
         rule = "letters, digits, - and _; a namespace has at least two characters"
-        raise InputError(f"a Minari ID has the form namespace/name-v0, got {identifier!r} ({rule})") from error
+        raise InputError(
+            f"a Minari ID has the form namespace/name-v0, got {identifier!r} ({rule})"
+        ) from error
     return identifier
 
 
@@ -46,17 +49,27 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
         The dataset, its folder, and the files in it.
 
     Raises:
-        InputError: there is no such dataset, a file of it is a link or stores its data elsewhere, or its metadata lack a space, for which
-            minari would make the environment that they name.
+        InputError: there is no such dataset, a file of it is a link or stores its data elsewhere,
+            or its metadata lack a space, for which minari would make the environment that they
+            name.
     """
     minari, path = require("minari"), Path(require("minari.storage").get_dataset_path(identifier))
     if not (path / "data").is_dir():
-        raise InputError(f"there is no Minari dataset {identifier} on this machine: `minari download {identifier}` gets it")
+        raise InputError(
+            f"there is no Minari dataset {identifier} on this machine: `minari download "
+            f"{identifier}` gets it"
+        )
     contents = folders.contents(path)
     metadata = jobs.read(folders.inside(path / "data", "metadata.json"), error=InputError)
-    lacking = [name for name in ("observation_space", "action_space") if not isinstance(metadata.get(name), str)]
+    lacking = [
+        name
+        for name in ("observation_space", "action_space")
+        if not isinstance(metadata.get(name), str)
+    ]
     if lacking:
-        raise InputError(f"the metadata of {path} lack {' and '.join(lacking)}: add them with minari")
+        raise InputError(
+            f"the metadata of {path} lack {' and '.join(lacking)}: add them with minari"
+        )
     check_claim(str(path), metadata["total_episodes"], sum(contents.values()))
     for file in contents:
         if file.suffix == ".hdf5":
@@ -71,19 +84,27 @@ def _open_minari(name: str, wanted: str | None) -> Input:
     dataset, path, contents = load_minari(minari_id(name))
     is_image = require("minari.dataset.minari_storage").is_image_space
     if dataset.storage.jpeg_encoding and is_image(dataset.observation_space):
-        raise InputError(f"{name} stores frames as JPEG, which changes colours: record RAM, or frames with jpeg_encoding=False")
+        raise InputError(
+            f"{name} stores frames as JPEG, which changes colours: record RAM, or frames with "
+            "jpeg_encoding=False"
+        )
     if dataset.storage.FORMAT == "hdf5":
         opened = arrays.open_hdf5(path / "data" / "main_data.hdf5", wanted, "observations")
     else:
         opened = _Minari(name, dataset, wanted)
     spec = dataset.env_spec
-    opened.facts = facts_in(dataset.storage.metadata.get("ocjax", {} if spec is None else {"game": spec.id}))
+    opened.facts = facts_in(
+        dataset.storage.metadata.get("ocjax", {} if spec is None else {"game": spec.id})
+    )
     opened.name, opened.reads = name, [path, *contents]
     return opened
 
 
 class _Minari(Input):
-    """The observations of a Minari dataset in Arrow or Parquet files. One episode at a time is in memory."""
+    """The observations of a Minari dataset in Arrow or Parquet files.
+
+    One episode at a time is in memory.
+    """
 
     def __init__(self, name: str, dataset: Any, wanted: str | None) -> None:
         self.name, self._dataset, self._wanted = name, dataset, wanted
@@ -134,14 +155,16 @@ def open_input(path: str | Path, array: str | None = None) -> Iterator[Input]:
     """Open RAM or frames.
 
     Args:
-        path: an .npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, a .zarr folder, a folder of pictures, of .parquet files or of
-            `datasets.save_to_disk`, or the ID of a Minari dataset after "minari:".
-        array: name of the array, dataset or column; by default the first of rams, ram, screens, frames, observations and obs that holds RAM
-            or frames.
+        path: an .npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, a .zarr folder, a folder
+            of pictures, of .parquet files or of `datasets.save_to_disk`, or the ID of a Minari
+            dataset after "minari:".
+        array: name of the array, dataset or column; by default the first of rams, ram, screens,
+            frames, observations and obs that holds RAM or frames.
 
     Raises:
         FileNotFoundError: there is no such file.
-        InputError: a ValueError; the format is not supported, or the file is damaged or holds neither RAM nor frames.
+        InputError: a ValueError; the format is not supported, or the file is damaged or holds
+            neither RAM nor frames.
         MissingExtraError: a ModuleNotFoundError; the format's library is not installed.
     """
     opened = _open(str(path), array)
@@ -164,7 +187,11 @@ def _open(name: str, array: str | None) -> Input:
             return _OPENERS[path.suffix.lower()](path, array)
         if any((path / name).exists() for name in tables.HUGGING_FACE):
             return tables.open_hugging_face(path, array)
-        if path.is_dir() and not folders.holds(path, pictures.FORMATS) and tables.parquet_files(path):
+        if (
+            path.is_dir()
+            and not folders.holds(path, pictures.FORMATS)
+            and tables.parquet_files(path)
+        ):
             return tables.open_parquet_folder(path, array)
         if path.is_dir():
             return pictures.PictureFolder(path)

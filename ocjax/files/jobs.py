@@ -12,7 +12,9 @@ from ocjax.files import writing
 MOST_BYTES = 2**24  # of a JSON file
 
 
-def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueError] = ValueError) -> None:
+def claim(
+    folder: Path, name: str, plan: str, kind: str, *, error: type[ValueError] = ValueError
+) -> None:
     """Create a job's work folder, or check that it belongs to the same job.
 
     Args:
@@ -23,7 +25,8 @@ def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueErr
         error: what is raised.
 
     Raises:
-        ValueError: of the type `error`; the folder is a file, is of another job, or holds other things.
+        ValueError: of the type `error`; the folder is a file, is of another job, or holds other
+            things.
     """
     path = folder / name
     if folder.exists() and not folder.is_dir():
@@ -31,7 +34,8 @@ def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueErr
     if os.path.lexists(path):
         if keys := _differences(path, plan, error):
             raise error(
-                f"{folder} holds another {kind}, or one of another version or input: its {name} differs in {', '.join(keys)}. "
+                f"{folder} holds another {kind}, or one of another version or input: its {name} "
+                f"differs in {', '.join(keys)}. "
                 "Use another folder, or delete it"
             )
         return
@@ -42,9 +46,11 @@ def claim(folder: Path, name: str, plan: str, kind: str, *, error: type[ValueErr
 
 
 def check_contents(folder: Path, kind: str, *, error: type[ValueError] = ValueError) -> None:
-    """Check that a folder, if it exists, is a folder and has only files and folders in it, at any depth.
+    """Check that a folder, if it exists, is a folder and has only files and folders in it, at any
+    depth.
 
-    Links would let whoever made the folder choose which of the user's files are read and overwritten.
+    Links would let whoever made the folder choose which of the user's files are read and
+    overwritten.
 
     Raises:
         ValueError: of the type `error`; the path or an entry is a link, a pipe or a device.
@@ -60,14 +66,18 @@ def _check_entry(path: Path, kind: str, error: type[ValueError]) -> None:
     mode = path.lstat().st_mode
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         found = "a link" if stat.S_ISLNK(mode) else "a device, pipe or socket"
-        raise error(f"{path} is {found}: a {kind} must consist of files and folders. Copy it with `cp -rL`, or delete this entry")
+        raise error(
+            f"{path} is {found}: a {kind} must consist of files and folders. Copy it with `cp "
+            "-rL`, or delete this entry"
+        )
 
 
 def read(path: Path, *, error: type[ValueError] = ValueError) -> dict[str, Any]:
     """The JSON object in a file.
 
     Raises:
-        ValueError: of the type `error`; the file is no regular file, is too large, or holds no JSON object.
+        ValueError: of the type `error`; the file is no regular file, is too large, or holds no JSON
+            object.
         OSError: it cannot be read.
     """
     if not path.is_file():
@@ -88,4 +98,6 @@ def read(path: Path, *, error: type[ValueError] = ValueError) -> dict[str, Any]:
 def _differences(path: Path, plan: str, error: type[ValueError]) -> list[str]:
     """The keys of a file's JSON object whose values are not those of the plan."""
     old, new = read(path, error=error), json.loads(plan)
-    return [key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key]]
+    return [
+        key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key]
+    ]

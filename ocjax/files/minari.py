@@ -1,4 +1,5 @@
-"""Minari datasets: new ones, which appear when they are complete, and copies of existing ones with objects.
+"""Minari datasets: new ones, which appear when they are complete, and copies of existing ones with
+objects.
 
 Pictures are stored without compression: Minari's own default is JPEG, which changes colours.
 """
@@ -16,7 +17,13 @@ from ocjax.files import writing
 from ocjax.files.inputs import MINARI, InputError, load_minari, minari_id
 from ocjax.files.outputs import Blocks
 
-FIXED = ("observation_space", "action_space", "env_spec", "data_format", "jpeg_encoding")  # of the storage, which writes them itself
+FIXED = (
+    "observation_space",
+    "action_space",
+    "env_spec",
+    "data_format",
+    "jpeg_encoding",
+)  # of the storage, which writes them itself
 COUNTED = ("total_episodes", "total_steps", "dataset_size")  # by the storage
 INFO = "objects"
 
@@ -34,7 +41,10 @@ def path_of(name: str) -> Path:
     identifier = minari_id(name)
     path = Path(require("minari.storage").get_dataset_path(identifier))
     if path.exists():
-        raise InputError(f"there is a Minari dataset {identifier} already: use another ID, or `minari delete {identifier}`")
+        raise InputError(
+            f"there is a Minari dataset {identifier} already: use another ID, or `minari delete "
+            f"{identifier}`"
+        )
     require("h5py")
     namespace, namespaces = identifier.rpartition("/")[0], require("minari.namespace")
     if namespace and namespace not in namespaces.list_local_namespaces():
@@ -43,12 +53,15 @@ def path_of(name: str) -> Path:
 
 
 @contextlib.contextmanager
-def new_dataset(name: str, spaces: Mapping[str, Any], metadata: Mapping[str, Any]) -> Iterator[Callable[..., None]]:
+def new_dataset(
+    name: str, spaces: Mapping[str, Any], metadata: Mapping[str, Any]
+) -> Iterator[Callable[..., None]]:
     """A new Minari dataset, which appears at the end if no error occurs.
 
     Args:
         name: its ID after "minari:".
-        spaces: the arguments `observation_space` and `action_space`, and perhaps `env_spec` and `data_format`, of Minari's storage.
+        spaces: the arguments `observation_space` and `action_space`, and perhaps `env_spec` and
+            `data_format`, of Minari's storage.
         metadata: further entries of its metadata.
 
     Yields:
@@ -58,8 +71,13 @@ def new_dataset(name: str, spaces: Mapping[str, Any], metadata: Mapping[str, Any
     unfinished = path.with_name(f".{path.name}.tmp")
     writing.new_folder(unfinished)
     try:
-        storage = require("minari.dataset.minari_storage").MinariStorage.new(unfinished / "data", jpeg_encoding=False, **spaces)
-        own = {"dataset_id": name.removeprefix(MINARI), "minari_version": require("minari").__version__}
+        storage = require("minari.dataset.minari_storage").MinariStorage.new(
+            unfinished / "data", jpeg_encoding=False, **spaces
+        )
+        own = {
+            "dataset_id": name.removeprefix(MINARI),
+            "minari_version": require("minari").__version__,
+        }
         storage.update_metadata({**metadata, **own})
         buffer = require("minari.data_collector.episode_buffer").EpisodeBuffer
         yield lambda **fields: storage.update_episodes([buffer(**fields)])
@@ -84,13 +102,24 @@ def copy_with_objects(source: str, name: str, blocks: Blocks) -> None:
         "env_spec": dataset.env_spec,
         "data_format": known["data_format"],
     }
-    metadata = {key: value for key, value in known.items() if key not in (*FIXED, *COUNTED)} | {INFO: blocks.facts}
+    metadata = {key: value for key, value in known.items() if key not in (*FIXED, *COUNTED)} | {
+        INFO: blocks.facts
+    }
     objects, indices = _Objects(blocks), dataset.episode_indices
     with new_dataset(name, spaces, metadata) as add:
-        for episode, facts in zip(storage.get_episodes(indices), storage.get_episode_metadata(indices), strict=True):
+        for episode, facts in zip(
+            storage.get_episodes(indices), storage.get_episode_metadata(indices), strict=True
+        ):
             fields = ("observations", "actions", "rewards", "terminations", "truncations")
-            infos = dict(episode.get("infos") or {}) | {INFO: objects.take(len(episode["rewards"]) + 1)}
-            add(**{key: episode[key] for key in fields}, infos=infos, seed=facts.get("seed"), options=facts.get("options"))
+            infos = dict(episode.get("infos") or {}) | {
+                INFO: objects.take(len(episode["rewards"]) + 1)
+            }
+            add(
+                **{key: episode[key] for key in fields},
+                infos=infos,
+                seed=facts.get("seed"),
+                options=facts.get("options"),
+            )
 
 
 class _Objects:
@@ -104,6 +133,8 @@ class _Objects:
         """The next rows, at least one."""
         while sum(len(part["valid"]) for part in self._left) < rows:
             self._left.append(next(self._parts))
-        joined = {name: np.concatenate([part[name] for part in self._left]) for name in self._left[0]}
+        joined = {
+            name: np.concatenate([part[name] for part in self._left]) for name in self._left[0]
+        }
         self._left = [{name: a[rows:] for name, a in joined.items()}]
         return {name: a[:rows] for name, a in joined.items()}

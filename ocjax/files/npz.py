@@ -69,7 +69,8 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
 
     Args:
         path: the file.
-        wanted: whether an array of this name is to be read. Of the others, only the zip archive's own header is checked.
+        wanted: whether an array of this name is to be read. Of the others, only the zip archive's
+            own header is checked.
 
     Raises:
         FileNotFoundError: there is no such file.
@@ -95,7 +96,8 @@ def _opened(path: Path, read: Callable[[zipfile.ZipFile], Found]) -> Found:
         with zipfile.ZipFile(path) as archive:
             _check_count(archive)
             return read(archive)
-    except Exception as error:  # a damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers
+    # a damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers
+    except Exception as error:
         raise NpzError(f"{type(error).__name__}: {error}") from error
 
 
@@ -138,7 +140,8 @@ def header(file: IO[bytes]) -> Header:
 
 
 def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
-    """Check that the size of an array is possible: one byte of compressed data holds at most `DENSEST` bytes.
+    """Check that the size of an array is possible: one byte of compressed data holds at most
+    `DENSEST` bytes.
 
     Raises:
         ValueError: it is not.
@@ -146,7 +149,10 @@ def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
     assert archive.fp is not None
     size = archive.fp.seek(0, os.SEEK_END)
     if not (info.compress_size <= size and info.file_size <= DENSEST * info.compress_size):
-        raise ValueError(f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,} in a file of {size:,}")
+        raise ValueError(
+            f"{info.filename} claims {info.file_size:,} bytes out of {info.compress_size:,} in a "
+            f"file of {size:,}"
+        )
 
 
 def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[bytes]) -> Header:
@@ -155,9 +161,13 @@ def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[by
     found = header(file)
     stored = info.file_size - file.tell()
     if found.dtype.hasobject or found.size != stored:
-        raise ValueError(f"{info.filename} claims {found.dtype} {list(found.shape)}, but has {stored:,} bytes")
+        raise ValueError(
+            f"{info.filename} claims {found.dtype} {list(found.shape)}, but has {stored:,} bytes"
+        )
     if found.dtype.kind in "SU" and found.size > MOST_TEXT:
-        raise ValueError(f"{info.filename} is a text of {found.size:,} bytes; at most {MOST_TEXT:,} are read")
+        raise ValueError(
+            f"{info.filename} is a text of {found.size:,} bytes; at most {MOST_TEXT:,} are read"
+        )
     return found
 
 
@@ -170,5 +180,7 @@ def _load(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
             data[at : at + len(part)] = part
             at += len(part)
     if at != claimed.size:
-        raise ValueError(f"{info.filename} claims {claimed.dtype} {list(claimed.shape)}, but has {at:,} bytes")
+        raise ValueError(
+            f"{info.filename} claims {claimed.dtype} {list(claimed.shape)}, but has {at:,} bytes"
+        )
     return np.ndarray(claimed.shape, claimed.dtype, data, order="F" if claimed.is_fortran else "C")

@@ -1,18 +1,24 @@
 """Files of objects, for n rows and the N slots of a game.
 
-- `.npz`, `.h5` and `.hdf5`: the fields of `Objects` with all slots (`xywh` int16 `[n, N, 4]`, `valid` bool `[n, N]`, `orientation` int8
-  `[n, N]`, `value` int32 `[n, N]`, `rgb` uint8 `[n, N, 3]`), the category of each slot, `categories` `[N]`, and `hud` bool `[N]`.
-- `.parquet`: a line per object with the columns row, category, index (within the category), x, y, w, h, orientation, value, r, g, b, hud.
+- `.npz`, `.h5` and `.hdf5`: the fields of `Objects` with all slots (`xywh` int16 `[n, N, 4]`,
+  `valid` bool `[n, N]`, `orientation` int8 `[n, N]`, `value` int32 `[n, N]`, `rgb` uint8 `[n, N,
+  3]`), the category of each slot, `categories` `[N]`, and `hud` bool `[N]`.
+- `.parquet`: a line per object with the columns row, category, index (within the category), x, y,
+    w, h, orientation, value, r, g, b, hud.
 - `.json`: COCO's format for detection, with a picture `000000.png` per row, and without the values.
-- `.txt`: MOT's format: frame and slot from 1 on, left, top, width, height, confidence 1, category from 1 on, visibility 1.
-- `yolo:FOLDER`: YOLO's format: `labels/000000.txt` per row, or with the name of the row's picture, with a line per object: category from 0
-  on, and the centre, width and height in units of the screen's; and `data.yaml` with the names of the categories.
+- `.txt`: MOT's format: frame and slot from 1 on, left, top, width, height, confidence 1, category
+    from 1 on, visibility 1.
+- `yolo:FOLDER`: YOLO's format: `labels/000000.txt` per row, or with the name of the row's picture,
+  with a line per object: category from 0 on, and the centre, width and height in units of the
+  screen's; and `data.yaml` with the names of the categories.
 
-All but MOT's also name the game, the md5 of its ROM, the method and the version of ocjax. Equal objects give equal bytes.
+All but MOT's also name the game, the md5 of its ROM, the method and the version of ocjax. Equal
+objects give equal bytes.
 
-Where rows have several dimensions, such as steps and environments, fields have them, too, and `.parquet` has columns row_0, row_1, ...
-instead of row. The other formats count rows along the last dimension first. If the episodes of the rows are known, `.npz`, HDF5 and
-`.parquet` files have the number of the episode of each row, `episode` int32.
+Where rows have several dimensions, such as steps and environments, fields have them, too, and
+`.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows along the last
+dimension first. If the episodes of the rows are known, `.npz`, HDF5 and `.parquet` files have the
+number of the episode of each row, `episode` int32.
 """
 
 import dataclasses
@@ -80,14 +86,22 @@ class Blocks:
 
     @property
     def episode(self) -> dict[str, np.ndarray]:
-        """The episode of each row, counted from 0 on: int32 `[*batch]` under the key "episode". Empty if episodes are not known."""
+        """The episode of each row, counted from 0 on: int32 `[*batch]` under the key "episode".
+
+        Empty if episodes are not known.
+        """
         numbers = np.repeat(np.arange(len(self.episodes), dtype=np.int32), self.episodes)
         return {"episode": numbers.reshape(self.batch)} if self.episodes else {}
 
     @property
     def facts(self) -> dict[str, str]:
         """What files say about themselves."""
-        return {"game": self.game.name, "md5": self.game.md5, "method": self.method, "ocjax": importlib.metadata.version("ocjax")}
+        return {
+            "game": self.game.name,
+            "md5": self.game.md5,
+            "method": self.method,
+            "ocjax": importlib.metadata.version("ocjax"),
+        }
 
     @property
     def slot_names(self) -> list[str]:
@@ -98,8 +112,12 @@ class Blocks:
 def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
 
-        def member(name: str, header: np.ndarray, shape: tuple[int, ...], parts: Iterator[np.ndarray]) -> None:
-            info = zipfile.ZipInfo(f"{name}.npy")  # without the time, so that equal objects give equal bytes
+        def member(
+            name: str, header: np.ndarray, shape: tuple[int, ...], parts: Iterator[np.ndarray]
+        ) -> None:
+            info = zipfile.ZipInfo(
+                f"{name}.npy"
+            )  # without the time, so that equal objects give equal bytes
             info.compress_type = zipfile.ZIP_DEFLATED
             with archive.open(info, "w", force_zip64=True) as out:
                 description = np.lib.format.header_data_from_array_1_0(header) | {"shape": shape}
@@ -111,7 +129,9 @@ def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
             padded = (block.padded(rows, blocks.game)[name] for _, rows, block in blocks)
             member(name, np.zeros(0, dtype), (*blocks.batch, blocks.game.num_slots, *tail), padded)
         single = {"categories": np.array(blocks.slot_names), "hud": blocks.game.slot_hud}
-        for name, value in (single | blocks.episode | {k: np.array(v) for k, v in blocks.facts.items()}).items():
+        for name, value in (
+            single | blocks.episode | {k: np.array(v) for k, v in blocks.facts.items()}
+        ).items():
             member(name, value, value.shape, iter([value]))
 
 
@@ -125,13 +145,21 @@ def _write_hdf5(blocks: Blocks, file: BinaryIO) -> None:
             storage = {}
             if blocks.rows:
                 entries = min(max(1, HDF5_CHUNK // blocks.inner), blocks.batch[0])
-                storage = {"chunks": (entries, *shape[1:]), "compression": "gzip", "compression_opts": 1}
+                storage = {
+                    "chunks": (entries, *shape[1:]),
+                    "compression": "gzip",
+                    "compression_opts": 1,
+                }
             buffer.create_dataset(name, shape, dtype, **storage)
         for first, rows, block in blocks:
             entries = slice(first // blocks.inner, (first + rows) // blocks.inner)
             for name, array in block.padded(rows, blocks.game).items():
                 buffer[name][entries] = array.reshape(-1, *blocks.batch[1:], *array.shape[1:])
-        for name, value in {"categories": blocks.slot_names, "hud": blocks.game.slot_hud, **blocks.episode}.items():
+        for name, value in {
+            "categories": blocks.slot_names,
+            "hud": blocks.game.slot_hud,
+            **blocks.episode,
+        }.items():
             buffer[name] = value
         buffer.attrs.update(blocks.facts)
 
@@ -154,14 +182,25 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
         ("hud", pa.bool_()),
     ]
     schema = pa.schema(fields, metadata=blocks.facts)
-    with parquet.ParquetWriter(file, schema, compression="zstd", use_dictionary=["category"]) as writer:
+    with parquet.ParquetWriter(
+        file, schema, compression="zstd", use_dictionary=["category"]
+    ) as writer:
         for first, _, block in blocks:
-            columns: dict[str, Any] = dict(zip(rows, np.unravel_index(block.row + first, blocks.batch), strict=True))
-            columns |= {name: numbers.ravel()[block.row + first] for name, numbers in episode.items()}
+            columns: dict[str, Any] = dict(
+                zip(rows, np.unravel_index(block.row + first, blocks.batch), strict=True)
+            )
+            columns |= {
+                name: numbers.ravel()[block.row + first] for name, numbers in episode.items()
+            }
             columns |= records.of_slots(block.slot, block, blocks.game)
             columns["index"] = columns.pop("slot")
-            columns["category"] = pa.DictionaryArray.from_arrays(columns["category"].astype(np.int32), names)
-            arrays = [pa.array(columns[f.name], f.type) if f.name != "category" else columns[f.name] for f in schema]
+            columns["category"] = pa.DictionaryArray.from_arrays(
+                columns["category"].astype(np.int32), names
+            )
+            arrays = [
+                pa.array(columns[f.name], f.type) if f.name != "category" else columns[f.name]
+                for f in schema
+            ]
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
 
 
@@ -169,16 +208,36 @@ def _write_coco(blocks: Blocks, file: BinaryIO) -> None:
     out, (height, width) = io.TextIOWrapper(file, "utf-8", write_through=True), blocks.game.screen
     numbers = {c.name: i + 1 for i, c in enumerate(blocks.game.categories)}
     of_slot = np.array([numbers[name] for name in blocks.slot_names])
-    categories = [{"id": i, "name": name, "supercategory": blocks.game.name} for name, i in numbers.items()]
-    out.write(f'{{"info": {json.dumps(blocks.facts)},\n"categories": {json.dumps(categories)},\n"images": [')
+    categories = [
+        {"id": i, "name": name, "supercategory": blocks.game.name} for name, i in numbers.items()
+    ]
+    out.write(
+        f'{{"info": {json.dumps(blocks.facts)},\n"categories": '
+        f'{json.dumps(categories)},\n"images": ['
+    )
     for i in range(blocks.rows):
-        out.write(",\n"[: 2 * (i > 0)] + json.dumps({"id": i, "file_name": f"{i:06}.png", "width": width, "height": height}))
+        out.write(
+            ",\n"[: 2 * (i > 0)]
+            + json.dumps({"id": i, "file_name": f"{i:06}.png", "width": width, "height": height})
+        )
     out.write('],\n"annotations": [')
-    line = '{"id": %d, "image_id": %d, "category_id": %d, "bbox": [%d, %d, %d, %d], "area": %d, "iscrowd": 0}'
+    line = (
+        '{"id": %d, "image_id": %d, "category_id": %d, "bbox": [%d, %d, %d, %d], "area": %d, '
+        '"iscrowd": 0}'
+    )
     number = 0
     for first, _, block in blocks:
         m, (x, y, w, h) = len(block.row), block.xywh.astype(np.int64).T
-        columns = (np.arange(number + 1, number + m + 1), block.row + first, of_slot[block.slot], x, y, w, h, w * h)
+        columns = (
+            np.arange(number + 1, number + m + 1),
+            block.row + first,
+            of_slot[block.slot],
+            x,
+            y,
+            w,
+            h,
+            w * h,
+        )
         lines = ",\n".join([line] * m) % tuple(np.stack(columns, axis=1).ravel().tolist())
         out.write(",\n"[: 2 * (number > 0 and m > 0)] + lines)
         number += m
@@ -187,13 +246,24 @@ def _write_coco(blocks: Blocks, file: BinaryIO) -> None:
 
 
 def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
-    numbers = np.repeat(np.arange(1, len(blocks.game.categories) + 1), [c.count for c in blocks.game.categories])
+    numbers = np.repeat(
+        np.arange(1, len(blocks.game.categories) + 1), [c.count for c in blocks.game.categories]
+    )
     for first, _, block in blocks:
         ones = np.ones(len(block.row), np.int64)
-        columns = (block.row + first + 1, block.slot + 1, *block.xywh.T, ones, numbers[block.slot], ones)
+        columns = (
+            block.row + first + 1,
+            block.slot + 1,
+            *block.xywh.T,
+            ones,
+            numbers[block.slot],
+            ones,
+        )
         line = ",".join(["%d"] * len(columns)) + "\n"
         numbers_of_lines = np.stack(columns, axis=1).ravel().tolist()
-        file.write((line * len(ones) % tuple(numbers_of_lines)).encode())  # five times as fast as numpy.savetxt
+        file.write(
+            (line * len(ones) % tuple(numbers_of_lines)).encode()
+        )  # five times as fast as numpy.savetxt
 
 
 def new_folder(name: str) -> Path:
@@ -219,13 +289,17 @@ def write_yolo(blocks: Blocks, folder: Path) -> None:
     (unfinished / "labels").mkdir()
     facts = ", ".join(f"{name} {value}" for name, value in blocks.facts.items())
     names = "".join(f"  {i}: {json.dumps(c.name)}\n" for i, c in enumerate(blocks.game.categories))
-    (unfinished / "data.yaml").write_text(f"# {facts}\ntrain: images\nval: images\nnames:\n{names}", encoding="utf-8")
+    (unfinished / "data.yaml").write_text(
+        f"# {facts}\ntrain: images\nval: images\nnames:\n{names}", encoding="utf-8"
+    )
     for first, rows, block in blocks:
         ends = np.searchsorted(block.row, np.arange(rows + 1))
         lines = _yolo_lines(block, blocks.game)
         for i in range(rows):
             path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
-            with path.open("x", encoding="utf-8") as file:  # an error if two pictures differ in their suffixes alone
+            with path.open(
+                "x", encoding="utf-8"
+            ) as file:  # an error if two pictures differ in their suffixes alone
                 file.writelines(lines[ends[i] : ends[i + 1]])
     unfinished.replace(folder)
 
@@ -233,8 +307,17 @@ def write_yolo(blocks: Blocks, folder: Path) -> None:
 def _yolo_lines(block: Block, game: Game) -> list[str]:
     """A line for each object of a block."""
     (height, width), (x, y, w, h) = game.screen, block.xywh.T.astype(np.float64)
-    columns = (game.slot_category[block.slot], (x + w / 2) / width, (y + h / 2) / height, w / width, h / height)
-    return [f"{c} {x:.6f} {y:.6f} {w:.6f} {h:.6f}\n" for c, x, y, w, h in zip(*(a.tolist() for a in columns), strict=True)]
+    columns = (
+        game.slot_category[block.slot],
+        (x + w / 2) / width,
+        (y + h / 2) / height,
+        w / width,
+        h / height,
+    )
+    return [
+        f"{c} {x:.6f} {y:.6f} {w:.6f} {h:.6f}\n"
+        for c, x, y, w, h in zip(*(a.tolist() for a in columns), strict=True)
+    ]
 
 
 Writer = Callable[[Blocks, BinaryIO], None]
@@ -258,7 +341,8 @@ def writer(path: Path) -> Writer:
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
         raise ValueError(
-            f"the output must end in {', '.join(WRITERS)}, or be {YOLO}FOLDER, or {MINARI}ID for a copy of a Minari dataset, got {path}"
+            f"the output must end in {', '.join(WRITERS)}, or be {YOLO}FOLDER, or {MINARI}ID for "
+            f"a copy of a Minari dataset, got {path}"
         )
     for suffixes, module in (((".h5", ".hdf5"), "h5py"), ((".parquet",), "pyarrow")):
         if suffix in suffixes:

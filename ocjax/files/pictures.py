@@ -11,7 +11,14 @@ from PIL import Image
 from ocjax.files import folders
 from ocjax.files.rows import LEAST_HEIGHT, MOST_HEIGHT, WIDTH, Input, InputError, check_rows
 
-FORMATS = {".png": "PNG", ".gif": "GIF", ".webp": "WEBP", ".bmp": "BMP", ".tif": "TIFF", ".tiff": "TIFF"}  # by suffix
+FORMATS = {
+    ".png": "PNG",
+    ".gif": "GIF",
+    ".webp": "WEBP",
+    ".bmp": "BMP",
+    ".tif": "TIFF",
+    ".tiff": "TIFF",
+}  # by suffix
 MOST_BYTES = 2**20  # of a picture's file; four times the size without compression
 MOST_TILE = 2**16  # pixels of a tile of a TIFF picture
 _TILE_WIDTH, _TILE_HEIGHT = 322, 323  # tags of TIFF
@@ -19,7 +26,8 @@ SIGNATURES = (b"\x89PNG", b"GIF8", b"RIFF", b"BM", b"II*\0", b"MM\0*")
 
 
 def read_picture(source: bytes | Path) -> np.ndarray:
-    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`, whose numbers are taken as palette indices.
+    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`, whose numbers are
+    taken as palette indices.
 
     The size is checked before the pixels are decoded.
 
@@ -41,17 +49,27 @@ def read_picture(source: bytes | Path) -> np.ndarray:
 def _check_picture(image: Image.Image) -> None:
     width, height = image.size
     if width != WIDTH or not LEAST_HEIGHT <= height <= MOST_HEIGHT:
-        raise ValueError(f"pictures must be {WIDTH} pixels wide and {LEAST_HEIGHT} to {MOST_HEIGHT} high, got {width} x {height}")
+        raise ValueError(
+            f"pictures must be {WIDTH} pixels wide and {LEAST_HEIGHT} to {MOST_HEIGHT} high, got "
+            f"{width} x {height}"
+        )
     if image.mode not in ("RGB", "P", "RGBA", "L"):
-        raise ValueError(f"pictures must be RGB, or palette indices of 8 bits, got mode {image.mode}")
+        raise ValueError(
+            f"pictures must be RGB, or palette indices of 8 bits, got mode {image.mode}"
+        )
     if getattr(image, "is_animated", False):
         raise ValueError("it holds several frames: save each frame as a picture of its own")
     tags = getattr(image, "tag_v2", {})
     if tags.get(_TILE_WIDTH, 0) * tags.get(_TILE_HEIGHT, 0) > MOST_TILE:
-        raise ValueError(f"tiles must have at most {MOST_TILE:,} pixels, got {tags[_TILE_WIDTH]} x {tags[_TILE_HEIGHT]}")
+        raise ValueError(
+            f"tiles must have at most {MOST_TILE:,} pixels, got {tags[_TILE_WIDTH]} x "
+            f"{tags[_TILE_HEIGHT]}"
+        )
 
 
-def stacked(rows: Iterable[np.ndarray], name: str, first: int, shape: tuple[int, ...] | None) -> np.ndarray:
+def stacked(
+    rows: Iterable[np.ndarray], name: str, first: int, shape: tuple[int, ...] | None
+) -> np.ndarray:
     """Rows of one shape as one array.
 
     Args:
@@ -67,13 +85,17 @@ def stacked(rows: Iterable[np.ndarray], name: str, first: int, shape: tuple[int,
     for row in rows:
         expected = row.shape if shape is None and not found else shape or found[0].shape
         if row.shape != expected:
-            raise InputError(f"{name}, row {first + len(found)}, has the shape {list(row.shape)}, others have {list(expected)}")
+            raise InputError(
+                f"{name}, row {first + len(found)}, has the shape {list(row.shape)}, others have "
+                f"{list(expected)}"
+            )
         found.append(row)
     return np.stack(found)
 
 
 class PictureFolder(Input):
-    """A folder of pictures, in the natural order of their names. Hidden files and files with other suffixes are ignored.
+    """A folder of pictures, in the natural order of their names. Hidden files and files with other
+    suffixes are ignored.
 
     Raises:
         InputError: it holds no pictures, or an entry with a picture's suffix is no regular file.
@@ -98,7 +120,9 @@ class PictureFolder(Input):
         try:
             return read_picture(self.reads[i])
         except Exception as error:
-            raise InputError(f"row {i}, {self.reads[i]}, is not a readable picture: {error}") from error
+            raise InputError(
+                f"row {i}, {self.reads[i]}, is not a readable picture: {error}"
+            ) from error
 
     def _read(self, start: int, stop: int) -> np.ndarray:
         return stacked(map(self._picture, range(start, stop)), self.name, start, self.row_shape)

@@ -31,17 +31,24 @@ BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # of a file of the work folder
 BATCH = {"rem": 4_096, "vem": 256}  # rows of a call, per device; more take longer a row
 PLAN = "plan.json"
 
-Progress = Callable[[int, int], object]  # called with how many rows are done, and how many there are
+Progress = Callable[
+    [int, int], object
+]  # called with how many rows are done, and how many there are
 
 
 @dataclasses.dataclass(frozen=True)
 class ExtractionPlan:
-    """Identifies an extraction. It is written to the work folder, and a resumed extraction must match it."""
+    """Identifies an extraction.
+
+    It is written to the work folder, and a resumed extraction must match it.
+    """
 
     input: str
     array: str | None
     rows: int
-    stamp: tuple[int, int]  # size and time of the last change of the input file; zeros if it is no file
+    stamp: tuple[
+        int, int
+    ]  # size and time of the last change of the input file; zeros if it is no file
     game: str
     md5: str
     hud: bool
@@ -71,26 +78,31 @@ def extract(
 ) -> None:
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
-    The work is kept in the folder `OUT.parts` until the output is complete. Called again after an interruption, the extraction goes on from
-    there, and the output is the same as without the interruption. Rows are extracted in batches on all local devices.
+    The work is kept in the folder `OUT.parts` until the output is complete. Called again after an
+    interruption, the extraction goes on from there, and the output is the same as without the
+    interruption. Rows are extracted in batches on all local devices.
 
     Args:
         source: the input; see `open_input`.
-        out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt file in MOT's, or a new folder after
-            "yolo:", in YOLO's; see `ocjax.files.outputs`. An existing file is replaced. If the input is a Minari dataset, also the ID of a
-            new one after "minari:", which is a copy with the fields of `Objects` in its infos.
-        game: the game's name; needed if neither the input's metadata nor the file's name (`Pong.npy`) tell it.
+        out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt
+            file in MOT's, or a new folder after "yolo:", in YOLO's; see `ocjax.files.outputs`. An
+            existing file is replaced. If the input is a Minari dataset, also the ID of a new one
+            after "minari:", which is a copy with the fields of `Objects` in its infos.
+        game: the game's name; needed if neither the input's metadata nor the file's name
+            (`Pong.npy`) tell it.
         array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
         ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
-        report: called at the beginning and after each block with the number of rows that are done, and of all rows.
+        report: called at the beginning and after each block with the number of rows that are done,
+            and of all rows.
 
     Raises:
         FileNotFoundError: there is no such input.
-        InputError: a ValueError; the input is damaged, its rows have another shape, a frame has colours that the console does not have, or
-            it was made with another ROM.
+        InputError: a ValueError; the input is damaged, its rows have another shape, a frame has
+            colours that the console does not have, or it was made with another ROM.
         UnknownGameError: a ValueError; there is no game of that name.
-        ValueError: the output's format is not supported, the work folder is of another extraction, or the cluster cannot be reached.
+        ValueError: the output's format is not supported, the work folder is of another extraction,
+            or the cluster cannot be reached.
         OSError: the output cannot be written, or would replace the input.
     """
     target = _target(str(source), str(out))
@@ -100,12 +112,20 @@ def extract(
         check_indices(rows, spec)
         plan = _plan(rows, source, array, spec, method_of(rows, spec), hud=hud)
         _prepare(target.folder, plan)
-        blocks = _blocks(rows, spec, plan, target.folder) if ray is None else _blocks_on_cluster(plan, target.folder, ray)
+        blocks = (
+            _blocks(rows, spec, plan, target.folder)
+            if ray is None
+            else _blocks_on_cluster(plan, target.folder, ray)
+        )
         for done in itertools.chain([0], blocks):
             if report is not None:
                 report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
-    target.write(outputs.Blocks(spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes))
+    target.write(
+        outputs.Blocks(
+            spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes
+        )
+    )
     shutil.rmtree(target.folder)
 
 
@@ -121,16 +141,30 @@ def _target(source: str, out: str) -> _Target:
     """Check the output, and tell how it is written."""
     if out.startswith(MINARI):
         if not source.startswith(MINARI):
-            raise ValueError(f"only a Minari dataset can be copied to another one with objects, got {source}")
+            raise ValueError(
+                f"only a Minari dataset can be copied to another one with objects, got {source}"
+            )
         path = minari.path_of(out)
-        return _Target(path, path.with_name(f".{path.name}.parts"), lambda blocks: minari.copy_with_objects(source, out, blocks))
+        return _Target(
+            path,
+            path.with_name(f".{path.name}.parts"),
+            lambda blocks: minari.copy_with_objects(source, out, blocks),
+        )
     if out.startswith(outputs.YOLO):
         path = outputs.new_folder(out)
-        return _Target(path, path.with_name(f"{path.name}.parts"), lambda blocks: outputs.write_yolo(blocks, path))
+        return _Target(
+            path,
+            path.with_name(f"{path.name}.parts"),
+            lambda blocks: outputs.write_yolo(blocks, path),
+        )
     path = Path(out)
     writer = outputs.writer(path)
     output.check(path)
-    return _Target(path, path.with_name(f"{path.name}.parts"), lambda blocks: output.write(path, lambda file: writer(blocks, file)))
+    return _Target(
+        path,
+        path.with_name(f"{path.name}.parts"),
+        lambda blocks: output.write(path, lambda file: writer(blocks, file)),
+    )
 
 
 def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> None:
@@ -142,11 +176,14 @@ def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> 
     for path in (target.path, target.folder):
         output.check_apart(path, reads)
     if Path(source).exists() and Path(source).resolve().is_relative_to(target.folder.resolve()):
-        raise shutil.SameFileError(f"the input {source} lies in the work folder {target.folder}: give another output")
+        raise shutil.SameFileError(
+            f"the input {source} lies in the work folder {target.folder}: give another output"
+        )
 
 
 def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
-    """The game of an input, from the name that is given, the input's metadata, or the name of the file.
+    """The game of an input, from the name that is given, the input's metadata, or the name of the
+    file.
 
     Raises:
         InputError: it is of another game or ROM.
@@ -158,12 +195,15 @@ def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> 
     except registry.UnknownGameError as error:
         if given:
             raise
-        raise registry.UnknownGameError(f"{rows.name} does not tell its game, nor does its name: give the game (--game)") from error
+        raise registry.UnknownGameError(
+            f"{rows.name} does not tell its game, nor does its name: give the game (--game)"
+        ) from error
     if name is not None and registry.load(name, hud=hud) is not found:
         raise InputError(f"{rows.name} is of {found.name}, not of {registry.load(name).name}")
     if rows.facts.get("md5", found.md5) != found.md5:
         raise InputError(
-            f"{rows.name} was made with the ROM of md5 {rows.facts['md5']}, but the decoder of {found.name} is for {found.md5}"
+            f"{rows.name} was made with the ROM of md5 {rows.facts['md5']}, but the decoder of "
+            f"{found.name} is for {found.md5}"
         )
     return found
 
@@ -178,7 +218,8 @@ def method_of(rows: Input, game: Game) -> str:
         return "rem"
     if rows.row_shape[:2] != game.screen:
         raise InputError(
-            f"{rows.name} has frames of {list(rows.row_shape)}, those of {game.name} are {list(game.screen)} or {[*game.screen, 3]}"
+            f"{rows.name} has frames of {list(rows.row_shape)}, those of {game.name} are "
+            f"{list(game.screen)} or {[*game.screen, 3]}"
         )
     return "vem"
 
@@ -197,9 +238,11 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 
 
 def check_indices(rows: Input, game: Game) -> None:
-    """Check that pictures without colours, if that is what rows are, show palette indices and not shades of grey.
+    """Check that pictures without colours, if that is what rows are, show palette indices and not
+    shades of grey.
 
-    They are read until one has a number that no grey picture of the game has. This is mostly the first one.
+    They are read until one has a number that no grey picture of the game has. This is mostly the
+    first one.
 
     Raises:
         InputError: they are grey, or no picture tells.
@@ -207,14 +250,17 @@ def check_indices(rows: Input, game: Game) -> None:
     if not rows.pictures or len(rows.row_shape) != 2:
         return
     shades = game.palette @ [0.299, 0.587, 0.114]
-    is_shade = np.isin(np.arange(256), [np.round(shades), np.floor(shades)])  # programs round differently
+    is_shade = np.isin(
+        np.arange(256), [np.round(shades), np.floor(shades)]
+    )  # programs round differently
     for i in range(rows.rows):
         picture = rows.read(i, i + 1)
         check_colors(picture, game, rows.name, i)
         if not is_shade[picture].all():
             return
     raise InputError(
-        f"{rows.name} holds pictures without colours, and nothing tells whether they show palette indices (ale.getScreen()), as VEM needs "
+        f"{rows.name} holds pictures without colours, and nothing tells whether they show "
+        "palette indices (ale.getScreen()), as VEM needs "
         "them, or shades of grey: save the frames in RGB (ale.getScreenRGB())"
     )
 
@@ -229,7 +275,8 @@ def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
         first: number of the first row, for errors.
 
     Raises:
-        InputError: a frame has another colour, for example because it was compressed as JPEG, resized, is the maximum of two, or grey.
+        InputError: a frame has another colour, for example because it was compressed as JPEG,
+            resized, is the maximum of two, or grey.
     """
     if frames.ndim == 3 and not game.pal:  # on PAL consoles, odd indices are shades of grey
         odd = np.bitwise_or.reduce(frames.reshape(len(frames), -1), axis=1) & 1
@@ -237,8 +284,10 @@ def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
             i = int(odd.argmax())
             y, x = np.argwhere(frames[i] & 1)[0].tolist()
             raise InputError(
-                f"{name}, row {first + i}: the console has no palette index {frames[i, y, x]}, which is at column {x}, row {y}: they are "
-                "even. VEM needs palette indices (ale.getScreen()) or RGB (ale.getScreenRGB()), not shades of grey"
+                f"{name}, row {first + i}: the console has no palette index {frames[i, y, x]}, "
+                f"which is at column {x}, row {y}: they are "
+                "even. VEM needs palette indices (ale.getScreen()) or RGB (ale.getScreenRGB()), "
+                "not shades of grey"
             )
     if frames.ndim != 4:
         return
@@ -247,8 +296,10 @@ def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
         i = int(wrong.argmax())
         y, x = np.argwhere(~palette.is_color(frames[i], game.palette))[0].tolist()
         raise InputError(
-            f"{name}, row {first + i}: the console has no colour {frames[i, y, x].tolist()}, which is at column {x}, row {y}. VEM needs "
-            "frames as the emulator draws them: not resized, not compressed as JPEG, not the maximum of two"
+            f"{name}, row {first + i}: the console has no colour {frames[i, y, x].tolist()}, "
+            f"which is at column {x}, row {y}. VEM needs "
+            "frames as the emulator draws them: not resized, not compressed as JPEG, not the "
+            "maximum of two"
         )
 
 
@@ -259,7 +310,9 @@ def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
     return jax.jit(lambda frames: ~palette.is_color(frames, own).all(axis=(1, 2)))
 
 
-def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool) -> ExtractionPlan:
+def _plan(
+    rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool
+) -> ExtractionPlan:
 
     path = Path(source)
     stat = path.stat() if path.is_file() else None
@@ -267,11 +320,25 @@ def _plan(rows: Input, source: str | Path, array: str | None, game: Game, method
     name = str(path.resolve()) if path.exists() else str(source)
     inner = max(1, math.prod(rows.batch[1:]))  # blocks are whole entries of the first dimension
     block_rows = max(1, BLOCK_ROWS[method] // inner) * inner
-    return ExtractionPlan(name, array, rows.rows, stamp, game.name, game.md5, hud, method, block_rows, importlib.metadata.version("ocjax"))
+    return ExtractionPlan(
+        name,
+        array,
+        rows.rows,
+        stamp,
+        game.name,
+        game.md5,
+        hud,
+        method,
+        block_rows,
+        importlib.metadata.version("ocjax"),
+    )
 
 
 def _prepare(folder: Path, plan: ExtractionPlan) -> None:
-    """Create the work folder, or check that it belongs to this extraction. A folder without results may be reused."""
+    """Create the work folder, or check that it belongs to this extraction.
+
+    A folder without results may be reused.
+    """
     jobs.check_contents(folder, "work folder")
     if not any(folder.glob("*.npz")):
         for left in (folder / PLAN, *folder.glob(".*.tmp")):
@@ -302,7 +369,9 @@ def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iter
             writing.result()
 
 
-def _extract_block(rows: Input, game: Game, plan: ExtractionPlan, call: Callable[[np.ndarray], Objects], k: int) -> Block:
+def _extract_block(
+    rows: Input, game: Game, plan: ExtractionPlan, call: Callable[[np.ndarray], Objects], k: int
+) -> Block:
     start = k * plan.block_rows
     block = rows.read(start, min(start + plan.block_rows, plan.rows))
     check_colors(block, game, rows.name, start)
@@ -315,7 +384,9 @@ def _blocks_on_cluster(plan: ExtractionPlan, folder: Path, address: str) -> Iter
     missing = [k for k in range(plan.blocks) if not _part(folder, k).exists()]
     done = plan.rows - sum(sizes[k] for k in missing)
     yield done
-    for k in cluster.completed(functools.partial(_write_block, plan, folder.resolve()), missing, address):
+    for k in cluster.completed(
+        functools.partial(_write_block, plan, folder.resolve()), missing, address
+    ):
         done += sizes[k]
         yield done
 

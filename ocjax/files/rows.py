@@ -11,7 +11,14 @@ import numpy as np
 
 from ocjax.console.ram import RAM_SIZE
 
-NAMES = ("rams", "ram", "screens", "frames", "observations", "obs")  # of arrays, in the order in which they are looked for
+NAMES = (
+    "rams",
+    "ram",
+    "screens",
+    "frames",
+    "observations",
+    "obs",
+)  # of arrays, in the order in which they are looked for
 FACTS = ("game", "md5")
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 160, 100, 256  # pixels of a frame
 ROWS_PER_BYTE = 16  # at most; deflate stores at least an eighth of a byte for a row of RAM
@@ -29,8 +36,10 @@ class Input(ABC):
     Attributes:
         name: what errors call it.
         rows: number of rows.
-        batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments. Rows are counted along the last one first.
-        row_shape: `(128,)` for RAM, `(H, 160)` for frames of palette indices, `(H, 160, 3)` for RGB frames.
+        batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments.
+            Rows are counted along the last one first.
+        row_shape: `(128,)` for RAM, `(H, 160)` for frames of palette indices, `(H, 160, 3)` for RGB
+            frames.
         facts: what it says about itself: perhaps the "game" and the "md5" of its ROM.
         episodes: the number of rows of each episode, if they are known.
         reads: the files and folders that it reads; every file in such a folder counts.
@@ -56,24 +65,32 @@ class Input(ABC):
 
     @abstractmethod
     def _read(self, start: int, stop: int) -> np.ndarray:
-        """Rows as integers `[stop - start, *row_shape]`. Any exception means that the file is damaged."""
+        """Rows as integers `[stop - start, *row_shape]`.
+
+        Any exception means that the file is damaged.
+        """
 
     def read(self, start: int, stop: int) -> np.ndarray:
         """Read a block of rows, uint8 `[stop - start, *row_shape]`.
 
         Raises:
-            InputError: they cannot be read, have another shape or dtype, or hold a number that is not from 0 to 255.
+            InputError: they cannot be read, have another shape or dtype, or hold a number that is
+                not from 0 to 255.
         """
         try:
             block = self._read(start, stop)
         except InputError:
             raise
         except Exception as error:  # a damaged file can fail anywhere in the libraries
-            raise InputError(f"{self.name}, rows {start} to {stop - 1}, cannot be read: {type(error).__name__}: {error}") from error
+            raise InputError(
+                f"{self.name}, rows {start} to {stop - 1}, cannot be read: "
+                f"{type(error).__name__}: {error}"
+            ) from error
         block, expected = _as_bytes(block, self.name, start), (stop - start, *self.row_shape)
         if block.dtype != np.uint8 or block.shape != expected:
             raise InputError(
-                f"{self.name}, rows {start} to {stop - 1}, must be uint8 {list(expected)}, got {block.dtype} {list(block.shape)}"
+                f"{self.name}, rows {start} to {stop - 1}, must be uint8 {list(expected)}, got "
+                f"{block.dtype} {list(block.shape)}"
             )
         return block
 
@@ -82,12 +99,18 @@ class Input(ABC):
 
 
 def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
-    """Rows of integers as uint8; `first` is the number of the first one, for errors. Other arrays are left as they are."""
+    """Rows of integers as uint8; `first` is the number of the first one, for errors.
+
+    Other arrays are left as they are.
+    """
     if rows.dtype == np.uint8 or rows.dtype.kind not in "iu" or not rows.size:
         return rows
     if rows.min() < 0 or rows.max() > 255:
         at = np.argwhere((rows < 0) | (rows > 255))[0]
-        raise InputError(f"{name}, row {first + at[0]}, holds {rows[tuple(at)]}: bytes of RAM and of frames are from 0 to 255")
+        raise InputError(
+            f"{name}, row {first + at[0]}, holds {rows[tuple(at)]}: bytes of RAM and of frames "
+            "are from 0 to 255"
+        )
     return rows.astype(np.uint8)
 
 
@@ -95,7 +118,12 @@ def is_row(shape: Sequence[int]) -> bool:
     """Whether an array's rows of this shape are RAM or frames."""
     if tuple(shape) == (RAM_SIZE,):
         return True
-    return len(shape) in (2, 3) and LEAST_HEIGHT <= shape[0] <= MOST_HEIGHT and shape[1] == WIDTH and tuple(shape[2:]) in ((), (3,))
+    return (
+        len(shape) in (2, 3)
+        and LEAST_HEIGHT <= shape[0] <= MOST_HEIGHT
+        and shape[1] == WIDTH
+        and tuple(shape[2:]) in ((), (3,))
+    )
 
 
 def batch_axes(shape: Sequence[int]) -> int:
@@ -106,14 +134,15 @@ def batch_axes(shape: Sequence[int]) -> int:
 def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> list[str]:
     """The array to read, or the arrays of all episodes in natural order.
 
-    Names may be paths through groups. Arrays whose paths differ only in numbers, such as `episode_0/observations` and
-    `episode_1/observations`, are episodes.
+    Names may be paths through groups. Arrays whose paths differ only in numbers, such as
+    `episode_0/observations` and `episode_1/observations`, are episodes.
 
     Args:
         name: of the file, for errors.
         shapes: of its arrays.
-        wanted: a path, or the end of several; by default the first of `NAMES` whose rows are RAM or frames. Groups whose names begin with
-            `next_`, which repeat observations, are not searched.
+        wanted: a path, or the end of several; by default the first of `NAMES` whose rows are RAM or
+            frames. Groups whose names begin with `next_`, which repeat observations, are not
+            searched.
 
     Raises:
         InputError: there is no such array, or several that are not episodes.
@@ -123,18 +152,33 @@ def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -
     if wanted is not None:
         found = [key for key in shapes if key.endswith(f"/{wanted}")]
     else:
-        usual = [key for key in shapes if batch_axes(shapes[key]) and not re.search("(^|/)next_", key)]
-        found = next((keys for own in NAMES if (keys := [key for key in usual if key.rpartition("/")[2] == own])), [])
+        usual = [
+            key for key in shapes if batch_axes(shapes[key]) and not re.search("(^|/)next_", key)
+        ]
+        found = next(
+            (
+                keys
+                for own in NAMES
+                if (keys := [key for key in usual if key.rpartition("/")[2] == own])
+            ),
+            [],
+        )
     if not found:
-        looked_for = f"RAM or frames named {', '.join(NAMES)}" if wanted is None else f"array {wanted!r}"
+        looked_for = (
+            f"RAM or frames named {', '.join(NAMES)}" if wanted is None else f"array {wanted!r}"
+        )
         advice = "; name one of them (array)" if wanted is None else ""
         raise InputError(f"{name} has no {looked_for}: it has {_listed(shapes)}{advice}")
     depth = min(key.count("/") for key in found)
     found = [key for key in found if key.count("/") == depth]
     if len({_without_numbers(key) for key in found}) > 1:
         listed = _listed({key: shapes[key] for key in sorted(found, key=natural)})
-        raise InputError(f"{name} has several arrays that match: {listed}; name one of them (array)")
-    return sorted((key for key in shapes if _without_numbers(key) == _without_numbers(found[0])), key=natural)
+        raise InputError(
+            f"{name} has several arrays that match: {listed}; name one of them (array)"
+        )
+    return sorted(
+        (key for key in shapes if _without_numbers(key) == _without_numbers(found[0])), key=natural
+    )
 
 
 def _without_numbers(key: str) -> str:
@@ -161,19 +205,24 @@ def check_rows(name: str, dtype: Any, shape: Sequence[int]) -> None:
     """
     if np.dtype(dtype).kind not in "iu" or not batch_axes(shape):
         raise InputError(
-            f"{name} must be uint8 [n, {RAM_SIZE}] (RAM), [n, H, {WIDTH}] (frames of palette indices) or [n, H, {WIDTH}, 3] (RGB), or "
+            f"{name} must be uint8 [n, {RAM_SIZE}] (RAM), [n, H, {WIDTH}] (frames of palette "
+            f"indices) or [n, H, {WIDTH}, 3] (RGB), or "
             f"wider integers from 0 to 255, got {dtype} {list(shape)}"
         )
 
 
 def check_claim(name: str, rows: int, stored: int) -> None:
-    """Check that a number of rows can be in so many bytes of a file. Formats can claim rows of which they store nothing.
+    """Check that a number of rows can be in so many bytes of a file. Formats can claim rows of
+    which they store nothing.
 
     Raises:
         InputError: it cannot.
     """
     if not 0 <= rows <= ROWS_PER_BYTE * stored:
-        raise InputError(f"{name} claims {rows:,} rows, but only {stored:,} bytes are stored for them: the file is damaged or incomplete")
+        raise InputError(
+            f"{name} claims {rows:,} rows, but only {stored:,} bytes are stored for them: the "
+            "file is damaged or incomplete"
+        )
 
 
 def check_block(name: str, size: int) -> None:
@@ -183,7 +232,10 @@ def check_block(name: str, size: int) -> None:
         InputError: it is too large.
     """
     if size > MOST_BLOCK:
-        raise InputError(f"{name} is stored in parts of {size:,} bytes, and at most {MOST_BLOCK:,} fit: store it in smaller chunks")
+        raise InputError(
+            f"{name} is stored in parts of {size:,} bytes, and at most {MOST_BLOCK:,} fit: store "
+            "it in smaller chunks"
+        )
 
 
 def facts_in(attributes: Mapping[str, Any]) -> dict[str, str]:

@@ -11,18 +11,33 @@ import numpy as np
 from ocjax._extras import require
 from ocjax.console.ram import RAM_SIZE
 from ocjax.files import folders, jobs, pictures
-from ocjax.files.rows import FACTS, MOST_HEIGHT, NAMES, Input, InputError, check_claim, check_rows, is_row
+from ocjax.files.rows import (
+    FACTS,
+    MOST_HEIGHT,
+    NAMES,
+    Input,
+    InputError,
+    check_claim,
+    check_rows,
+    is_row,
+)
 
-HUGGING_FACE = ("state.json", "dataset_dict.json")  # one is in every folder that `datasets.save_to_disk` has written
+HUGGING_FACE = (
+    "state.json",
+    "dataset_dict.json",
+)  # one is in every folder that `datasets.save_to_disk` has written
 BATCH_ROWS = 1024  # of a Parquet file that are decoded at a time
 MOST_DIMENSIONS = 3  # of a row
 SHARD = re.compile(r"(.+)-[0-9]+-of-([0-9]+)")  # the stem of a file of a hub
 
-Blocks = list[tuple[int, Callable[[], Iterator[Any]]]]  # of a column: the rows of each, and a function that reads it in parts
+Blocks = list[
+    tuple[int, Callable[[], Iterator[Any]]]
+]  # of a column: the rows of each, and a function that reads it in parts
 
 
 class _Table(Input):
-    """A column of one or more Parquet or Arrow files: lists of bytes, or bytes of RAM or of pictures.
+    """A column of one or more Parquet or Arrow files: lists of bytes, or bytes of RAM or of
+    pictures.
 
     Args:
         path: what errors name.
@@ -32,24 +47,36 @@ class _Table(Input):
         column: name of the column.
     """
 
-    def __init__(self, path: Path, files: Sequence[Path], blocks: Blocks, schema: Any, column: str) -> None:
+    def __init__(
+        self, path: Path, files: Sequence[Path], blocks: Blocks, schema: Any, column: str
+    ) -> None:
         metadata = schema.metadata or {}
-        self.facts = {key: metadata[key.encode()].decode() for key in FACTS if key.encode() in metadata}
+        self.facts = {
+            key: metadata[key.encode()].decode() for key in FACTS if key.encode() in metadata
+        }
         self.name, self._blocks, self.reads = f"{path}, {column}", blocks, files
         self._ends = np.cumsum([0, *(rows for rows, _ in blocks)])
         self.rows, self.pictures = int(self._ends[-1]), True
         check_claim(self.name, self.rows, sum(file.stat().st_size for file in files))
-        self._at, self._parts, self._left = 0, self._from(0), None  # the next row, the parts from there on, and the rest of a part
+        self._at, self._parts, self._left = (
+            0,
+            self._from(0),
+            None,
+        )  # the next row, the parts from there on, and the rest of a part
         self._shape: tuple[int, ...] | None = None  # of a row, once it is known
         first = self._read(0, 1) if self.rows else np.zeros((0, RAM_SIZE), np.uint8)
         check_rows(self.name, first.dtype, first.shape)
         if not is_row(first.shape[1:]):
-            raise InputError(f"{self.name} must have rows of RAM or frames, got {list(first.shape[1:])}")
+            raise InputError(
+                f"{self.name} must have rows of RAM or frames, got {list(first.shape[1:])}"
+            )
         self.row_shape = self._shape = first.shape[1:]
 
     def _from(self, row: int) -> Iterator[Any]:
         """The parts of the column from a row on."""
-        for k in range(max(0, int(np.searchsorted(self._ends, row, "right")) - 1), len(self._blocks)):
+        for k in range(
+            max(0, int(np.searchsorted(self._ends, row, "right")) - 1), len(self._blocks)
+        ):
             at, end = self._ends[k : k + 2].tolist()
             for part in self._blocks[k][1]():
                 part.validate(full=True)  # before anything follows its offsets
@@ -57,7 +84,10 @@ class _Table(Input):
                     yield part[max(0, row - at) :]
                 at += len(part)
             if at != end:
-                raise InputError(f"{self.name} has {at - self._ends[k]:,} rows in a block that claims {self._blocks[k][0]:,}")
+                raise InputError(
+                    f"{self.name} has {at - self._ends[k]:,} rows in a block that claims "
+                    f"{self._blocks[k][0]:,}"
+                )
 
     def _read(self, start: int, stop: int) -> np.ndarray:
         if start != self._at:
@@ -73,11 +103,17 @@ class _Table(Input):
 
 
 def _column_of(path: Path, schema: Any, wanted: str | None) -> str:
-    """The column that is wanted, or by default the first with a usual name. It holds rows in a form that can be read."""
+    """The column that is wanted, or by default the first with a usual name.
+
+    It holds rows in a form that can be read.
+    """
     usual = (*NAMES, "image")
     found = [key for key in (usual if wanted is None else (wanted,)) if key in schema.names]
     if not found:
-        raise InputError(f"{path} has no column named {wanted or ', '.join(usual)}: it has {', '.join(schema.names)}")
+        raise InputError(
+            f"{path} has no column named {wanted or ', '.join(usual)}: it has "
+            f"{', '.join(schema.names)}"
+        )
     if schema.names.count(found[0]) > 1:
         raise InputError(f"{path} has several columns named {found[0]}")
     _check_type(f"{path}, {found[0]}", schema.field(found[0]).type)
@@ -87,7 +123,9 @@ def _column_of(path: Path, schema: Any, wanted: str | None) -> str:
 def _check_type(name: str, kind: Any) -> None:
     """Check that a column holds lists of integers or bytes, each row in its own memory."""
     types, own, depth = require("pyarrow").types, kind, 0
-    if types.is_struct(kind) and kind.get_field_index("bytes") >= 0:  # of pictures, as the library `datasets` stores them
+    if (
+        types.is_struct(kind) and kind.get_field_index("bytes") >= 0
+    ):  # of pictures, as the library `datasets` stores them
         own = kind.field("bytes").type
     while types.is_list(own) or types.is_large_list(own) or types.is_fixed_size_list(own):
         own, depth = own.value_type, depth + 1
@@ -111,18 +149,32 @@ def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) 
         parts.append(column.field("bytes"))
     for part in parts:
         if part.null_count:
-            raise InputError(f"{name}, row {first + part.is_null().to_numpy(zero_copy_only=False).argmax()}, is null")
+            raise InputError(
+                f"{name}, row {first + part.is_null().to_numpy(zero_copy_only=False).argmax()}, "
+                "is null"
+            )
     values = parts[-1]
-    if not (pa.types.is_binary(values.type) or pa.types.is_large_binary(values.type) or pa.types.is_fixed_size_binary(values.type)):
+    if not (
+        pa.types.is_binary(values.type)
+        or pa.types.is_large_binary(values.type)
+        or pa.types.is_fixed_size_binary(values.type)
+    ):
         return _numbers(values, name, first)
     lengths = require("pyarrow.compute").binary_length(values).to_numpy(zero_copy_only=False)
     if lengths.max(initial=0) > pictures.MOST_BYTES:
         row = int((lengths > pictures.MOST_BYTES).argmax())
-        raise InputError(f"{name}, row {first + row}, must have at most {pictures.MOST_BYTES:,} bytes, got {lengths[row]:,}")
+        raise InputError(
+            f"{name}, row {first + row}, must have at most {pictures.MOST_BYTES:,} bytes, got "
+            f"{lengths[row]:,}"
+        )
     every = values.to_pylist()
-    if (lengths == RAM_SIZE).all() and not any(value.startswith(pictures.SIGNATURES[0]) for value in every):
+    if (lengths == RAM_SIZE).all() and not any(
+        value.startswith(pictures.SIGNATURES[0]) for value in every
+    ):
         return np.frombuffer(b"".join(every), np.uint8).reshape(-1, RAM_SIZE)
-    return pictures.stacked((_row(value, name, first + i) for i, value in enumerate(every)), name, first, shape)
+    return pictures.stacked(
+        (_row(value, name, first + i) for i, value in enumerate(every)), name, first, shape
+    )
 
 
 def _numbers(column: Any, name: str, first: int) -> np.ndarray:
@@ -133,11 +185,16 @@ def _numbers(column: Any, name: str, first: int) -> np.ndarray:
     if types.is_fixed_size_list(column.type):
         lengths = np.full(1, column.type.list_size)
     else:
-        lengths = require("pyarrow.compute").list_value_length(column).to_numpy(zero_copy_only=False)
+        lengths = (
+            require("pyarrow.compute").list_value_length(column).to_numpy(zero_copy_only=False)
+        )
     length = int(lengths[0]) if len(lengths) else 0
     if (lengths != length).any():
         row = int((lengths != length).argmax())
-        raise InputError(f"{name}, row {first + row}, has the shape {[int(lengths[row])]}, others have {[length]}")
+        raise InputError(
+            f"{name}, row {first + row}, has the shape {[int(lengths[row])]}, others have "
+            f"{[length]}"
+        )
     if length > MOST_HEIGHT:
         raise InputError(f"{name}, row {first}, has {length:,} values")
     values = _numbers(column.flatten(), name, first)
@@ -146,7 +203,9 @@ def _numbers(column: Any, name: str, first: int) -> np.ndarray:
 
 def _row(value: bytes, name: str, number: int) -> np.ndarray:
     """The RAM or the picture in bytes."""
-    if not value.startswith(pictures.SIGNATURES) or (len(value) == RAM_SIZE and not value.startswith(pictures.SIGNATURES[0])):
+    if not value.startswith(pictures.SIGNATURES) or (
+        len(value) == RAM_SIZE and not value.startswith(pictures.SIGNATURES[0])
+    ):
         return np.frombuffer(value, np.uint8)
     try:
         return pictures.read_picture(value)
@@ -168,7 +227,12 @@ def _of_parquet(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
     for file in files:
         metadata = parquet.read_metadata(file)
         for k in range(metadata.num_row_groups):
-            blocks.append((metadata.row_group(k).num_rows, functools.partial(_row_group, opened, file, k, column)))
+            blocks.append(
+                (
+                    metadata.row_group(k).num_rows,
+                    functools.partial(_row_group, opened, file, k, column),
+                )
+            )
     return _Table(path, files, blocks, schema, column)
 
 
@@ -187,10 +251,16 @@ def open_parquet_folder(path: Path, wanted: str | None) -> Input:
     shards = [SHARD.fullmatch(file.stem) for file in files]
     splits = [*dict.fromkeys(found[1] for found in shards if found)]
     if len(splits) > 1:
-        raise InputError(f"{path} has the splits {', '.join(splits)}: give the files of one of them, or a folder with one")
+        raise InputError(
+            f"{path} has the splits {', '.join(splits)}: give the files of one of them, or a "
+            "folder with one"
+        )
     counts = {int(found[2]) for found in shards if found}
     if counts and counts != {len(files)}:
-        raise InputError(f"{path} has {len(files)} Parquet files, but the name of {files[0].name} is one of {max(counts):,}")
+        raise InputError(
+            f"{path} has {len(files)} Parquet files, but the name of {files[0].name} is one of "
+            f"{max(counts):,}"
+        )
     return _of_parquet(path, files, wanted)
 
 
@@ -217,8 +287,16 @@ def _blocks_of_arrow(path: Path, column: str) -> Blocks:
     """The blocks of a column of an Arrow file: its batches or, in a stream, the whole of it."""
     reader, is_stream = _reader(path, column)
     if is_stream:
-        return [(sum(batch.num_rows for batch in reader), lambda: (batch.column(0) for batch in _reader(path, column)[0]))]
-    return [(reader.get_batch(k).num_rows, functools.partial(_batch, reader, k)) for k in range(reader.num_record_batches)]
+        return [
+            (
+                sum(batch.num_rows for batch in reader),
+                lambda: (batch.column(0) for batch in _reader(path, column)[0]),
+            )
+        ]
+    return [
+        (reader.get_batch(k).num_rows, functools.partial(_batch, reader, k))
+        for k in range(reader.num_record_batches)
+    ]
 
 
 def _batch(reader: Any, k: int) -> Iterator[Any]:
@@ -253,7 +331,8 @@ def check_arrow(path: Path) -> None:
 
 
 def open_hugging_face(path: Path, wanted: str | None) -> Input:
-    """A folder that `datasets.save_to_disk` has written, of a dataset or of a dictionary with one dataset.
+    """A folder that `datasets.save_to_disk` has written, of a dataset or of a dictionary with one
+    dataset.
 
     Raises:
         InputError: there are several datasets, or a file refers to another place than the folder.
@@ -261,11 +340,16 @@ def open_hugging_face(path: Path, wanted: str | None) -> Input:
     if (path / "dataset_dict.json").exists():
         splits = _json(path, "dataset_dict.json")["splits"]
         if len(splits) != 1:
-            raise InputError(f"{path} has the splits {', '.join(splits)}: give the folder of one of them, such as {path / splits[0]}")
+            raise InputError(
+                f"{path} has the splits {', '.join(splits)}: give the folder of one of them, "
+                f"such as {path / splits[0]}"
+            )
         split = open_hugging_face(folders.inside(path, splits[0]), wanted)
         split.reads = [*split.reads, path / "dataset_dict.json"]
         return split
-    files = [folders.inside(path, file["filename"]) for file in _json(path, "state.json")["_data_files"]]
+    files = [
+        folders.inside(path, file["filename"]) for file in _json(path, "state.json")["_data_files"]
+    ]
     if len(set(files)) < len(files):
         raise InputError(f"{path / 'state.json'} lists a file twice")
     opened = _of_arrow(path, files, wanted)

@@ -20,7 +20,8 @@ def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
         reads: the inputs; see `check_apart`.
 
     Raises:
-        OSError: a folder is missing or may not be written, a path is a folder, or an output would replace an input.
+        OSError: a folder is missing or may not be written, a path is a folder, or an output would
+            replace an input.
     """
     inputs = list(reads)
     for path in paths:
@@ -37,11 +38,13 @@ def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
 
 
 def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
-    """Check that an output replaces no input. Links are followed, and files are compared by device and inode.
+    """Check that an output replaces no input. Links are followed, and files are compared by device
+    and inode.
 
     Args:
         out: path of the output.
-        reads: files and folders that are read. Every file in a folder counts as read. None and missing paths are ignored.
+        reads: files and folders that are read. Every file in a folder counts as read. None and
+            missing paths are ignored.
 
     Raises:
         shutil.SameFileError: an OSError; the output is an input, or lies in an input folder.
@@ -50,7 +53,9 @@ def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
     places = [place.stat() if place.exists() else None for place in (target, *target.parents)]
     for source in reads:
         if source is not None and _is_in(places, Path(source)):
-            raise shutil.SameFileError(f"the output {out} would replace the input {source}: give another output")
+            raise shutil.SameFileError(
+                f"the output {out} would replace the input {source}: give another output"
+            )
 
 
 def _is_in(places: Sequence[os.stat_result | None], read: Path) -> bool:
@@ -85,7 +90,8 @@ def unnamed(path: Path) -> Path:
 
 
 def new_folder(path: Path) -> None:
-    """Create an empty folder. It replaces a link or a folder of that name, but not the target of the link.
+    """Create an empty folder. It replaces a link or a folder of that name, but not the target of
+    the link.
 
     Raises:
         OSError: the folder cannot be created.
@@ -97,13 +103,15 @@ def new_folder(path: Path) -> None:
 
 
 def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = True) -> None:
-    """Write a file. An existing one is replaced when the new one is complete, and left as it was if writing fails.
+    """Write a file. An existing one is replaced when the new one is complete, and left as it was if
+    writing fails.
 
     Args:
         path: of the file.
         to_file: writes the contents.
-        follow: whether the user named the path. If so, the target of a link is written, and a file that is not a regular file, such as
-            /dev/null, is written to directly. Otherwise the new file replaces links, devices and pipes.
+        follow: whether the user named the path. If so, the target of a link is written, and a file
+            that is not a regular file, such as /dev/null, is written to directly. Otherwise the new
+            file replaces links, devices and pipes.
 
     Raises:
         OSError: the file cannot be written.
@@ -121,7 +129,9 @@ def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = T
     except OSError as error:
         if error.errno is None or error.filename is not None:
             raise
-        raise OSError(error.errno, error.strerror, str(path)) from error  # a full disk does not name the file
+        raise OSError(
+            error.errno, error.strerror, str(path)
+        ) from error  # a full disk does not name the file
     finally:
         unfinished.unlink(missing_ok=True)
 

@@ -1,4 +1,5 @@
-"""`OCAtari`, for code written for OCAtari 2.2.1: in its imports, `ocjax.ocatari` takes the place of `ocatari` and of all its modules.
+"""`OCAtari`, for code written for OCAtari 2.2.1: in its imports, `ocjax.ocatari` takes the place of
+`ocatari` and of all its modules.
 
 `docs/neighbours.md` lists what is the same, what differs on purpose and what is left out.
 """
@@ -56,7 +57,8 @@ __all__ = [
 ]
 
 AVAILABLE_GAMES = list(games())
-# The methods of each mode, the first for `objects`. "revised" is what versions before 2 called "ram".
+# The methods of each mode, the first for `objects`. "revised" is what versions before 2 called
+# "ram".
 _METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
 _OBSERVATIONS = ("ori", "dqn", "obj")
 _FADE = (0.05, 0.1, 0.25, 0.6)  # weights of the last four frames in `aggregated_render`
@@ -67,34 +69,44 @@ _shrink = jax.jit(lambda gray: resize(gray, _DQN_SIZE))
 
 
 class OCAtari(Uncopied, gym.Env):
-    """An environment of ale-py with the arguments and attributes of OCAtari 2.2.1, whose objects are ocjax's.
+    """An environment of ale-py with the arguments and attributes of OCAtari 2.2.1, whose objects
+    are ocjax's.
 
     `objects` has an entry for each of OCAtari's slots, in its order, with a `NoObject` in
     empty ones. Objects for which OCAtari has no slot follow.
 
     Args:
-        env_name: the game, in any spelling that `ocjax.load` takes, or an id of ale-py's environments. As in
-            OCAtari, "Pong" is "Pong-v4", which skips 2 to 4 frames at random and has no sticky actions.
-        mode: "ram" or "revised" (REM), "vision" (VEM, tracked from step to step) or "both" (`objects` by REM, `objects_v` by VEM).
+        env_name: the game, in any spelling that `ocjax.load` takes, or an id of ale-py's
+            environments. As in OCAtari, "Pong" is "Pong-v4", which skips 2 to 4 frames at random
+            and has no sticky actions.
+        mode: "ram" or "revised" (REM), "vision" (VEM, tracked from step to step) or "both"
+            (`objects` by REM, `objects_v` by VEM).
         hud: whether scores, lives and other display objects are included.
-        obs_mode: "obj" (`ns_state` of the last steps, int64 `[buffer_window_size, n]`), "ori" (the screen, uint8 `[H, 160, 3]`) or "dqn"
-            (grey frames of the last steps, uint8 `[buffer_window_size, 84, 84]`).
+        obs_mode: "obj" (`ns_state` of the last steps, int64 `[buffer_window_size, n]`), "ori" (the
+            screen, uint8 `[H, 160, 3]`) or "dqn" (grey frames of the last steps, uint8
+            `[buffer_window_size, 84, 84]`).
         render_mode: None, "rgb_array" or "human".
-        render_oc_overlay: whether `render` draws the objects over the enlarged frame. In render mode "human" this needs pygame.
+        render_oc_overlay: whether `render` draws the objects over the enlarged frame. In render
+            mode "human" this needs pygame.
         buffer_window_size: number of steps in the state buffers.
-        create_buffer_stacks: which state buffers are kept, besides that of the observation: "ori", "dqn" or "obj".
-        hook: a function, or a sequence of functions, that edits the RAM before every emulated frame, or names of variations; see
-            `ocjax.make_vec`.
-        kwargs: options of ale-py's environments for `gymnasium.make`: `frameskip`, `difficulty`, `repeat_action_probability`,
-            `full_action_space`, `max_num_frames_per_episode` and others.
+        create_buffer_stacks: which state buffers are kept, besides that of the observation: "ori",
+            "dqn" or "obj".
+        hook: a function, or a sequence of functions, that edits the RAM before every emulated
+            frame, or names of variations; see `ocjax.make_vec`.
+        kwargs: options of ale-py's environments for `gymnasium.make`: `frameskip`, `difficulty`,
+            `repeat_action_probability`, `full_action_space`, `max_num_frames_per_episode` and
+            others.
 
     Raises:
-        ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty, or the ROM is the wrong one.
+        ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty,
+            or the ROM is the wrong one.
         TypeError: there is no such option, or a hook is neither a function nor a name.
         ModuleNotFoundError: pygame is needed and not installed.
     """
 
-    SAVED = "_clone_state() for _restore_state(), which pickles, and the arguments, which `spec` has"
+    SAVED = (
+        "_clone_state() for _restore_state(), which pickles, and the arguments, which `spec` has"
+    )
     metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012  # as Gymnasium declares it
 
     def __init__(
@@ -119,13 +131,19 @@ class OCAtari(Uncopied, gym.Env):
         self.render_mode = render_mode
         self.render_oc_overlay = render_oc_overlay
         self.buffer_window_size = buffer_window_size
-        self.game = load(re.sub("(Deterministic|NoFrameskip)$", "", env_name))  # Gymnasium knows ids without a version
+        self.game = load(
+            re.sub("(Deterministic|NoFrameskip)$", "", env_name)
+        )  # Gymnasium knows ids without a version
         self.game_name = self.game.name
         hooks = named_hooks(hook, self.game_name)
         check_rom(self.game)
-        if _DETERMINISTIC in env_name:  # of these ids, which ale-py no longer registers, only the frame skip is special
+        if (
+            _DETERMINISTIC in env_name
+        ):  # of these ids, which ale-py no longer registers, only the frame skip is special
             kwargs.setdefault("frameskip", 4)
-        self._window = Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
+        self._window = (
+            Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
+        )
         self._env = self._make_env(hooks, kwargs)
         self._ale = self.ale = self._env.unwrapped.ale  # pyright: ignore[reportAttributeAccessIssue]
         self._prepare_slots()
@@ -133,13 +151,19 @@ class OCAtari(Uncopied, gym.Env):
         self.action_space = self._env.action_space
         self.observation_space = self._env.observation_space = self._space()
         self._seed: int | None = None  # of the next reset, from `make_deterministic`
-        self.spec = self._make_spec(kwargs | {"create_buffer_stacks": list(create_buffer_stacks)} | ({"hook": hook} if hooks else {}))
+        self.spec = self._make_spec(
+            kwargs
+            | {"create_buffer_stacks": list(create_buffer_stacks)}
+            | ({"hook": hook} if hooks else {})
+        )
 
     def _make_env(self, hooks: Any, options: dict[str, Any]) -> gym.Env[Any, Any]:
         """The environment of ale-py, whose emulator runs the hooks."""
         log_errors_only()
         shown = "rgb_array" if self.render_oc_overlay else self.render_mode
-        env: gym.Env[Any, Any] = gym.make(_env_id(self.env_name, self.game_name), render_mode=shown, **options)
+        env: gym.Env[Any, Any] = gym.make(
+            _env_id(self.env_name, self.game_name), render_mode=shown, **options
+        )
         if hooks:
             env.unwrapped.ale = HookedEmulator(env.unwrapped.ale, hooks)  # pyright: ignore[reportAttributeAccessIssue]
         return env
@@ -150,17 +174,33 @@ class OCAtari(Uncopied, gym.Env):
         self.max_objects_per_cat = self._table.counts
         self.ns_meaning = self._table.meaning
         self._slots = self._table.empty()
-        self._seen: dict[str, tuple[Objects | None, Objects]] = {}  # by method, the last two detections
-        self._lists: dict[str, list[GameObject]] = {}  # by method, what `objects` and `objects_v` return
+        self._seen: dict[
+            str, tuple[Objects | None, Objects]
+        ] = {}  # by method, the last two detections
+        self._lists: dict[
+            str, list[GameObject]
+        ] = {}  # by method, what `objects` and `objects_v` return
 
     def _make_spec(self, options: dict[str, Any]) -> EnvSpec:
         """The arguments with which this environment can be made again."""
-        names = ("env_name", "mode", "hud", "obs_mode", "render_mode", "render_oc_overlay", "buffer_window_size")
+        names = (
+            "env_name",
+            "mode",
+            "hud",
+            "obs_mode",
+            "render_mode",
+            "render_oc_overlay",
+            "buffer_window_size",
+        )
         kwargs = {name: getattr(self, name) for name in names} | options
-        return EnvSpec(f"OCAtari/{self.game_name}-v5", entry_point="ocjax.ocatari:OCAtari", kwargs=kwargs)
+        return EnvSpec(
+            f"OCAtari/{self.game_name}-v5", entry_point="ocjax.ocatari:OCAtari", kwargs=kwargs
+        )
 
     def _make_buffers(self, names: set[str]) -> None:
-        self.create_rgb_stack, self.create_dqn_stack, self.create_ns_stack = (name in names for name in _OBSERVATIONS)
+        self.create_rgb_stack, self.create_dqn_stack, self.create_ns_stack = (
+            name in names for name in _OBSERVATIONS
+        )
         size = self.buffer_window_size
         self._state_buffer_rgb = deque[np.ndarray](maxlen=size) if self.create_rgb_stack else None
         self._state_buffer_dqn = deque[np.ndarray](maxlen=size) if self.create_dqn_stack else None
@@ -171,7 +211,9 @@ class OCAtari(Uncopied, gym.Env):
             return self._env.observation_space
         if self.obs_mode == "dqn":
             return gym.spaces.Box(0, 255, (self.buffer_window_size, *_DQN_SIZE), np.uint8)
-        return gym.spaces.Box(0, 255, (self.buffer_window_size, len(self._table.ns_state(self._slots))), np.int64)
+        return gym.spaces.Box(
+            0, 255, (self.buffer_window_size, len(self._table.ns_state(self._slots))), np.int64
+        )
 
     def __getattr__(self, name: str) -> Any:
         """Attributes of ale-py's environment and of Gymnasium's wrappers around it."""
@@ -181,9 +223,16 @@ class OCAtari(Uncopied, gym.Env):
             raise AttributeError(f"objects_v needs mode 'both', and the mode is {self.mode!r}")
         return self._env.get_wrapper_attr(name)
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Start an episode; see `gymnasium.Env.reset`. All entries of the state buffers are the first state."""
-        observation, info = self._env.reset(seed=self._seed if seed is None else seed, options=options)
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Start an episode; see `gymnasium.Env.reset`.
+
+        All entries of the state buffers are the first state.
+        """
+        observation, info = self._env.reset(
+            seed=self._seed if seed is None else seed, options=options
+        )
         self._seed, self._seen = None, {}
         super().reset(seed=seed)
         self.detect_objects()
@@ -208,7 +257,13 @@ class OCAtari(Uncopied, gym.Env):
         return self._observation(observation), float(reward), terminated, truncated, info
 
     def _observation(self, screen: np.ndarray) -> np.ndarray:
-        return screen if self.obs_mode == "ori" else np.array(self._state_buffer_dqn if self.obs_mode == "dqn" else self._state_buffer_ns)
+        return (
+            screen
+            if self.obs_mode == "ori"
+            else np.array(
+                self._state_buffer_dqn if self.obs_mode == "dqn" else self._state_buffer_ns
+            )
+        )
 
     def _fill_buffer(self) -> None:
         if self._state_buffer_rgb is not None:
@@ -226,8 +281,15 @@ class OCAtari(Uncopied, gym.Env):
         """Detect the objects of the emulator's present state, as every step does; `prev_xy` is then the position of the last detection."""
         for method in _METHODS[self.mode]:
             before = self._seen[method][1] if method in self._seen else None
-            now = self.game.rem(self._ale.getRAM()[None]) if method == "rem" else self.game.vem(self._ale.getScreen()[None])
-            self._seen[method] = before, now if method == "rem" or before is None else track(before, now)
+            now = (
+                self.game.rem(self._ale.getRAM()[None])
+                if method == "rem"
+                else self.game.vem(self._ale.getScreen()[None])
+            )
+            self._seen[method] = (
+                before,
+                now if method == "rem" or before is None else track(before, now),
+            )
         self._lists = {}
 
     def _objects(self, method: str) -> list[GameObject]:
@@ -235,12 +297,17 @@ class OCAtari(Uncopied, gym.Env):
             self.detect_objects()
         if method not in self._lists:
             before, now = self._seen[method]
-            self._lists[method] = self._table.arrange(_host(now), None if before is None else _host(before))
+            self._lists[method] = self._table.arrange(
+                _host(now), None if before is None else _host(before)
+            )
         return self._lists[method]
 
     @property
     def objects(self) -> list[GameObject]:
-        """The objects of the last detection, from RAM or, in mode "vision", from pixels. Each step makes new ones."""
+        """The objects of the last detection, from RAM or, in mode "vision", from pixels.
+
+        Each step makes new ones.
+        """
         return self._objects(_METHODS[self.mode][0])
 
     @objects.setter
@@ -284,7 +351,10 @@ class OCAtari(Uncopied, gym.Env):
             ValueError: there is no such address or value.
         """
         if not (0 <= target_ram_position < 128 and 0 <= new_value < 256):
-            raise ValueError(f"an address is 0 to 127 and a value 0 to 255, got {target_ram_position} and {new_value}")
+            raise ValueError(
+                f"an address is 0 to 127 and a value 0 to 255, got {target_ram_position} and "
+                f"{new_value}"
+            )
         self._ale.setRAM(int(target_ram_position), int(new_value))
 
     def _clone_state(self) -> Any:
@@ -297,8 +367,9 @@ class OCAtari(Uncopied, gym.Env):
         """Render the last frame, or another one.
 
         Returns:
-            In render mode "rgb_array" the frame, uint8 `[H, 160, 3]`; with an overlay, uint8 `[160 * 5, H * 5, 3]`, with the horizontal
-            axis first as pygame and OCAtari have it. None in render mode "human".
+            In render mode "rgb_array" the frame, uint8 `[H, 160, 3]`; with an overlay, uint8 `[160
+            * 5, H * 5, 3]`, with the horizontal axis first as pygame and OCAtari have it. None in
+            render mode "human".
         """
         if not self.render_oc_overlay:
             return self._env.render() if image is None else image
@@ -315,7 +386,9 @@ class OCAtari(Uncopied, gym.Env):
         """
         if self._state_buffer_rgb is None:
             raise ValueError("the frames are not kept: add 'ori' to create_buffer_stacks")
-        return sum(c * frame for c, frame in zip(coefs, self._state_buffer_rgb, strict=False)).astype(int)  # pyright: ignore[reportAttributeAccessIssue]
+        return sum(
+            c * frame for c, frame in zip(coefs, self._state_buffer_rgb, strict=False)
+        ).astype(int)  # pyright: ignore[reportAttributeAccessIssue]
 
     def render_explanations(self) -> None:
         """Show the weighted sum of the last frames with the objects' boxes, which needs Matplotlib."""
@@ -344,11 +417,18 @@ def _check(mode: str, obs_mode: str, window: int) -> None:
 
 
 def _env_id(env_name: str, game: str) -> str:
-    """The id of ale-py's environment of a name. Without a version it is the latest one, as in Gymnasium: "Pong" is "Pong-v4"."""
+    """The id of ale-py's environment of a name.
+
+    Without a version it is the latest one, as in Gymnasium: "Pong" is "Pong-v4".
+    """
     name = env_name.replace("ocjax/", "ALE/").replace(_DETERMINISTIC, "")
     if re.search(r"-v\d+$", name):
         return name
-    versions = {spec.version or 0: key for key, spec in gym.registry.items() if key.rpartition("-v")[0] in (name, game)}
+    versions = {
+        spec.version or 0: key
+        for key, spec in gym.registry.items()
+        if key.rpartition("-v")[0] in (name, game)
+    }
     return versions[max(versions)] if versions else f"ALE/{game}-v5"
 
 

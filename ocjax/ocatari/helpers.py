@@ -19,9 +19,18 @@ _FONT_SIZE, _LABEL_GAP = 14, 2  # pixels of the overlay
 _ARROW, _TEXT = (100, 200, 255), (255, 255, 255)
 _FRAMES_PER_SECOND = 60
 
-_DETECTION = "it is a part of OCAtari's detection, which ocjax replaces; `ocjax.load(game).vem(frames)` detects objects in frames"
-_AGENTS = "OCAtari's agents need PyTorch and its model files; load the model with the library that trained it"
-_TABLES = "`OCAtari(game, hud=...).max_objects_per_cat` has the numbers of objects, and `ocjax.layouts.blendrl_slots(game)` BlendRL's"
+_DETECTION = (
+    "it is a part of OCAtari's detection, which ocjax replaces; `ocjax.load(game).vem(frames)` "
+    "detects objects in frames"
+)
+_AGENTS = (
+    "OCAtari's agents need PyTorch and its model files; load the model with the library that "
+    "trained it"
+)
+_TABLES = (
+    "`OCAtari(game, hud=...).max_objects_per_cat` has the numbers of objects, and "
+    "`ocjax.layouts.blendrl_slots(game)` BlendRL's"
+)
 
 # Names that OCAtari's scripts import and this module lacks, with the reason.
 ABSENT = {
@@ -36,7 +45,10 @@ ABSENT = {
     "MAX_NB_OBJECTS": _TABLES,
     "MAX_NB_OBJECTS_HUD": _TABLES,
     "MAX_ESSENTIAL_OBJECTS": _TABLES,
-    "PositionHistoryEnv": "it does not run in OCAtari 2.2.1 either; `ocjax.envs.make(game, obs='vector')` observes positions and movements",
+    "PositionHistoryEnv": (
+        "it does not run in OCAtari 2.2.1 either; `ocjax.envs.make(game, obs='vector')` observes "
+        "positions and movements"
+    ),
     "DEVICE": "OCAtari 2.2.1 has none either",
     "EasyDonkey": "OCAtari 2.2.1 has none either; `OCAtari(game, hook=...)` varies games",
     "HideEnemyPong": "OCAtari 2.2.1 has none either; `OCAtari(game, hook=...)` varies games",
@@ -62,7 +74,8 @@ class RandomAgent:
 
 
 def load_agent(*args: Any, **kwargs: Any) -> NoReturn:
-    """Refuse to load an agent. Scripts import this function, and many of them call it only if they are given a model.
+    """Refuse to load an agent. Scripts import this function, and many of them call it only if they
+    are given a model.
 
     Raises:
         ValueError: always, with the reason.
@@ -82,14 +95,20 @@ def riverraid_score(ram: np.ndarray) -> int:
 
 
 def make_deterministic(seed: int, env: Any, states_dict: Any = None) -> None:
-    """Seed Python's and NumPy's global generators and the environment's next `reset`. `states_dict` has no effect."""
+    """Seed Python's and NumPy's global generators and the environment's next `reset`.
+
+    `states_dict` has no effect.
+    """
     random.seed(seed)
     np.random.seed(seed)  # noqa: NPY002  # code written for OCAtari draws from the global generator
     env.unwrapped._seed = seed
 
 
 def make_darker(color: Sequence[int], col_precent: float = 0.8) -> list[int]:
-    """A colour times a factor, rounded down; black for an empty colour. The spelling of the argument is OCAtari's."""
+    """A colour times a factor, rounded down; black for an empty colour.
+
+    The spelling of the argument is OCAtari's.
+    """
     return [int(c * col_precent) for c in color] if color else [0, 0, 0]
 
 
@@ -98,20 +117,29 @@ def to_rgba(color: Sequence[int]) -> np.ndarray:
     return np.array([*(c / 255 for c in color), 0.7])
 
 
-def mark_bb(image_array: np.ndarray, bb: Sequence[int], color: Sequence[int] = (255, 0, 0), surround: bool = True) -> None:
+def mark_bb(
+    image_array: np.ndarray,
+    bb: Sequence[int],
+    color: Sequence[int] = (255, 0, 0),
+    surround: bool = True,
+) -> None:
     """Draw a box into an image, in place.
 
     Args:
         image_array: uint8 `[H, W, 3]`.
         bb: left, top, width and height.
         color: RGB.
-        surround: whether the line runs one pixel outside the box, rather than along its left and top edge.
+        surround: whether the line runs one pixel outside the box, rather than along its left and
+            top edge.
 
     Raises:
         ValueError: this is not an image.
     """
     if image_array.ndim != 3:
-        raise ValueError(f"an image has shape [H, W, 3], got shape {list(image_array.shape)}: OCAtari returns frames with obs_mode='ori'")
+        raise ValueError(
+            f"an image has shape [H, W, 3], got shape {list(image_array.shape)}: OCAtari returns "
+            "frames with obs_mode='ori'"
+        )
     height, width = image_array.shape[:2]
     x, y, w, h = bb
     left, top = (max(0, v - surround) for v in (x, y))
@@ -129,11 +157,15 @@ def draw_objects(frame: np.ndarray, objects: Sequence[GameObject]) -> Image.Imag
         objects: the objects.
     """
     k = UPSCALE_FACTOR
-    image = Image.fromarray(frame).resize((frame.shape[1] * k, frame.shape[0] * k), Image.Resampling.NEAREST)
+    image = Image.fromarray(frame).resize(
+        (frame.shape[1] * k, frame.shape[0] * k), Image.Resampling.NEAREST
+    )
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=_FONT_SIZE)
     for o in filter(None, objects):
         left, top, right, bottom = k * o.x, k * o.y, k * (o.x + o.w), k * (o.y + o.h)
-        draw.rectangle((left, top, max(left, right - 1), max(top, bottom - 1)), outline=tuple(o.rgb), width=2)
+        draw.rectangle(
+            (left, top, max(left, right - 1), max(top, bottom - 1)), outline=tuple(o.rgb), width=2
+        )
         label = f"{o.category} ({o.value})" if isinstance(o, ValueObject) else o.category
         draw.text((left, bottom + _LABEL_GAP), label, _TEXT, font)
         if o.dx or o.dy:
@@ -153,7 +185,12 @@ class Window:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
         with extras():
             import pygame  # pyright: ignore[reportMissingImports]
-        self._pygame, self._title, self._surface, self._clock = pygame, title, None, pygame.time.Clock()
+        self._pygame, self._title, self._surface, self._clock = (
+            pygame,
+            title,
+            None,
+            pygame.time.Clock(),
+        )
 
     def show(self, picture: Image.Image) -> None:
         """Show a picture, at most 60 a second."""
@@ -161,7 +198,9 @@ class Window:
             self._pygame.init()
             self._pygame.display.set_caption(self._title)
             self._surface = self._pygame.display.set_mode(picture.size)
-        self._surface.blit(self._pygame.image.frombytes(picture.tobytes(), picture.size, "RGB"), (0, 0))
+        self._surface.blit(
+            self._pygame.image.frombytes(picture.tobytes(), picture.size, "RGB"), (0, 0)
+        )
         self._pygame.display.flip()
         self._pygame.event.pump()
         self._clock.tick(_FRAMES_PER_SECOND)

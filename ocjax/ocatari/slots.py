@@ -24,14 +24,22 @@ class SlotTable:
 
     def __init__(self, game: Declaration, hud: bool) -> None:
         self.game, self.hud = game, hud
-        self.counts = declared_slots(game, hud) or {c.name: c.count for c in game.categories if hud or not c.hud}
-        classes = [object_class(game, name) for name, count in self.counts.items() for _ in range(count)]
+        self.counts = declared_slots(game, hud) or {
+            c.name: c.count for c in game.categories if hud or not c.hud
+        }
+        classes = [
+            object_class(game, name) for name, count in self.counts.items() for _ in range(count)
+        ]
         self.meaning = [f"{kind.__name__} ({list(kind.ns_meaning)})" for kind in classes]
         self._classes = classes
-        self._places = []  # for each category: its slots in ocjax, the number of its slots here, and the length of `nsrepr`
+        # for each category: its slots in ocjax, the number of its slots here, and the length of
+        # `nsrepr`
+        self._places = []
         for name, count in self.counts.items():
             place = game.slices.get(name, slice(0, 0))
-            self._places.append((range(place.start, place.stop), count, len(object_class(game, name)().nsrepr)))
+            self._places.append(
+                (range(place.start, place.stop), count, len(object_class(game, name)().nsrepr))
+            )
 
     def empty(self) -> list[GameObject]:
         """An object of each slot's class, all zero."""
@@ -40,7 +48,8 @@ class SlotTable:
     def arrange(self, now: Objects, before: Objects | None) -> list[GameObject]:
         """The objects of one state in OCAtari's slots, followed by those for which it has none.
 
-        ocjax's objects keep their slots where OCAtari has enough of them for the category. Otherwise the first that are present fill them.
+        ocjax's objects keep their slots where OCAtari has enough of them for the category.
+        Otherwise the first that are present fill them.
 
         Args:
             now: the objects of one state, with the HUD.
@@ -52,7 +61,9 @@ class SlotTable:
             out += [own[i] for i in chosen]
             out += [NoObject(length) for _ in range(count - len(chosen))]
             placed.update(chosen)
-        return out + [o for i, o in enumerate(own) if o and i not in placed and (self.hud or not o.hud)]
+        return out + [
+            o for i, o in enumerate(own) if o and i not in placed and (self.hud or not o.hud)
+        ]
 
     def ns_state(self, objects: Sequence[GameObject]) -> list[int]:
         """The numbers of the slots one after the other, without those of the objects that follow."""

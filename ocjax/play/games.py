@@ -42,7 +42,8 @@ class Played:
         returns: float64 `[n]`, the sums of the emulator's rewards.
         frames: int64 `[n]`, emulated frames.
         settings: of the emulators.
-        pictures: of the first steps of the first game, with the objects drawn; empty unless they are requested.
+        pictures: of the first steps of the first game, with the objects drawn; empty unless they
+            are requested.
     """
 
     returns: np.ndarray
@@ -65,30 +66,38 @@ def play(
 ) -> Played:
     """Play complete games.
 
-    A policy plays under the settings that it was trained with, unless others are given. A game counts from its start to its end, even where
-    training takes each life for an episode. Each instance plays equally many games, so that short ones do not count more often.
+    A policy plays under the settings that it was trained with, unless others are given. A game
+    counts from its start to its end, even where training takes each life for an episode. Each
+    instance plays equally many games, so that short ones do not count more often.
 
     Args:
         game: the game.
-        policy: "random", "repeat", "trained", or the path of a saved policy; see `ocjax.play.policies.make_policy`.
+        policy: "random", "repeat", "trained", or the path of a saved policy; see
+            `ocjax.play.policies.make_policy`.
         episodes: number of games.
         seed: of the emulators and the policy.
         pictures: whether to draw the first game.
         hook: as of `ocjax.make_vec`, such as the name of a variation.
         preset: replaces the settings of the training; see `ocjax.make_vec`.
         frame_skip: emulated frames per step, likewise.
-        repeat_action_probability: the probability that an emulated frame repeats the previous action, likewise.
+        repeat_action_probability: the probability that an emulated frame repeats the previous
+            action, likewise.
 
     Raises:
         PolicyError: a ValueError; there is no such policy, or it does not fit the game.
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
+            written for.
         ValueError: there is no such preset, or a number is out of range.
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)
     needed = policies.needs(policy, game)
     trained = needed.settings if preset is None else None
-    changes: dict[str, Any] = {"frame_skip": frame_skip, "repeat_action_probability": repeat_action_probability, "clip_rewards": False}
+    changes: dict[str, Any] = {
+        "frame_skip": frame_skip,
+        "repeat_action_probability": repeat_action_probability,
+        "clip_rewards": False,
+    }
     changes = {name: value for name, value in changes.items() if value is not None}
     chosen = dataclasses.replace(trained or settings(preset or DEFAULT_PRESET), **changes)
     screens = (*needed.screens, *["screen"] * pictures)
@@ -99,14 +108,18 @@ def play(
         played: list[list[tuple[float, int]]] = [[] for _ in range(n)]
         with Progress(*COLUMNS, transient=True) as progress:
             bar = progress.add_task(f"playing {game.name}", total=episodes, frames=0)
-            for i, total, frames in _games(pool, act, seen if pictures else None, lambda n: progress.update(bar, frames=n)):
+            for i, total, frames in _games(
+                pool, act, seen if pictures else None, lambda n: progress.update(bar, frames=n)
+            ):
                 if len(played[i]) < quota[i]:
                     played[i].append((total, frames))
                     progress.advance(bar)
                 if all(len(own) == most for own, most in zip(played, quota, strict=True)):
                     break
     returns, frames = zip(*(one for own in played for one in own), strict=True)
-    drawn = [_picture(game, moment) for moment in track(seen, f"drawing {game.name}", transient=True)]
+    drawn = [
+        _picture(game, moment) for moment in track(seen, f"drawing {game.name}", transient=True)
+    ]
     return Played(np.array(returns), np.array(frames), chosen, drawn)
 
 

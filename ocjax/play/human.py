@@ -15,16 +15,28 @@ from ocjax.play import window
 from ocjax.recordings import Recording
 from ocjax.transforms.drawing import overlay
 
-MOVES = {"w": "UP", "s": "DOWN", "d": "RIGHT", "a": "LEFT", " ": "FIRE"}  # in the order in which ALE's names of actions list them
+MOVES = {
+    "w": "UP",
+    "s": "DOWN",
+    "d": "RIGHT",
+    "a": "LEFT",
+    " ": "FIRE",
+}  # in the order in which ALE's names of actions list them
 NAMED_KEYS = {"Up": "w", "Left": "a", "Down": "s", "Right": "d", "space": " "}  # Tk's names
 FRAMES_PER_SHOWN = 2  # the console draws 60 frames a second, and the window shows 30
 FRAME_SKIP = 4  # emulated frames from one recorded sample to the next
 SCALE = 3  # window pixels per screen pixel
-HELP = "arrows or wasd  move\nspace           fire\nb               boxes on and off\np               pause\nEscape          end"
+HELP = (
+    "arrows or wasd  move\nspace           fire\nb               boxes on and off\np             "
+    "  pause\nEscape          end"
+)
 
 
 def held_action(held: Collection[str]) -> ale_py.Action:
-    """The action of the keys of `MOVES` that are held. ALE names its actions by what is held: UPRIGHTFIRE, LEFT, FIRE, ..."""
+    """The action of the keys of `MOVES` that are held.
+
+    ALE names its actions by what is held: UPRIGHTFIRE, LEFT, FIRE, ...
+    """
     actions = ale_py.Action.__members__
     return actions.get("".join(move for key, move in MOVES.items() if key in held), actions["NOOP"])
 
@@ -47,7 +59,10 @@ class HumanGame:
         self.boxes = True
         self.held: set[str] = set()
         self._released: set[str] = set()  # since the last frame
-        self._samples: dict[str, list[Any]] = {name: [] for name in ("rams", "screens", "previous", "rewards", "lives", "resets", "ends")}
+        self._samples: dict[str, list[Any]] = {
+            name: []
+            for name in ("rams", "screens", "previous", "rewards", "lives", "resets", "ends")
+        }
         self._begin()
 
     def _begin(self) -> None:
@@ -87,7 +102,8 @@ class HumanGame:
         if not self.paused:
             for _ in range(FRAMES_PER_SHOWN):
                 self.frame()
-        # A key that repeats is reported as released and pressed again at once: it counts as released only if it stays so.
+        # A key that repeats is reported as released and pressed again at once: it counts as
+        # released only if it stays so.
         self.held -= self._released
         self._released.clear()
 

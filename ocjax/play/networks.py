@@ -1,7 +1,8 @@
 """The networks of saved policies by name; applying one is a function of its layers and its inputs.
 
-`B` is the number of states and `A` the number of actions. A layer is a pair of weights and biases: `[n, m]` and `[m]`, or in a convolution
-`[channels, channels before, height, width]` and `[channels]`.
+`B` is the number of states and `A` the number of actions. A layer is a pair of weights and biases:
+`[n, m]` and `[m]`, or in a convolution `[channels, channels before, height, width]` and
+`[channels]`.
 """
 
 import functools
@@ -17,11 +18,23 @@ from jax import lax
 from ocjax.envs import Vector
 from ocjax.extraction.game import Game
 
-CONVOLUTIONS = ((32, 8, 4), (64, 4, 2), (64, 3, 1))  # channels, kernel size and stride, as in Mnih et al. (2015)
+CONVOLUTIONS = (
+    (32, 8, 4),
+    (64, 4, 2),
+    (64, 3, 1),
+)  # channels, kernel size and stride, as in Mnih et al. (2015)
 CONVOLUTION_OUTPUT = 64 * 7 * 7
 ENCODER = (32, 32)  # sizes of the layers that encode a slot
-# The center and the unit of each feature that the network "shared" takes: pixels of a screen of 160 x 210, and compass points.
-SCALES = {"x": (80.0, 40.0), "y": (105.0, 50.0), "dx": (0.0, 4.0), "dy": (0.0, 4.0), "nx": (0.0, 0.5), "ny": (0.0, 0.5)}
+# The center and the unit of each feature that the network "shared" takes: pixels of a screen of 160
+# x 210, and compass points.
+SCALES = {
+    "x": (80.0, 40.0),
+    "y": (105.0, 50.0),
+    "dx": (0.0, 4.0),
+    "dy": (0.0, 4.0),
+    "nx": (0.0, 0.5),
+    "ny": (0.0, 0.5),
+}
 SCALES |= {"mx": (0.0, 0.5), "my": (0.0, 0.5), "orientation": (0.0, 8.0), "valid": (0.0, 1.0)}
 MOST_SCALED = 5.0  # to which scaled features are clipped
 
@@ -38,7 +51,10 @@ class Group(NamedTuple):
 
     @property
     def pooled(self) -> bool:
-        """Whether the slots share an encoder. A single slot, and those of which only the validity is known, are inputs themselves."""
+        """Whether the slots share an encoder.
+
+        A single slot, and those of which only the validity is known, are inputs themselves.
+        """
         return self.slots > 1 and len(self.features) > 1
 
     @property
@@ -57,12 +73,18 @@ def groups_of(game: Game, vector: Vector) -> Groups:
         ValueError: the network "shared" cannot take the observation.
     """
     if vector.history > 1 or vector.normalize:
-        raise ValueError(f"the network shared takes one state, with lengths in pixels, got {vector.history} or normalised lengths")
+        raise ValueError(
+            f"the network shared takes one state, with lengths in pixels, got {vector.history} "
+            "or normalised lengths"
+        )
     names, groups, first = vector.features_of(game), [], 0
     for category in game.categories:
         features = tuple(f for _, name, i, f in names if name == category.name and i == 0)
         if "valid" not in features or not set(features) <= set(SCALES):
-            raise ValueError(f"the network shared takes the feature valid and any of {', '.join(SCALES)}, got {', '.join(features)}")
+            raise ValueError(
+                f"the network shared takes the feature valid and any of {', '.join(SCALES)}, got "
+                f"{', '.join(features)}"
+            )
         groups.append(Group(first, category.count, features))
         first += category.count * len(features)
     return tuple(groups)
@@ -114,17 +136,21 @@ def nature_cnn(layers: Layers, frames: jax.Array, groups: Groups = ()) -> jax.Ar
 
 @functools.partial(jax.jit, static_argnums=2)
 def shared(layers: Layers, x: jax.Array, groups: Groups) -> jax.Array:
-    """A perceptron with tanh on codes of the categories, on float32 `[B, n]`; as Deep Sets (Zaheer et al., 2017).
+    """A perceptron with tanh on codes of the categories, on float32 `[B, n]`; as Deep Sets (Zaheer
+    et al., 2017).
 
-    The slots of a category share an encoder, a perceptron with relu. The mean and the maximum of the codes of the valid slots represent the
-    category. The layers are those of the encoders, in the order of the groups, then those of the perceptron.
+    The slots of a category share an encoder, a perceptron with relu. The mean and the maximum of
+    the codes of the valid slots represent the category. The layers are those of the encoders, in
+    the order of the groups, then those of the perceptron.
     """
     codes, layers = [], list(layers)
     for group in groups:
         slots, valid = _scaled(x, group)
         if group.pooled:
             encoder, layers = layers[: len(ENCODER)], layers[len(ENCODER) :]
-            encoded = jax.nn.relu(perceptron(encoder, slots.reshape(-1, len(group.features)), jax.nn.relu))
+            encoded = jax.nn.relu(
+                perceptron(encoder, slots.reshape(-1, len(group.features)), jax.nn.relu)
+            )
             encoded = encoded.reshape(len(x), group.slots, -1) * valid
             codes += [encoded.mean(axis=1), encoded.max(axis=1)]
         else:
@@ -138,7 +164,9 @@ def _scaled(x: jax.Array, group: Group) -> tuple[jax.Array, jax.Array]:
     center, unit = np.array([SCALES[name] for name in group.features], np.float32).T
     slots = x[:, group.first : group.first + group.slots * n].reshape(len(x), group.slots, n)
     valid = slots[:, :, group.features.index("valid"), None]
-    return jnp.clip((slots - center[None, None]) / unit[None, None], -MOST_SCALED, MOST_SCALED) * valid, valid
+    return jnp.clip(
+        (slots - center[None, None]) / unit[None, None], -MOST_SCALED, MOST_SCALED
+    ) * valid, valid
 
 
 def _of_perceptron(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Shape]:
@@ -148,12 +176,20 @@ def _of_perceptron(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> lis
 
 def _of_nature_cnn(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Shape]:
     channels = (inputs[0], *(n for n, _, _ in CONVOLUTIONS))
-    torso: list[Shape] = [(n, before, size, size) for before, (n, size, _) in zip(channels, CONVOLUTIONS, strict=False)]
+    torso: list[Shape] = [
+        (n, before, size, size)
+        for before, (n, size, _) in zip(channels, CONVOLUTIONS, strict=False)
+    ]
     return torso + _of_perceptron((CONVOLUTION_OUTPUT,), groups, given[len(torso) :] or [(0, 0)])
 
 
 def _of_shared(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Shape]:
-    encoders = [shape for group in groups if group.pooled for shape in itertools.pairwise((len(group.features), *ENCODER))]
+    encoders = [
+        shape
+        for group in groups
+        if group.pooled
+        for shape in itertools.pairwise((len(group.features), *ENCODER))
+    ]
     width = sum(group.width for group in groups)
     return encoders + _of_perceptron((width,), groups, given[len(encoders) :] or [(0, 0)])
 

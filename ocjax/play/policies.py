@@ -20,7 +20,12 @@ __all__ = [
 ]  # fmt: skip
 
 HOLD = 8  # steps for which actions are held at most
-BUILT_IN = {"random": {}, "repeat": {"hold": HOLD}, "idle": {"idle": 1.0}, "seldom": {"hold": HOLD, "idle": 0.95}}
+BUILT_IN = {
+    "random": {},
+    "repeat": {"hold": HOLD},
+    "idle": {"idle": 1.0},
+    "seldom": {"hold": HOLD, "idle": 0.95},
+}
 TRAINED = "trained"  # the name of the policy that ships with the package
 SHIPPED = Path(__file__).parent / "trained"
 
@@ -28,7 +33,10 @@ SHIPPED = Path(__file__).parent / "trained"
 class Needs(NamedTuple):
     """What a policy needs of the emulators that it plays."""
 
-    settings: Settings | None = None  # of the environments in which it was trained; None if there are none, or they are unknown
+    settings: Settings | None = (
+        # of the environments in which it was trained; None if there are none, or they are unknown
+        None
+    )
     screens: tuple[str, ...] = ()  # the pixel arrays that it sees
 
 
@@ -61,12 +69,15 @@ class RandomPolicy:
         if self.idle:
             chosen = np.where(self.rng.random(self.num_envs) < self.idle, 0, chosen)
         self.action = np.where(new, chosen, self.action)
-        self.left = np.where(new, self.rng.integers(1, self.hold + 1, size=self.num_envs), self.left) - 1
+        self.left = (
+            np.where(new, self.rng.integers(1, self.hold + 1, size=self.num_envs), self.left) - 1
+        )
         return self.action
 
 
 def read(path: str | Path, game: Game) -> SavedPolicy:
-    """Read a policy from an .npz file or a .zip file of Stable-Baselines3; see `policy_files` and `sb3_models`.
+    """Read a policy from an .npz file or a .zip file of Stable-Baselines3; see `policy_files` and
+    `sb3_models`.
 
     Args:
         path: of the file.
@@ -89,10 +100,16 @@ def find(name: str, game: Game) -> Path:
         path = SHIPPED / f"{game.name}.npz"
         if not path.exists():
             games = ", ".join(sorted(p.stem for p in SHIPPED.glob("*.npz")))
-            raise PolicyError(f"no trained policy of {game.name} ships with this version; there are those of {games or 'no game'}")
+            raise PolicyError(
+                f"no trained policy of {game.name} ships with this version; there are those of "
+                f"{games or 'no game'}"
+            )
         return path
     if not Path(name).exists():
-        raise PolicyError(f"no policy {name!r}: it must be {', '.join(BUILT_IN)}, {TRAINED}, or the path of an .npz file or a model (.zip)")
+        raise PolicyError(
+            f"no policy {name!r}: it must be {', '.join(BUILT_IN)}, {TRAINED}, or the path of an "
+            ".npz file or a model (.zip)"
+        )
     return Path(name)
 
 
@@ -117,9 +134,10 @@ def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: in
     """A policy by name.
 
     Args:
-        name: "random" (a new action in every step), "repeat" (each action is held for 1 to 8 steps), "idle" (no action), "seldom" (each
-            action is held for 1 to 8 steps, and nineteen of twenty are no action), "trained" (the policy that ships with the package), or
-            the path of a saved policy.
+        name: "random" (a new action in every step), "repeat" (each action is held for 1 to 8
+            steps), "idle" (no action), "seldom" (each action is held for 1 to 8 steps, and nineteen
+            of twenty are no action), "trained" (the policy that ships with the package), or the
+            path of a saved policy.
         game: the game.
         num_actions: size of the action set.
         num_envs: number of instances.
@@ -134,6 +152,7 @@ def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: in
     policy = read(path, game)
     if policy.num_actions != num_actions:
         raise PolicyError(
-            f"{path}: the last layer must have {num_actions} outputs, one for each action of {game.name}, got {policy.num_actions}"
+            f"{path}: the last layer must have {num_actions} outputs, one for each action of "
+            f"{game.name}, got {policy.num_actions}"
         )
     return policy.playing(num_envs, seed)

@@ -1,4 +1,7 @@
-"""Reading saved policies from `.npz` files. They come from others, so every field and shape is checked."""
+"""Reading saved policies from `.npz` files.
+
+They come from others, so every field and shape is checked.
+"""
 
 import dataclasses
 import re
@@ -33,9 +36,10 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
     """Read a policy from an .npz file.
 
     Args:
-        path: a file with weights `w0` `[inputs, n]`, biases `b0` `[n]`, and so on for each layer. It may contain `mean` and `deviation`
-            `[inputs]` and a JSON text `description`, as `SavedPolicy.write` writes them. Without a description, the inputs are x, y, w, h
-            in units of 160 pixels and validity of each slot of the game.
+        path: a file with weights `w0` `[inputs, n]`, biases `b0` `[n]`, and so on for each layer.
+            It may contain `mean` and `deviation` `[inputs]` and a JSON text `description`, as
+            `SavedPolicy.write` writes them. Without a description, the inputs are x, y, w, h in
+            units of 160 pixels and validity of each slot of the game.
         game: the game that it plays.
 
     Raises:
@@ -44,13 +48,17 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
     arrays = _arrays(path)
     description = _description(path, arrays)
     if description and description.get("md5") != game.md5:
-        raise PolicyError(f"{path}: the policy is for {description.get('game')}, not for {game.name}")
+        raise PolicyError(
+            f"{path}: the policy is for {description.get('game')}, not for {game.name}"
+        )
     try:
         name, known = _network(description), _known(description)
         kind = Dqn() if NETWORKS[name].pixels else _observation(description)
         slots, hud = (None, game.hud) if isinstance(kind, Dqn) else _slots(description, game)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise PolicyError(f"{path}: the description of the policy is damaged: {type(error).__name__}: {error}") from error
+        raise PolicyError(
+            f"{path}: the description of the policy is damaged: {type(error).__name__}: {error}"
+        ) from error
     if "w0" not in arrays:
         raise PolicyError(f"{path} is not a readable policy: it has no layer w0")
     if isinstance(kind, Dqn):
@@ -74,60 +82,110 @@ def _arrays(path: str | Path) -> dict[str, np.ndarray]:
         headers = npz.headers(Path(path), _is_read)
         size = sum(header.size for header in headers.values())
         if size > MOST_BYTES:
-            raise PolicyError(f"{path} holds {size:,} bytes of weights, and at most {MOST_BYTES:,} are read")
+            raise PolicyError(
+                f"{path} holds {size:,} bytes of weights, and at most {MOST_BYTES:,} are read"
+            )
         arrays = npz.read(Path(path), _is_read)
     except (OSError, npz.NpzError) as error:
-        raise PolicyError(f"{path} is not a readable policy (.npz with w0, b0, w1, b1, ...): {error}") from error
+        raise PolicyError(
+            f"{path} is not a readable policy (.npz with w0, b0, w1, b1, ...): {error}"
+        ) from error
     for name, array in arrays.items():
-        if name != "description" and not (array.dtype.kind in "iuf" and (np.abs(array.astype(np.float64)) < LARGEST).all()):
-            raise PolicyError(f"{path}: {name} must hold finite numbers below {LARGEST:g}, got {array.dtype} {list(array.shape)}")
+        if name != "description" and not (
+            array.dtype.kind in "iuf" and (np.abs(array.astype(np.float64)) < LARGEST).all()
+        ):
+            raise PolicyError(
+                f"{path}: {name} must hold finite numbers below {LARGEST:g}, got {array.dtype} "
+                f"{list(array.shape)}"
+            )
     return arrays
 
 
 def _on_pixels(
-    path: str | Path, game: Game, kind: Dqn, arrays: Mapping[str, np.ndarray], name: str, known: Mapping[str, Any]
+    path: str | Path,
+    game: Game,
+    kind: Dqn,
+    arrays: Mapping[str, np.ndarray],
+    name: str,
+    known: Mapping[str, Any],
 ) -> SavedPolicy:
     """A policy on pixels."""
     _check_no_moments(path, arrays, name)
     shape = kind.space(game, "raw").shape
     assert shape is not None
-    return SavedPolicy(game, layers_of(path, game, arrays, name, shape), kind, network=name, **known)
+    return SavedPolicy(
+        game, layers_of(path, game, arrays, name, shape), kind, network=name, **known
+    )
 
 
-def _grouped(path: str | Path, described: Game, policy: SavedPolicy, arrays: Mapping[str, np.ndarray]) -> SavedPolicy:
-    """The policy with its layers, which share weights between slots. `described` is the game of the slots that it sees."""
+def _grouped(
+    path: str | Path, described: Game, policy: SavedPolicy, arrays: Mapping[str, np.ndarray]
+) -> SavedPolicy:
+    """The policy with its layers, which share weights between slots.
+
+    `described` is the game of the slots that it sees.
+    """
     _check_no_moments(path, arrays, policy.network)
     assert isinstance(policy.observation, Vector)
     try:
         groups = groups_of(described, policy.observation)
     except ValueError as error:
         raise PolicyError(f"{path}: {error}") from error
-    return dataclasses.replace(policy, layers=layers_of(path, policy.game, arrays, policy.network, (), groups))
+    return dataclasses.replace(
+        policy, layers=layers_of(path, policy.game, arrays, policy.network, (), groups)
+    )
 
 
 def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: str) -> None:
     """Check that the file has no moments, which the network does not use."""
     for moment in ("mean", "deviation"):
         if moment in arrays:
-            raise PolicyError(f"{path}: {moment} must be absent, as the network {name} does not standardise its inputs")
+            raise PolicyError(
+                f"{path}: {moment} must be absent, as the network {name} does not standardise "
+                "its inputs"
+            )
 
 
 def _count_inputs(path: str | Path, game: Game, kind: Vector, first: np.ndarray) -> int:
-    """The number of inputs, which the weights of the first layer must have. It is checked before arrays of so many inputs are made."""
+    """The number of inputs, which the weights of the first layer must have.
+
+    It is checked before arrays of so many inputs are made.
+    """
     if kind.history > first.size:
-        raise PolicyError(f"{path}: layer 0 has {first.size:,} weights, too few for a history of {kind.history:,} states")
+        raise PolicyError(
+            f"{path}: layer 0 has {first.size:,} weights, too few for a history of "
+            f"{kind.history:,} states"
+        )
     inputs = kind.history * len(dataclasses.replace(kind, history=1).features_of(game))
     if first.shape[:1] != (inputs,):
-        raise PolicyError(f"{path}: layer 0 must have w0 [{inputs}, n] for {game.name}, got {list(first.shape)}")
+        raise PolicyError(
+            f"{path}: layer 0 must have w0 [{inputs}, n] for {game.name}, got {list(first.shape)}"
+        )
     return inputs
 
 
-def _moments(path: str | Path, game: Game, kind: Vector, arrays: Mapping[str, np.ndarray], inputs: int) -> tuple[np.ndarray, np.ndarray]:
+def _moments(
+    path: str | Path, game: Game, kind: Vector, arrays: Mapping[str, np.ndarray], inputs: int
+) -> tuple[np.ndarray, np.ndarray]:
     """The mean and the deviation of the inputs, float32 `[inputs]`."""
-    units = np.tile(np.array(PLAIN_UNITS, np.float32), game.num_slots) if kind is PLAIN else np.ones(inputs, np.float32)
-    mean, deviation = (np.asarray(arrays.get(n, a), np.float32) for n, a in (("mean", np.zeros(inputs)), ("deviation", units)))
-    if mean.shape != (inputs,) or deviation.shape != (inputs,) or not (deviation >= LEAST_DEVIATION).all():
-        raise PolicyError(f"{path}: mean and deviation must have shape [{inputs}] for {game.name}, and deviation must be positive")
+    units = (
+        np.tile(np.array(PLAIN_UNITS, np.float32), game.num_slots)
+        if kind is PLAIN
+        else np.ones(inputs, np.float32)
+    )
+    mean, deviation = (
+        np.asarray(arrays.get(n, a), np.float32)
+        for n, a in (("mean", np.zeros(inputs)), ("deviation", units))
+    )
+    if (
+        mean.shape != (inputs,)
+        or deviation.shape != (inputs,)
+        or not (deviation >= LEAST_DEVIATION).all()
+    ):
+        raise PolicyError(
+            f"{path}: mean and deviation must have shape [{inputs}] for {game.name}, and "
+            "deviation must be positive"
+        )
     return mean, deviation
 
 
@@ -150,18 +208,32 @@ def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str
         return {}
     description = npz.json_object(arrays["description"])
     if description is None:
-        raise PolicyError(f"{path}: the description of the policy must be a JSON object, got {str(arrays['description'])[:200]!r}")
+        raise PolicyError(
+            f"{path}: the description of the policy must be a JSON object, got "
+            f"{str(arrays['description'])[:200]!r}"
+        )
     return description
 
 
 def _observation(description: Mapping[str, Any]) -> Vector:
     if not description:
         return PLAIN
-    features = (description["features"], description.get("grid_features"))  # older policies have no grid_features
-    if not all(names is None or (isinstance(names, list) and all(isinstance(n, str) for n in names)) for names in features):
+    features = (
+        description["features"],
+        description.get("grid_features"),
+    )  # older policies have no grid_features
+    if not all(
+        names is None or (isinstance(names, list) and all(isinstance(n, str) for n in names))
+        for names in features
+    ):
         raise ValueError(f"features must be lists of names, got {reprlib.repr(features)}")
     history = integer("history", description["history"], 1, MOST_FRAMES)
-    return Vector(features[0], grid_features=features[1], history=history, normalize=_flag(description, "normalize"))
+    return Vector(
+        features[0],
+        grid_features=features[1],
+        history=history,
+        normalize=_flag(description, "normalize"),
+    )
 
 
 def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | None, bool]:
@@ -169,7 +241,9 @@ def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | No
     hud = _flag(description, "hud") if description else game.hud
     entries = description.get("slots", [])
     if not isinstance(entries, list) or ("slots" in description and not entries):
-        raise ValueError(f"slots must be a list with an entry for each category, got {reprlib.repr(entries)}")
+        raise ValueError(
+            f"slots must be a list with an entry for each category, got {reprlib.repr(entries)}"
+        )
     slots = [_slots_entry(entry) for entry in entries]
     if slots and hud != any(own.hud for own in slots):
         raise ValueError(f"hud must be {not hud}, as of the slots, got {hud}")
@@ -179,18 +253,25 @@ def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | No
 def _slots_entry(entry: Any) -> Slots:
     names = [field.name for field in dataclasses.fields(Slots)]
     if not isinstance(entry, dict) or set(entry) != set(names):
-        raise ValueError(f"an entry of slots must have the fields {', '.join(names)}, got {reprlib.repr(entry)}")
+        raise ValueError(
+            f"an entry of slots must have the fields {', '.join(names)}, got {reprlib.repr(entry)}"
+        )
     category, attributes = entry["category"], entry["attributes"]
     if not isinstance(category, str):
         raise ValueError(f"category must be a name, got {reprlib.repr(category)}")
     if not isinstance(attributes, list) or not all(a in ATTRIBUTES for a in attributes):
-        raise ValueError(f"attributes must be a list of {', '.join(ATTRIBUTES)}, got {reprlib.repr(attributes)}")
+        raise ValueError(
+            f"attributes must be a list of {', '.join(ATTRIBUTES)}, got {reprlib.repr(attributes)}"
+        )
     count = integer("count", entry["count"], 1, MOST_SLOTS)
     return Slots(category, count, _flag(entry, "hud"), _flag(entry, "on_grid"), tuple(attributes))
 
 
-def _select(game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool) -> tuple[Game, Selection]:
-    """The game, without its display if the policy does not see it, and the slots that the policy sees.
+def _select(
+    game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool
+) -> tuple[Game, Selection]:
+    """The game, without its display if the policy does not see it, and the slots that the policy
+    sees.
 
     Raises:
         ValueError: the game lacks some of them.
@@ -199,7 +280,9 @@ def _select(game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool) 
         game = _with_display(game, hud)
         return game, Selection(game, slots_of(game, kind))
     plain = _with_display(game, False)
-    game = plain if all(own.category in plain.slices for own in slots) else _with_display(game, True)
+    game = (
+        plain if all(own.category in plain.slices for own in slots) else _with_display(game, True)
+    )
     return game, Selection(game, slots)
 
 
@@ -231,19 +314,30 @@ def _known(description: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def layers_of(path: str | Path, game: Game, arrays: Mapping[str, np.ndarray], name: str, inputs: Shape, groups: Groups = ()) -> Layers:
+def layers_of(
+    path: str | Path,
+    game: Game,
+    arrays: Mapping[str, np.ndarray],
+    name: str,
+    inputs: Shape,
+    groups: Groups = (),
+) -> Layers:
     """The weights and biases, which must have the shapes of the network."""
     count = next(i for i in range(len(arrays) + 1) if f"w{i}" not in arrays)
     weights = [arrays[f"w{i}"] for i in range(count)]
     layers = []
     for i, shape in enumerate(NETWORKS[name].shapes(inputs, groups, [w.shape for w in weights])):
         w = weights[i] if i < count else np.zeros(0)
-        b, outputs = arrays.get(f"b{i}", np.zeros(0)), shape[0] if len(shape) == CONVOLUTION else shape[-1]
+        b, outputs = (
+            arrays.get(f"b{i}", np.zeros(0)),
+            shape[0] if len(shape) == CONVOLUTION else shape[-1],
+        )
         if w.shape != shape or b.shape != (outputs,) or not w.size:
             sizes = ", ".join(map(str, shape[:-1] if len(shape) < CONVOLUTION else shape))
             free = ", n" * (len(shape) < CONVOLUTION)
             raise PolicyError(
-                f"{path}: layer {i} must have w{i} [{sizes}{free}] and b{i} [{'n' if free else outputs}] for {game.name}, "
+                f"{path}: layer {i} must have w{i} [{sizes}{free}] and b{i} "
+                f"[{'n' if free else outputs}] for {game.name}, "
                 f"got {list(w.shape)} and {list(b.shape)}"
             )
         layers.append((w.astype(np.float32), b.astype(np.float32)))

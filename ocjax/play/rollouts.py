@@ -15,7 +15,9 @@ from ocjax.play.policies import BUILT_IN, Policy, make_policy, needs
 from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
 
-DEFAULT = Settings(frame_skip=3, repeat_action_probability=0.0)  # an odd number covers both phases of flickering objects
+DEFAULT = Settings(
+    frame_skip=3, repeat_action_probability=0.0
+)  # an odd number covers both phases of flickering objects
 
 State = dict[str, Any]  # of one instance, by the names of a recording's arrays
 
@@ -36,49 +38,74 @@ def rollout(
 ) -> Recording:
     """Step several instances of a game side by side, and record states.
 
-    A saved policy plays under the settings of its training, with the game's own rewards. Other policies have three emulated frames per step
-    and no sticky actions. Explicit arguments override both.
+    A saved policy plays under the settings of its training, with the game's own rewards. Other
+    policies have three emulated frames per step and no sticky actions. Explicit arguments override
+    both.
 
     Args:
         game: the game.
         samples: states of all instances together, at least `num_envs`.
         policy: see `make_policy`.
-        seed: seed of the policy and of the first instance; the following instances get the following seeds.
+        seed: seed of the policy and of the first instance; the following instances get the
+            following seeds.
         num_envs: number of instances.
         frame_skip: emulated frames per step.
-        after: emulated frames that each instance plays before its first sample, rounded up to whole steps.
-        repeat_action_probability: the probability that an emulated frame repeats the previous action.
-        whole_games: whether each instance plays complete games, at least one, and the samples are drawn from all of their states, uniformly
-            at random and without replacement; the last sample of an instance is the end of its last game. Otherwise, samples are successive
+        after: emulated frames that each instance plays before its first sample, rounded up to whole
+            steps.
+        repeat_action_probability: the probability that an emulated frame repeats the previous
+            action.
+        whole_games: whether each instance plays complete games, at least one, and the samples are
+            drawn from all of their states, uniformly at random and without replacement; the last
+            sample of an instance is the end of its last game. Otherwise, samples are successive
             states. By default, saved policies play complete games.
         game_mode: game mode as ale-py numbers it; None for the game's default.
         game_difficulty: game difficulty, likewise.
 
     Returns:
-        A recording with frames, previous frames, returns, lives, resets, ends and settings: the samples of the first instance, then those
-        of the second, and so on. Without successive states, it has no frame skip of its own, and `resets` marks the first sample of a game.
+        A recording with frames, previous frames, returns, lives, resets, ends and settings: the
+        samples of the first instance, then those of the second, and so on. Without successive
+        states, it has no frame skip of its own, and `resets` marks the first sample of a game.
 
     Raises:
         PolicyError: a ValueError; there is no such policy, or it does not fit the game.
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
+            written for.
         ValueError: an argument is out of range.
     """
     if samples < num_envs:
-        raise ValueError(f"samples must be at least the number of instances {num_envs}, got {samples}")
+        raise ValueError(
+            f"samples must be at least the number of instances {num_envs}, got {samples}"
+        )
     needed = needs(policy, game)
-    changes = {"frame_skip": frame_skip, "repeat_action_probability": repeat_action_probability, "clip_rewards": False}
-    settings = dataclasses.replace(needed.settings or DEFAULT, **{name: value for name, value in changes.items() if value is not None})
+    changes = {
+        "frame_skip": frame_skip,
+        "repeat_action_probability": repeat_action_probability,
+        "clip_rewards": False,
+    }
+    settings = dataclasses.replace(
+        needed.settings or DEFAULT,
+        **{name: value for name, value in changes.items() if value is not None},
+    )
     modes: dict[str, Any] = {"game_mode": game_mode, "game_difficulty": game_difficulty}
-    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen", *needed.screens), **modes)) as pool:
+    with contextlib.closing(
+        AlePool(game, num_envs, settings, screens=("screen", *needed.screens), **modes)
+    ) as pool:
         act = make_policy(policy, game, len(pool.actions), num_envs, seed)
         with start_bar(num_envs) as report:
             pool.reset([seed + i for i in range(num_envs)], report=report)
         skipped = -(-after // min(settings.skip_range))
         if whole_games or (whole_games is None and policy not in BUILT_IN):
-            states = _sample_games(pool, act, samples // num_envs, skipped, np.random.default_rng(seed))
+            states = _sample_games(
+                pool, act, samples // num_envs, skipped, np.random.default_rng(seed)
+            )
             return _recording(game, states, settings, None)
         states = _successive(pool, act, samples // num_envs, skipped)
-        return _recording(game, states, settings, settings.frame_skip if isinstance(settings.frame_skip, int) else None)
+        return _recording(
+            game,
+            states,
+            settings,
+            settings.frame_skip if isinstance(settings.frame_skip, int) else None,
+        )
 
 
 def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[list[State]]:
@@ -92,7 +119,9 @@ def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[li
     return states
 
 
-def _sample_games(pool: AlePool, act: Policy, count: int, skipped: int, rng: np.random.Generator) -> list[list[State]]:
+def _sample_games(
+    pool: AlePool, act: Policy, count: int, skipped: int, rng: np.random.Generator
+) -> list[list[State]]:
     """States of complete games of each instance of a pool that has just been reset, after some skipped steps."""
     samplers = [_Sampler(count, rng) for _ in range(pool.num_envs)]
     with Progress(transient=True) as progress:
@@ -109,7 +138,8 @@ def _sample_games(pool: AlePool, act: Policy, count: int, skipped: int, rng: np.
 
 
 class _Sampler:
-    """A uniform sample of the states of complete games, of unknown length: algorithm R (Vitter, 1985), and always the last state.
+    """A uniform sample of the states of complete games, of unknown length: algorithm R (Vitter,
+    1985), and always the last state.
 
     Args:
         count: the size of the sample.
@@ -163,7 +193,9 @@ def _state(pool: AlePool, i: int) -> State:
     }
 
 
-def _recording(game: Game, states: list[list[State]], settings: Settings, frame_skip: int | None) -> Recording:
+def _recording(
+    game: Game, states: list[list[State]], settings: Settings, frame_skip: int | None
+) -> Recording:
     flat = [state for own in states for state in own]
     names = [name for name in flat[0] if name not in ("time", "game")]
     arrays = {name: np.stack([state[name] for state in flat]) for name in names}

@@ -33,7 +33,8 @@ class Seen(NamedTuple):
 
     ram: Any  # uint8 [N, 128]
     started: Any  # bool [N]: an episode has just begun
-    pooled: Any = None  # uint8 [N, H, 160], the maximum of the step's last two grey frames; None: nobody needs it
+    # uint8 [N, H, 160], the maximum of the step's last two grey frames; None: nobody needs it
+    pooled: Any = None
 
     def rows(self, rows: slice) -> "Seen":
         """What is seen of some instances."""
@@ -45,14 +46,17 @@ Policy = Callable[[Seen], np.ndarray]  # -> int [N], indices into the action set
 
 @dataclasses.dataclass(frozen=True)
 class SavedPolicy:
-    """A network from observations of the objects in RAM, or of the pixels, to a score for each action.
+    """A network from observations of the objects in RAM, or of the pixels, to a score for each
+    action.
 
     Args:
         game: the game, with or without its display.
         layers: weights and biases of each layer.
         observation: what the network takes: `Vector` or `Dqn`.
-        mean, deviation: by which features are standardised, float32 `[inputs]`; None for networks that take them as they are.
-        sampled: whether actions are drawn with the probabilities that the scores are logits of; otherwise the best one is taken.
+        mean, deviation: by which features are standardised, float32 `[inputs]`; None for networks
+            that take them as they are.
+        sampled: whether actions are drawn with the probabilities that the scores are logits of;
+            otherwise the best one is taken.
         settings: under which it was trained; None if unknown.
         preset: the name of the preset that the settings are based on; None if unknown.
         frames: emulated frames of its training; 0 if unknown.
@@ -76,7 +80,9 @@ class SavedPolicy:
     def selection(self) -> Selection:
         """The slots that it sees; of a policy on objects."""
         assert isinstance(self.observation, Vector)
-        return Selection(self.game, slots_of(self.game, self.observation) if self.slots is None else self.slots)
+        return Selection(
+            self.game, slots_of(self.game, self.observation) if self.slots is None else self.slots
+        )
 
     @functools.cached_property
     def groups(self) -> Groups:
@@ -113,7 +119,9 @@ class SavedPolicy:
     def _observe(self, seen: Seen, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory, as environments compute them."""
         if isinstance(self.observation, Dqn):
-            return self.observation.update(self.game, "raw", Snapshot(None, None, None, seen.pooled, seen.started), memory)
+            return self.observation.update(
+                self.game, "raw", Snapshot(None, None, None, seen.pooled, seen.started), memory
+            )
         selection = self.selection
         snapshot = Snapshot(selection.of(self.game.rem(seen.ram)), None, None, None, seen.started)
         return self.observation.update(selection.game, "rem", snapshot, memory)
@@ -156,7 +164,9 @@ class SavedPolicy:
     def write(self, path: Path) -> None:
         """Write the policy to an .npz file, with weights in half precision and without code; see `ocjax.play.policies.read`."""
         moments = {"mean": self.mean, "deviation": self.deviation}
-        arrays: dict[str, Any] = {name: a.astype(np.float32) for name, a in moments.items() if a is not None}
+        arrays: dict[str, Any] = {
+            name: a.astype(np.float32) for name, a in moments.items() if a is not None
+        }
         for i, (w, b) in enumerate(self.layers):
             arrays |= {f"w{i}": w.astype(np.float16), f"b{i}": b.astype(np.float16)}
         buffer = io.BytesIO()
@@ -166,5 +176,13 @@ class SavedPolicy:
 
 def slots_of(game: Game, kind: Vector) -> tuple[Slots, ...]:
     """The slots of all categories, and what an observation reads of them."""
-    read = {(category, feature) for _, category, _, feature in dataclasses.replace(kind, history=1).features_of(game)}
-    return tuple(Slots(c.name, c.count, c.hud, c.on_grid, tuple(a for a in c.attributes if (c.name, a) in read)) for c in game.categories)
+    read = {
+        (category, feature)
+        for _, category, _, feature in dataclasses.replace(kind, history=1).features_of(game)
+    }
+    return tuple(
+        Slots(
+            c.name, c.count, c.hud, c.on_grid, tuple(a for a in c.attributes if (c.name, a) in read)
+        )
+        for c in game.categories
+    )

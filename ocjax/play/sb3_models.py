@@ -1,4 +1,5 @@
-"""Reading policies from models that Stable-Baselines3 has saved (`.zip`). Of these, only the weights are read; no code in them runs.
+"""Reading policies from models that Stable-Baselines3 has saved (`.zip`). Of these, only the
+weights are read; no code in them runs.
 
 Reading needs PyTorch, but not Stable-Baselines3.
 """
@@ -24,11 +25,14 @@ PRESET = "dqn"  # of models, which do not say how they were trained
 MEMBER = "policy.pth"
 MOST_PICKLED = 2**20  # bytes of the description of the tensors
 SUPPORTED = (
-    'PPO, A2C and DQN with CnnPolicy on obs="dqn" or with MlpPolicy on obs="vector", with discrete actions, and without features or '
+    'PPO, A2C and DQN with CnnPolicy on obs="dqn" or with MlpPolicy on obs="vector", with '
+    "discrete actions, and without features or "
     "layers of their own after the convolutions"
 )
 _EXTRACTOR = r"features_extractor\.(cnn\.[024]|linear\.0)"
-_ACTOR_CRITIC = re.compile(rf"((pi_|vf_)?{_EXTRACTOR}|mlp_extractor\.(policy|value)_net\.\d+|action_net|value_net)\.(weight|bias)")
+_ACTOR_CRITIC = re.compile(
+    rf"((pi_|vf_)?{_EXTRACTOR}|mlp_extractor\.(policy|value)_net\.\d+|action_net|value_net)\.(weight|bias)"
+)
 _DQN = re.compile(rf"q_net(_target)?\.({_EXTRACTOR}|q_net\.\d+)\.(weight|bias)")
 
 
@@ -41,14 +45,16 @@ class _Architecture(NamedTuple):
 
 
 def read(path: str | Path, game: Game) -> SavedPolicy:
-    """Read a model of Stable-Baselines3. Its settings are those of the preset "dqn", as the file has none.
+    """Read a model of Stable-Baselines3. Its settings are those of the preset "dqn", as the file
+    has none.
 
     Args:
         path: a file that `model.save` wrote.
         game: the game that it plays.
 
     Raises:
-        PolicyError: the file is missing, damaged or too large, holds another kind of model, or does not fit the game.
+        PolicyError: the file is missing, damaged or too large, holds another kind of model, or does
+            not fit the game.
         MissingExtraError: a ModuleNotFoundError; PyTorch is not installed.
     """
     state = _weights(path)
@@ -56,15 +62,30 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
     arrays: dict[str, np.ndarray] = {}
     for i, module in enumerate(found.layers):
         weights = state[f"{module}.weight"]
-        arrays |= {f"w{i}": weights.T if weights.ndim == 2 else weights, f"b{i}": state.get(f"{module}.bias", np.zeros(0))}
-    known: dict[str, Any] = {"sampled": found.sampled, "settings": settings(PRESET), "preset": PRESET, "network": found.network}
+        arrays |= {
+            f"w{i}": weights.T if weights.ndim == 2 else weights,
+            f"b{i}": state.get(f"{module}.bias", np.zeros(0)),
+        }
+    known: dict[str, Any] = {
+        "sampled": found.sampled,
+        "settings": settings(PRESET),
+        "preset": PRESET,
+        "network": found.network,
+    }
     if found.network == "nature_cnn":
         kind = Dqn()
-        return SavedPolicy(game, layers_of(path, game, arrays, found.network, (kind.stack, *kind.size)), kind, **known)
+        return SavedPolicy(
+            game,
+            layers_of(path, game, arrays, found.network, (kind.stack, *kind.size)),
+            kind,
+            **known,
+        )
     inputs = arrays["w0"].shape[0] if arrays["w0"].ndim else 0
     game = _with_inputs(path, game, inputs)
     layers = layers_of(path, game, arrays, found.network, (inputs,))
-    return SavedPolicy(game, layers, Vector(), np.zeros(inputs, np.float32), np.ones(inputs, np.float32), **known)
+    return SavedPolicy(
+        game, layers, Vector(), np.zeros(inputs, np.float32), np.ones(inputs, np.float32), **known
+    )
 
 
 def _with_inputs(path: str | Path, game: Game, inputs: int) -> Game:
@@ -74,7 +95,8 @@ def _with_inputs(path: str | Path, game: Game, inputs: int) -> Game:
     if inputs not in choices:
         few, many = min(choices), max(choices)
         raise PolicyError(
-            f'{path}: the model must have the inputs of obs="vector" of {game.name}, {many} or, with hud=False, {few}, got {inputs}'
+            f'{path}: the model must have the inputs of obs="vector" of {game.name}, {many} or, '
+            f"with hud=False, {few}, got {inputs}"
         )
     return choices[inputs]
 
@@ -100,7 +122,11 @@ def _architecture(path: str | Path, names: set[str]) -> _Architecture:
 
 def _numbered(names: set[str], prefix: str) -> list[str]:
     """The modules of a sequence, by their numbers."""
-    found = {name.removesuffix(".weight") for name in names if name.startswith(f"{prefix}.") and name.endswith(".weight")}
+    found = {
+        name.removesuffix(".weight")
+        for name in names
+        if name.startswith(f"{prefix}.") and name.endswith(".weight")
+    }
     return sorted(found, key=lambda module: int(module.rpartition(".")[2]))
 
 
@@ -110,15 +136,23 @@ def _weights(path: str | Path) -> dict[str, np.ndarray]:
     try:
         data = _member(Path(path))
         state = torch.load(io.BytesIO(data), map_location="cpu", weights_only=True)
-        tensors = {name: tensor for name, tensor in state.items() if isinstance(name, str) and _is_plain(torch, tensor)}
+        tensors = {
+            name: tensor
+            for name, tensor in state.items()
+            if isinstance(name, str) and _is_plain(torch, tensor)
+        }
     except Exception as error:  # a damaged file can fail anywhere in zipfile, zlib and PyTorch
         text = " ".join(f"{type(error).__name__}: {error}".split())[:300]
-        raise PolicyError(f"{path} is not a readable model of Stable-Baselines3 (.zip with {MEMBER}): {text}") from error
+        raise PolicyError(
+            f"{path} is not a readable model of Stable-Baselines3 (.zip with {MEMBER}): {text}"
+        ) from error
     if len(tensors) < len(state):
         raise PolicyError(f"{path}: {MEMBER} must hold named tensors of numbers, and some are not")
     size = sum(4 * tensor.numel() for tensor in tensors.values())
     if size > MOST_BYTES:
-        raise PolicyError(f"{path} holds {size:,} bytes of weights, and at most {MOST_BYTES:,} are read")
+        raise PolicyError(
+            f"{path} holds {size:,} bytes of weights, and at most {MOST_BYTES:,} are read"
+        )
     arrays = {name: tensor.detach().to(torch.float32).numpy() for name, tensor in tensors.items()}
     for name, array in arrays.items():
         if not (np.abs(array) < LARGEST).all():
@@ -129,12 +163,16 @@ def _weights(path: str | Path) -> dict[str, np.ndarray]:
 def _is_plain(torch: Any, tensor: Any) -> bool:
     """Whether it is a dense tensor of floats in memory."""
     return (
-        isinstance(tensor, torch.Tensor) and tensor.layout == torch.strided and tensor.device.type == "cpu" and tensor.is_floating_point()
+        isinstance(tensor, torch.Tensor)
+        and tensor.layout == torch.strided
+        and tensor.device.type == "cpu"
+        and tensor.is_floating_point()
     )
 
 
 def _member(path: Path) -> bytes:
-    """The bytes of the policy's weights, another zip archive. Sizes are checked before anything is read.
+    """The bytes of the policy's weights, another zip archive. Sizes are checked before anything is
+    read.
 
     Raises:
         ValueError: it is missing, compressed or too large.
@@ -151,10 +189,15 @@ def _member(path: Path) -> bytes:
         data = archive.read(info)
     with zipfile.ZipFile(io.BytesIO(data)) as inner:
         infos = inner.infolist()
-        if any(info.compress_type != zipfile.ZIP_STORED or info.file_size > len(data) for info in infos):
+        if any(
+            info.compress_type != zipfile.ZIP_STORED or info.file_size > len(data) for info in infos
+        ):
             raise ValueError(f"{MEMBER} is compressed")
         _check_size(sum(info.file_size for info in infos), 2 * MOST_BYTES)
-        _check_size(max((info.file_size for info in infos if info.filename.endswith(".pkl")), default=0), MOST_PICKLED)
+        _check_size(
+            max((info.file_size for info in infos if info.filename.endswith(".pkl")), default=0),
+            MOST_PICKLED,
+        )
     return data
 
 

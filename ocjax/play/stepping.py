@@ -17,11 +17,13 @@ def seen(pool: AlePool) -> Seen:
 def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
     """Play a pool that has just been reset, without end.
 
-    The pool's arrays hold the state that is reached: `started` tells the first states of episodes, `terminated` and `truncated` the last
-    ones, and `episode_return` is the sum of the rewards of a game.
+    The pool's arrays hold the state that is reached: `started` tells the first states of episodes,
+    `terminated` and `truncated` the last ones, and `episode_return` is the sum of the rewards of a
+    game.
 
-    With the setting `fire_reset`, a lost life that does not end the episode is followed by the actions with which episodes start, FIRE and
-    the next one. Many policies learned with episodes of one life, which all begin with FIRE, so they never press it themselves.
+    With the setting `fire_reset`, a lost life that does not end the episode is followed by the
+    actions with which episodes start, FIRE and the next one. Many policies learned with episodes of
+    one life, which all begin with FIRE, so they never press it themselves.
 
     Args:
         pool: of emulators.
@@ -32,12 +34,18 @@ def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
     """
     yield None
     start = np.array(pool.start_actions, int)
-    pressed = np.full(pool.num_envs, len(start))  # how many of the actions each instance has pressed since its last lost life
+    pressed = np.full(
+        pool.num_envs, len(start)
+    )  # how many of the actions each instance has pressed since its last lost life
     while True:
         lives, actions = pool.lives.copy(), np.array(act(seen(pool)))
         due = pressed < len(start)
         actions[due] = start[pressed[due]]
         pool.step(actions)
-        lost = (pool.lives > 0) & (pool.lives < lives) & ~(pool.started | pool.terminated | pool.truncated)
+        lost = (
+            (pool.lives > 0)
+            & (pool.lives < lives)
+            & ~(pool.started | pool.terminated | pool.truncated)
+        )
         pressed = np.where(lost, 0, np.minimum(pressed + due, len(start)))
         yield actions

@@ -20,8 +20,8 @@ class Row:
         name: of the variation, or "original".
         games: number of complete games.
         mean, deviation: of their returns; the deviation is that of a sample, 0 for one game.
-        drop: by how many percent of the original's absolute mean return the mean is lower; negative if it is higher, None for the original
-            itself and where the original's mean is 0.
+        drop: by how many percent of the original's absolute mean return the mean is lower; negative
+            if it is higher, None for the original itself and where the original's mean is 0.
         seed: of the first instance; the others have the following ones.
     """
 
@@ -33,7 +33,9 @@ class Row:
     seed: int
 
 
-def compare(game: Game, policy: str, names: Sequence[str], episodes: int, *, seed: int = 0, **protocol: Any) -> list[Row]:
+def compare(
+    game: Game, policy: str, names: Sequence[str], episodes: int, *, seed: int = 0, **protocol: Any
+) -> list[Row]:
     """Play complete games of the original and of variations, each with the same seeds.
 
     Args:
@@ -42,20 +44,25 @@ def compare(game: Game, policy: str, names: Sequence[str], episodes: int, *, see
         names: of the variations.
         episodes: number of games of each.
         seed: of the emulators and the policy.
-        protocol: `preset`, `frame_skip` and `repeat_action_probability`, as of `ocjax.play.games.play`.
+        protocol: `preset`, `frame_skip` and `repeat_action_probability`, as of
+            `ocjax.play.games.play`.
 
     Raises:
-        ValueError: a variation does not exist, or is one of another game; there is no such policy, or the ROM is the wrong one.
+        ValueError: a variation does not exist, or is one of another game; there is no such policy,
+            or the ROM is the wrong one.
     """
     found = {name: variations.find(name, game.name) for name in names}
     played = {ORIGINAL: play(game, policy, episodes, seed=seed, **protocol)}
     for name, variation in found.items():
-        played[name.rpartition(":")[2]] = play(game, policy, episodes, seed=seed, hook=variation, **protocol)
+        played[name.rpartition(":")[2]] = play(
+            game, policy, episodes, seed=seed, hook=variation, **protocol
+        )
     return _rows(played, seed)
 
 
 def chosen(game: Game, text: str) -> list[str]:
-    """The names of variations in a text: "all", "objects" for those that remove and freeze categories, or "lazy_enemy,freeze Ball".
+    """The names of variations in a text: "all", "objects" for those that remove and freeze
+    categories, or "lazy_enemy,freeze Ball".
 
     Raises:
         ValueError: the game has no variations, or none of a name.
@@ -63,11 +70,17 @@ def chosen(game: Game, text: str) -> list[str]:
     if text == "objects":
         names = [name for name in variations.names(game.name) if not name.startswith("recolor")]
         if not names:
-            raise ValueError(f"{game.name} has no variations by object: no bytes are known that remove or freeze a category")
+            raise ValueError(
+                f"{game.name} has no variations by object: no bytes are known that remove or "
+                "freeze a category"
+            )
         return names
     known = [*variations.of(game.name)]
     if text == "all" and not known:
-        raise ValueError(f"{game.name} has no variations; there are those of {', '.join({v.game: 0 for v in variations.ALL.values()})}")
+        raise ValueError(
+            f"{game.name} has no variations; there are those of "
+            f"{', '.join({v.game: 0 for v in variations.ALL.values()})}"
+        )
     names = known if text == "all" else [name.strip() for name in text.split(",")]
     for name in names:
         variations.find(name, game.name)
@@ -78,7 +91,15 @@ def table(game: Game, policy: str, rows: Sequence[Row]) -> Table:
     """The rows as a table."""
     header = ("Variation", "Mean return", "Standard deviation", "Drop in %", "Games", "Seeds")
     cells = [
-        [r.name, f"{r.mean:,.1f}", f"{r.deviation:,.1f}", None if r.drop is None else f"{r.drop:.1f}", r.games, _seeds(r)] for r in rows
+        [
+            r.name,
+            f"{r.mean:,.1f}",
+            f"{r.deviation:,.1f}",
+            None if r.drop is None else f"{r.drop:.1f}",
+            r.games,
+            _seeds(r),
+        ]
+        for r in rows
     ]
     return Table(f"{game.name}: returns of complete games, policy {policy}", header, cells)
 
@@ -94,5 +115,14 @@ def _rows(played: Mapping[str, Played], seed: int) -> list[Row]:
     for name, p in played.items():
         mean = float(p.returns.mean())
         drop = None if name == ORIGINAL or base == 0 else 100 * (base - mean) / abs(base)
-        rows.append(Row(name, len(p.returns), mean, float(p.returns.std(ddof=1)) if len(p.returns) > 1 else 0.0, drop, seed))
+        rows.append(
+            Row(
+                name,
+                len(p.returns),
+                mean,
+                float(p.returns.std(ddof=1)) if len(p.returns) > 1 else 0.0,
+                drop,
+                seed,
+            )
+        )
     return rows

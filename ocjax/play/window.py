@@ -9,14 +9,19 @@ from PIL import Image
 RATE = 30  # pictures shown per second
 
 
-def show(title: str, step: Callable[[], tuple[Image.Image, str] | None], on_key: Callable[[str, bool], None]) -> None:
+def show(
+    title: str,
+    step: Callable[[], tuple[Image.Image, str] | None],
+    on_key: Callable[[str, bool], None],
+) -> None:
     """Show pictures in a window until there are no more, or the window is closed.
 
     Args:
         title: of the window.
-        step: the next picture and the text beside it, called 30 times a second; None closes the window.
-        on_key: called with a key and whether it was pressed (True) or released. Keys are single characters, or Tk's names for the others,
-            such as "Up" and "Escape".
+        step: the next picture and the text beside it, called 30 times a second; None closes the
+            window.
+        on_key: called with a key and whether it was pressed (True) or released. Keys are single
+            characters, or Tk's names for the others, such as "Up" and "Escape".
 
     Raises:
         RuntimeError: there is no display, or Python has no tkinter.
@@ -30,7 +35,10 @@ def show(title: str, step: Callable[[], tuple[Image.Image, str] | None], on_key:
     except Exception as error:
         raise RuntimeError(f"no window can be opened ({error})") from error
     root.title(title)
-    picture, text = tkinter.Label(root), tkinter.Label(root, font="TkFixedFont", justify="left", anchor="nw")
+    picture, text = (
+        tkinter.Label(root),
+        tkinter.Label(root, font="TkFixedFont", justify="left", anchor="nw"),
+    )
     picture.pack(side="left")
     text.pack(side="left", fill="both")
     due = time.monotonic()
@@ -48,7 +56,10 @@ def show(title: str, step: Callable[[], tuple[Image.Image, str] | None], on_key:
         root.after(max(1, round(1000 * (due - time.monotonic()))), update)
 
     def report(pressed: bool) -> Callable[[Any], None]:
-        return lambda event: on_key(event.char if len(event.char) == 1 and event.char.isprintable() else event.keysym, pressed)
+        return lambda event: on_key(
+            event.char if len(event.char) == 1 and event.char.isprintable() else event.keysym,
+            pressed,
+        )
 
     root.bind("<KeyPress>", report(True))
     root.bind("<KeyRelease>", report(False))

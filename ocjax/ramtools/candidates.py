@@ -37,7 +37,8 @@ class Candidate(NamedTuple):
     Args:
         kind: "remove", "freeze" or "recolor".
         category: its name.
-        writes: the values to write before every emulated frame, by address. With "recolor" each value is the colour, a palette index.
+        writes: the values to write before every emulated frame, by address. With "recolor" each
+            value is the colour, a palette index.
     """
 
     kind: str
@@ -45,7 +46,9 @@ class Candidate(NamedTuple):
     writes: dict[int, int]
 
 
-def candidates(category: str, by_rem: "ByRem", on_screen: "OnScreen", color: int) -> Iterator[Candidate]:
+def candidates(
+    category: str, by_rem: "ByRem", on_screen: "OnScreen", color: int
+) -> Iterator[Candidate]:
     """Candidates for a category, the more likely ones of each kind first.
 
     Args:
@@ -68,7 +71,8 @@ def candidates(category: str, by_rem: "ByRem", on_screen: "OnScreen", color: int
             yield Candidate("recolor", category, dict.fromkeys(sorted(own), color))
 
 
-# -------------------------------------------------------------------------------------------------------------------- REM
+# --------------------------------------------------------------------------------------------------------------------
+# REM
 
 
 class _Read(NamedTuple):
@@ -98,14 +102,25 @@ class _Effects(NamedTuple):
 def _read(game: Game, rams: jax.Array) -> _Read:
     objects = game.rem(rams)
     valid = objects.valid[..., None]
-    others = jnp.stack([f.astype(jnp.int32) for f in (objects.orientation, objects.value, objects.valid)], axis=-1)
-    return jax.tree.map(lambda field: jnp.where(valid, field.astype(jnp.int32), 0), _Read(objects.xywh, others, objects.rgb))
+    others = jnp.stack(
+        [f.astype(jnp.int32) for f in (objects.orientation, objects.value, objects.valid)], axis=-1
+    )
+    return jax.tree.map(
+        lambda field: jnp.where(valid, field.astype(jnp.int32), 0),
+        _Read(objects.xywh, others, objects.rgb),
+    )
 
 
 @functools.partial(jax.jit, static_argnames="game")
-def _effects(game: Game, rams: jax.Array, before: _Read, slots: jax.Array, address: jax.Array) -> _Effects:
+def _effects(
+    game: Game, rams: jax.Array, before: _Read, slots: jax.Array, address: jax.Array
+) -> _Effects:
     """The effects of a byte in states `[S, 128]` on the slots `[N]`, by comparison with what was read before."""
-    tried = jnp.broadcast_to(rams[:, None], (len(rams), 256, RAM_SIZE)).at[:, :, address].set(jnp.arange(256, dtype=jnp.uint8))
+    tried = (
+        jnp.broadcast_to(rams[:, None], (len(rams), 256, RAM_SIZE))
+        .at[:, :, address]
+        .set(jnp.arange(256, dtype=jnp.uint8))
+    )
     after, before = _read(game, tried), jax.tree.map(lambda field: field[:, None], before)
     slots = slots[None, None]
     stays = ((after.valid > 0) & (before.valid > 0))[..., None]
@@ -136,7 +151,9 @@ class ByRem:
 
     def __init__(self, game: Game, rams: np.ndarray) -> None:
         self.game, self.rams = game, rams
-        self.addresses = sorted({a for field in game.ram.fields().values() for a in field.addresses})
+        self.addresses = sorted(
+            {a for field in game.ram.fields().values() for a in field.addresses}
+        )
         self.before = _read(game, rams)
         self.valid = np.asarray(self.before.valid) > 0
 
@@ -150,10 +167,14 @@ class ByRem:
         return {a: self._effects(self.rams, category, a) for a in self.addresses}
 
     def _effects(self, rams: np.ndarray, category: str, address: int) -> _Effects:
-        return jax.tree.map(np.asarray, _effects(self.game, rams, self.before, self._slots(category), np.int32(address)))
+        return jax.tree.map(
+            np.asarray,
+            _effects(self.game, rams, self.before, self._slots(category), np.int32(address)),
+        )
 
     def removal(self, category: str, choice: int) -> dict[int, int]:
-        """Bytes with which no object of a category is left, found one after the other; empty if there are none.
+        """Bytes with which no object of a category is left, found one after the other; empty if
+        there are none.
 
         Args:
             category: its name.
@@ -161,33 +182,55 @@ class ByRem:
         """
         rams, writes, left = self.rams.copy(), {}, int(self.valid[:, self._slots(category)].sum())
         while left and len(writes) < MOST_BYTES:
-            fewest, address, value = min(self._fewest(rams, category, a, choice) for a in self.addresses if a not in writes)
+            fewest, address, value = min(
+                self._fewest(rams, category, a, choice) for a in self.addresses if a not in writes
+            )
             if fewest >= left:
                 return {}
             left, writes[address], rams[:, address] = fewest, value, value
         return {} if left else writes
 
-    def _fewest(self, rams: np.ndarray, category: str, address: int, choice: int) -> tuple[int, int, int]:
+    def _fewest(
+        self, rams: np.ndarray, category: str, address: int, choice: int
+    ) -> tuple[int, int, int]:
         """How many objects the best values of a byte leave, the address, and the value of choice; the first is the one most seen."""
         effects = self._effects(rams, category, address)
         left = np.where(effects.added | effects.foreign, np.iinfo(np.int32).max, effects.left)
         best = np.flatnonzero(left == left.min())
         times = np.bincount(self.rams[:, address], minlength=256)[best]
-        at = int(np.argmax(times)) if choice == 0 else (len(best) - 1) * (choice - 1) // max(CHOICES - 2, 1)
+        at = (
+            int(np.argmax(times))
+            if choice == 0
+            else (len(best) - 1) * (choice - 1) // max(CHOICES - 2, 1)
+        )
         return int(left.min()), address, int(best[at])
 
     def own(self, category: str) -> frozenset[int]:
         """The bytes that move the category and change no other one."""
         effects = self._all_effects(category).items()
-        return frozenset(a for a, e in effects if (e.moved & ~e.foreign).sum() >= POSITIONS and e.foreign.mean() <= FOREIGN)
+        return frozenset(
+            a
+            for a, e in effects
+            if (e.moved & ~e.foreign).sum() >= POSITIONS and e.foreign.mean() <= FOREIGN
+        )
 
     def colors(self, category: str, color: int) -> frozenset[int]:
         """The bytes that hold the category's colours, all of which a palette index replaces; empty if some are elsewhere."""
-        own = [a for a, e in self._all_effects(category).items() if e.colored.any() and not (e.changed | e.foreign).any()]
+        own = [
+            a
+            for a, e in self._all_effects(category).items()
+            if e.colored.any() and not (e.changed | e.foreign).any()
+        ]
         rams = self.rams.copy()
         rams[:, own] = color
         after = np.asarray(_read(self.game, rams).colors)
-        return frozenset(own if (after == self.game.palette[color]).all(axis=-1)[self.valid & self._slots(category)].all() else ())
+        return frozenset(
+            own
+            if (after == self.game.palette[color])
+            .all(axis=-1)[self.valid & self._slots(category)]
+            .all()
+            else ()
+        )
 
     def fullest(self, category: str) -> np.ndarray:
         """States with many objects of a category, uint8 `[PLACES, 128]`."""
@@ -195,7 +238,8 @@ class ByRem:
         return self.rams[np.argsort(-count, kind="stable")[:PLACES]]
 
 
-# ----------------------------------------------------------------------------------------------------------------- screen
+# -----------------------------------------------------------------------------------------------------------------
+# screen
 
 
 class _State(NamedTuple):
@@ -204,7 +248,9 @@ class _State(NamedTuple):
     present: np.ndarray  # bool [C]
     changed: np.ndarray  # bool [128, values, C]: whether a category changes
     gone: np.ndarray  # bool [128, values, C]: whether none of its objects is left
-    colored: np.ndarray  # float [128, C]: the share of its objects with a pixel of the colour where that is written
+    colored: (
+        np.ndarray
+    )  # float [128, C]: the share of its objects with a pixel of the colour where that is written
 
 
 class OnScreen:
@@ -219,7 +265,9 @@ class OnScreen:
 
     def __init__(self, game: Game, color: int, *, seed: int = 0, instances: int = 32) -> None:
         self.names = [category.name for category in game.categories]
-        self.counts = np.array([not category.hud for category in game.categories])  # whose changes count
+        self.counts = np.array(
+            [not category.hud for category in game.categories]
+        )  # whose changes count
         settings = Settings(frame_skip=1, repeat_action_probability=0)
         with contextlib.closing(AlePool(game, instances, settings, screens=("screen",))) as pool:
             self.states = [_state(pool, color, seed + i, steps) for i, steps in enumerate(STEPS)]
@@ -233,7 +281,9 @@ class OnScreen:
         c = self.names.index(category)
         states = [state for state in self.states if state.present[c]]
         if states:
-            works = np.all([state.gone[..., c] & ~self._foreign(state, c) for state in states], axis=0)
+            works = np.all(
+                [state.gone[..., c] & ~self._foreign(state, c) for state in states], axis=0
+            )
             for address, i in np.argwhere(works):
                 yield {int(address): int(VALUES[i])}
 
@@ -258,14 +308,18 @@ def _state(pool: AlePool, color: int, seed: int, steps: int) -> _State:
     """Play to a state, and write its bytes."""
     play_alike(pool, seed, steps)
     saved, game = pool.clone_state(), pool.game
-    pool.restore_state(saved)  # the frame to compare with follows the same restoring, without a write
+    pool.restore_state(
+        saved
+    )  # the frame to compare with follows the same restoring, without a write
     for _ in range(FRAMES):
         pool.step(np.zeros(pool.num_envs, int))
     screen = pool.screen[0, 1].copy()
     before = jax.tree.map(np.asarray, game.vem(screen))
     by_category = functools.partial(_any_of_each, game)
     changed, gone, colored = [], [], []
-    for *others, last in frames_after_writes(pool, saved, np.append(VALUES, np.uint8(color)), times=FRAMES):
+    for *others, last in frames_after_writes(
+        pool, saved, np.append(VALUES, np.uint8(color)), times=FRAMES
+    ):
         frames = np.stack(others)
         after = jax.tree.map(np.asarray, game.vem(frames))
         changed.append(by_category(_moved(before, after)))
@@ -289,4 +343,9 @@ def _any_of_each(game: Game, slots: np.ndarray | jax.Array) -> np.ndarray:
 def _shares(game: Game, objects: Objects, pixels: np.ndarray) -> np.ndarray:
     """The share of each category's objects that have any of some pixels `[H, 160]`, float `[C]`; 0 where there is none."""
     has = np.array([pixels[y : y + h, x : x + w].any() for x, y, w, h in objects.xywh])
-    return np.array([(has & objects.valid)[s].sum() / max(objects.valid[s].sum(), 1) for s in game.slices.values()])
+    return np.array(
+        [
+            (has & objects.valid)[s].sum() / max(objects.valid[s].sum(), 1)
+            for s in game.slices.values()
+        ]
+    )

@@ -21,7 +21,10 @@ from ocjax.vision.unknown import UNKNOWN_VALUE
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
 LEAST_CHANGES = 2  # values that must change a category's objects for an effect to be reported
-LEAST_SAMPLES, LEAST_VALUES = 8, 4  # values of the byte, and of the field, that a formula is fitted on
+LEAST_SAMPLES, LEAST_VALUES = (
+    8,
+    4,
+)  # values of the byte, and of the field, that a formula is fitted on
 SHARE_SHOWN = 0.2  # a formula that is right for fewer values is not printed
 
 ACROSS, TILE_WIDTH, TITLE_HEIGHT, GAP, FONT_SIZE = 6, 288, 18, 4, 13  # of the picture, in pixels
@@ -77,18 +80,27 @@ class Causes:
     effects: dict[int, tuple[Effect, ...]]
 
 
-# ------------------------------------------------------------------------------------------------------------ experiments
+# ------------------------------------------------------------------------------------------------------------
+# experiments
 
 
 def causes(
-    game: Game, *, steps: int = 200, frames: int = 2, seed: int = 0, values: int = 256, num_envs: int = 64, game_mode: int | None = None
+    game: Game,
+    *,
+    steps: int = 200,
+    frames: int = 2,
+    seed: int = 0,
+    values: int = 256,
+    num_envs: int = 64,
+    game_mode: int | None = None,
 ) -> Causes:
     """The causal map of a state that random play reaches.
 
     Args:
         game: the game.
         steps: agent steps (of 4 emulated frames) of random play before the state.
-        frames: emulated frames after each change; at least 2, because many games draw what they computed one frame ago.
+        frames: emulated frames after each change; at least 2, because many games draw what they
+            computed one frame ago.
         seed: seed of the emulator and the play.
         values: number of values of each byte, 2 to 256, evenly spaced.
         num_envs: number of instances, all in the same state, that the changes are spread over.
@@ -98,21 +110,37 @@ def causes(
         ValueError: an argument is out of range.
     """
     if frames < 2 or not 2 <= values <= 256:
-        raise ValueError(f"frames must be at least 2 and values 2 to 256, got {frames} and {values}")
+        raise ValueError(
+            f"frames must be at least 2 and values 2 to 256, got {frames} and {values}"
+        )
     tried = np.round(np.linspace(0, 255, values)).astype(np.uint8)
     settings = Settings(frame_skip=frames, repeat_action_probability=0)
-    with contextlib.closing(AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)) as pool:
+    with contextlib.closing(
+        AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)
+    ) as pool:
         play_alike(pool, seed, steps * FRAME_SKIP // frames)
         state, saved = pool.ram[0].copy(), pool.clone_state()
-        pool.restore_state(saved)  # the frame to compare with follows the same restoring, without a change
+        pool.restore_state(
+            saved
+        )  # the frame to compare with follows the same restoring, without a change
         screen = next_frames(pool)[0]
         before = jax.tree.map(np.asarray, game.vem(screen))
         changed, found = _change_every_byte(pool, saved, tried, screen)
     effects = {}
     for address in range(128):
         after = jax.tree.map(lambda a, address=address: a[address], found)
-        effects[address] = tuple(e for c in game.categories if (e := _effect(game, c, tried.astype(int), after, before)))
-    return Causes(game, screen, state, changed.mean(axis=1), len(tried), changed.any(axis=(2, 3)).sum(axis=1), effects)
+        effects[address] = tuple(
+            e for c in game.categories if (e := _effect(game, c, tried.astype(int), after, before))
+        )
+    return Causes(
+        game,
+        screen,
+        state,
+        changed.mean(axis=1),
+        len(tried),
+        changed.any(axis=(2, 3)).sum(axis=1),
+        effects,
+    )
 
 
 def play_alike(pool: AlePool, seed: int, steps: int) -> None:
@@ -131,11 +159,14 @@ def next_frames(pool: AlePool) -> np.ndarray:
     return pool.screen[:, 1].copy()
 
 
-def _change_every_byte(pool: AlePool, saved: States, tried: np.ndarray, screen: np.ndarray) -> tuple[np.ndarray, Objects]:
+def _change_every_byte(
+    pool: AlePool, saved: States, tried: np.ndarray, screen: np.ndarray
+) -> tuple[np.ndarray, Objects]:
     """Try all values of all bytes.
 
     Returns:
-        Which pixels change, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128, values]`.
+        Which pixels change, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128,
+        values]`.
     """
     game, changed, found = pool.game, [], []
     for frames in frames_after_writes(pool, saved, tried):
@@ -144,7 +175,9 @@ def _change_every_byte(pool: AlePool, saved: States, tried: np.ndarray, screen: 
     return np.stack(changed), jax.tree.map(lambda *a: np.stack(a), *found)
 
 
-def frames_after_writes(pool: AlePool, saved: States, tried: np.ndarray, *, times: int = 1) -> Iterator[np.ndarray]:
+def frames_after_writes(
+    pool: AlePool, saved: States, tried: np.ndarray, *, times: int = 1
+) -> Iterator[np.ndarray]:
     """Set each byte of a state to each value, and step the emulators.
 
     Args:
@@ -173,10 +206,13 @@ def frames_after_writes(pool: AlePool, saved: States, tried: np.ndarray, *, time
             del frames[: len(tried)]
 
 
-# ---------------------------------------------------------------------------------------------------------------- effects
+# ----------------------------------------------------------------------------------------------------------------
+# effects
 
 
-def _effect(game: Game, category: Category, tried: np.ndarray, after: Objects, before: Objects) -> Effect | None:
+def _effect(
+    game: Game, category: Category, tried: np.ndarray, after: Objects, before: Objects
+) -> Effect | None:
     """What the values of one byte do to one category.
 
     Args:
@@ -187,10 +223,20 @@ def _effect(game: Game, category: Category, tried: np.ndarray, after: Objects, b
         before: objects without a change.
     """
     s = game.slices[category.name]
-    old_xywh, old_valid, old_value = np.asarray(before.xywh)[s].astype(int), np.asarray(before.valid)[s], np.asarray(before.value)[s]
-    xywh, valid, value = np.asarray(after.xywh)[:, s].astype(int), np.asarray(after.valid)[:, s], np.asarray(after.value)[:, s]
+    old_xywh, old_valid, old_value = (
+        np.asarray(before.xywh)[s].astype(int),
+        np.asarray(before.valid)[s],
+        np.asarray(before.value)[s],
+    )
+    xywh, valid, value = (
+        np.asarray(after.xywh)[:, s].astype(int),
+        np.asarray(after.valid)[:, s],
+        np.asarray(after.value)[:, s],
+    )
     changed = (valid != old_valid).any(axis=1)
-    changed |= (valid[..., None] & (xywh != old_xywh)).any(axis=(1, 2)) | (valid & (value != old_value)).any(axis=1)
+    changed |= (valid[..., None] & (xywh != old_xywh)).any(axis=(1, 2)) | (
+        valid & (value != old_value)
+    ).any(axis=1)
     if changed.sum() < LEAST_CHANGES:
         return None
     was = {tuple(b) for b, v in zip(old_xywh.tolist(), old_valid, strict=True) if v}
@@ -209,7 +255,8 @@ def _effect(game: Game, category: Category, tried: np.ndarray, after: Objects, b
 
 
 def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> Formula | None:
-    """The best formula for the field of the one candidate, over the values for which there is just one.
+    """The best formula for the field of the one candidate, over the values for which there is just
+    one.
 
     Args:
         numbers: int `[values, slots]`.
@@ -225,19 +272,29 @@ def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> 
     options = []
     for scale in fits.SCALES:
         counts = np.bincount((target - scale * tried[one]) % 256, minlength=256)
-        options.append((counts.max() / len(target), -abs(scale), scale, (int(counts.argmax()) + 128) % 256 - 128))
+        options.append(
+            (
+                counts.max() / len(target),
+                -abs(scale),
+                scale,
+                (int(counts.argmax()) + 128) % 256 - 128,
+            )
+        )
     share, _, scale, offset = max(options)
     return Formula(scale, offset, float(share))
 
 
-# ----------------------------------------------------------------------------------------------------------------- output
+# -----------------------------------------------------------------------------------------------------------------
+# output
 
 
 def _words(e: Effect) -> str:
     parts = []
     for field, f in e.formulas.items():
         if f.share > SHARE_SHOWN:
-            parts.append(f"{field} = {fits.affine_text('byte', f.scale, f.offset)} ({100 * f.share:.0f} %)")
+            parts.append(
+                f"{field} = {fits.affine_text('byte', f.scale, f.offset)} ({100 * f.share:.0f} %)"
+            )
         else:
             parts.append(f"{field} changes")
     if e.gone:
@@ -250,7 +307,15 @@ def to_table(c: Causes) -> Table:
     rows: list[list[Cell]] = []
     for address in np.flatnonzero(c.effective).tolist():
         objects = "; ".join(map(_words, c.effects[address])) or "pixels of no object"
-        rows.append([address, int(c.ram[address]), int(c.effective[address]), int((c.pixels[address] > 0).sum()), objects])
+        rows.append(
+            [
+                address,
+                int(c.ram[address]),
+                int(c.effective[address]),
+                int((c.pixels[address] > 0).sum()),
+                objects,
+            ]
+        )
     title = f"{c.game.name}: what each byte changes on the screen, {c.tried} values tried"
     return Table(title, ["Byte", "Value", "Values with an effect", "Pixels", "Objects"], rows)
 
@@ -265,10 +330,21 @@ def picture(c: Causes) -> Image.Image:
     draw = ImageDraw.Draw(out)
     dim = c.game.palette[c.screen].astype(float) * 0.4
     for i, address in enumerate(addresses):
-        x, y = i % across * (TILE_WIDTH + GAP) + GAP // 2, i // across * (height + TITLE_HEIGHT + GAP)
+        x, y = (
+            i % across * (TILE_WIDTH + GAP) + GAP // 2,
+            i // across * (height + TITLE_HEIGHT + GAP),
+        )
         share = c.pixels[address][..., None]
         heat = np.where(share > 0, LEAST_HEAT + (1 - LEAST_HEAT) * np.sqrt(share), 0)
         tile = (dim * (1 - heat) + heat * np.array(HEAT)).astype(np.uint8)
-        draw.text((x, y), f"byte {address}: {c.effective[address]} of {c.tried} values", font=font, fill=(255, 255, 255))
-        out.paste(Image.fromarray(tile).resize((TILE_WIDTH, height), Image.Resampling.BOX), (x, y + TITLE_HEIGHT))
+        draw.text(
+            (x, y),
+            f"byte {address}: {c.effective[address]} of {c.tried} values",
+            font=font,
+            fill=(255, 255, 255),
+        )
+        out.paste(
+            Image.fromarray(tile).resize((TILE_WIDTH, height), Image.Resampling.BOX),
+            (x, y + TITLE_HEIGHT),
+        )
     return out

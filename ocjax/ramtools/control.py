@@ -1,7 +1,9 @@
-"""`ocjax ram control`: find the bytes that remove, freeze or recolour the objects of a category, and confirm them on the screen.
+"""`ocjax ram control`: find the bytes that remove, freeze or recolour the objects of a category,
+and confirm them on the screen.
 
-Candidates are tried in the emulator one by one, because a game may compute what it draws from other bytes, or stop. What the vision rules
-find in play with the writes is compared with what they find without.
+Candidates are tried in the emulator one by one, because a game may compute what it draws from other
+bytes, or stop. What the vision rules find in play with the writes is compared with what they find
+without.
 """
 
 import contextlib
@@ -34,7 +36,9 @@ RARE = 0.05  # objects per frame; a category with fewer is not tried
 GONE = 0.02  # objects that may be left
 KEPT = 0.5  # objects of the other categories, and of one that is frozen
 COMMON = 0.2  # objects per frame; a category with fewer may come and go as it likes
-STANDS = 0.2  # of the frames with the category in which an object is at a place, for it to stand there
+STANDS = (
+    0.2  # of the frames with the category in which an object is at a place, for it to stand there
+)
 MOVES = 0.5  # objects that stand nowhere; a category with fewer need not be frozen
 FROZEN = 0.05  # likewise, of a category that is frozen; boxes differ where objects overlap
 STILL = 0.01  # likewise, if nothing better is looked for
@@ -48,7 +52,8 @@ class Control(NamedTuple):
     Args:
         kind: "remove", "freeze" or "recolor".
         category: its name.
-        writes: the values to write before every emulated frame, by address. With "recolor" each value is the colour, a palette index.
+        writes: the values to write before every emulated frame, by address. With "recolor" each
+            value is the colour, a palette index.
         also: other categories that are recoloured.
         moving: the share of the objects that stand nowhere, of a category that is frozen.
     """
@@ -81,16 +86,23 @@ def control(game: Game, *, seed: int = 0) -> list[Control]:
         seed: of the play.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was written for.
+        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
+            written for.
     """
     plain, other = _play(game, seed), _play(game, seed + ENVS, steps=MORE_STEPS)
     chosen = np.random.default_rng(seed).choice(len(plain.rams), STATES, replace=False)
     color = _rarest_color(plain.screens)
     by_rem, on_screen = ByRem(game, plain.rams[np.sort(chosen)]), OnScreen(game, color, seed=seed)
-    tried = [c.name for c in game.categories if not c.hud and _per_frame(game, plain.seen, c.name) >= RARE]
+    tried = [
+        c.name
+        for c in game.categories
+        if not c.hud and _per_frame(game, plain.seen, c.name) >= RARE
+    ]
     confirmed: list[Control] = []
     for category in track(tried, description=f"{game.name}: trying", transient=True):
-        for _, same_kind in itertools.groupby(candidates(category, by_rem, on_screen, color), key=lambda c: c.kind):
+        for _, same_kind in itertools.groupby(
+            candidates(category, by_rem, on_screen, color), key=lambda c: c.kind
+        ):
             if found := _best(game, same_kind, plain):
                 found = _pruned(game, found, plain)
                 if _confirmed(game, Candidate(*found[:3]), other):
@@ -119,7 +131,9 @@ def _rarest_color(screens: np.ndarray) -> int:
 def _play(game: Game, seed: int, hook: Variation | None = None, *, steps: int = STEPS) -> _Play:
     """Random play, with a variation or without."""
     settings = Settings(frame_skip=FRAME_SKIP, repeat_action_probability=0)
-    with contextlib.closing(AlePool(game, ENVS, settings, screens=("screen",), hook=hook, num_workers=0)) as pool:
+    with contextlib.closing(
+        AlePool(game, ENVS, settings, screens=("screen",), hook=hook, num_workers=0)
+    ) as pool:
         act = make_policy("repeat", game, len(pool.actions), ENVS, seed)
         pool.reset([seed + i for i in range(ENVS)])
         rams, screens, ends = [], [], 0
@@ -128,7 +142,9 @@ def _play(game: Game, seed: int, hook: Variation | None = None, *, steps: int = 
             screens.append(pool.screen[:, -1].copy())
             ends += int(pool.terminated.sum())
     frames = np.concatenate(screens)
-    return _Play(np.concatenate(rams), frames, jax.tree.map(np.asarray, game.vem(frames)), ends, seed, steps)
+    return _Play(
+        np.concatenate(rams), frames, jax.tree.map(np.asarray, game.vem(frames)), ends, seed, steps
+    )
 
 
 def _per_frame(game: Game, objects: Objects, category: str) -> float:
@@ -138,17 +154,29 @@ def _per_frame(game: Game, objects: Objects, category: str) -> float:
 
 def _confirmed(game: Game, candidate: Candidate, plain: _Play) -> Control | None:
     """The candidate, if the screen shows what is wanted and the game continues as usual."""
-    changed = _play(game, plain.seed, Variation(game.name, candidate.kind, candidate.writes), steps=plain.steps)
+    changed = _play(
+        game, plain.seed, Variation(game.name, candidate.kind, candidate.writes), steps=plain.steps
+    )
     continues = changed.ends <= 2 * plain.ends + ENVS
     if candidate.kind == "recolor":
         return _recoloring(game, candidate, changed) if continues else None
-    if not continues or not all(_is_kept(game, c.name, plain, changed) for c in game.categories if c.name != candidate.category):
+    if not continues or not all(
+        _is_kept(game, c.name, plain, changed)
+        for c in game.categories
+        if c.name != candidate.category
+    ):
         return None
     if candidate.kind == "remove":
-        return Control(*candidate) if _is_removed(game, candidate.category, plain, changed) else None
+        return (
+            Control(*candidate) if _is_removed(game, candidate.category, plain, changed) else None
+        )
     moving = _share_moving(changed, candidate.category)
     frozen = moving <= FROZEN and _share_moving(plain, candidate.category) >= MOVES
-    return Control(*candidate, moving=moving) if frozen and _is_kept(game, candidate.category, plain, changed) else None
+    return (
+        Control(*candidate, moving=moving)
+        if frozen and _is_kept(game, candidate.category, plain, changed)
+        else None
+    )
 
 
 def _pruned(game: Game, found: Control, plain: _Play) -> Control:
@@ -157,8 +185,14 @@ def _pruned(game: Game, found: Control, plain: _Play) -> Control:
     while size:
         addresses = sorted(found.writes)
         for start in range(0, len(addresses), size):
-            less = {a: v for a, v in found.writes.items() if a not in addresses[start : start + size]}
-            smaller = _confirmed(game, Candidate(found.kind, found.category, less), plain) if less else None
+            less = {
+                a: v for a, v in found.writes.items() if a not in addresses[start : start + size]
+            }
+            smaller = (
+                _confirmed(game, Candidate(found.kind, found.category, less), plain)
+                if less
+                else None
+            )
             if smaller and smaller.moving <= max(found.moving, STILL):
                 found = smaller
         size //= 2
@@ -186,7 +220,9 @@ def _recoloring(game: Game, candidate: Candidate, changed: _Play) -> Control | N
     """The candidate, if it recolours its category and only a minority of the others."""
     (color,) = set(candidate.writes.values())
     shares = _shares_of_color(game, changed, color)
-    also = tuple(name for name, share in shares.items() if share >= ALSO and name != candidate.category)
+    also = tuple(
+        name for name, share in shares.items() if share >= ALSO and name != candidate.category
+    )
     works = shares.get(candidate.category, 0) >= RECOLORED and len(also) < len(shares) / 2
     return Control(*candidate, also) if works else None
 
@@ -198,7 +234,9 @@ def _shares_of_color(game: Game, play: _Play, color: int) -> dict[str, float]:
     for name, slots in game.slices.items():
         frame, slot = np.nonzero(objects.valid[:, slots])
         boxes = zip(play.screens[frame], objects.xywh[:, slots][frame, slot], strict=True)
-        has = [(screen[y : y + h, x : x + w] & 254 == color).any() for screen, (x, y, w, h) in boxes]
+        has = [
+            (screen[y : y + h, x : x + w] & 254 == color).any() for screen, (x, y, w, h) in boxes
+        ]
         if has:
             shares[name] = float(np.mean(has))
     return shares
@@ -214,5 +252,12 @@ def to_json(found: Iterable[Control]) -> dict[str, dict[str, Any]]:
 
 def to_table(game: Game, found: Sequence[Control]) -> Table:
     """A table of what can be done with which bytes."""
-    rows: list[list[Any]] = [[c.kind, c.category, ", ".join(f"{a}: {v}" for a, v in c.writes.items()), ", ".join(c.also)] for c in found]
-    return Table(f"{game.name}: bytes that control objects", ["Change", "Category", "Writes", "Also recolours"], rows)
+    rows: list[list[Any]] = [
+        [c.kind, c.category, ", ".join(f"{a}: {v}" for a, v in c.writes.items()), ", ".join(c.also)]
+        for c in found
+    ]
+    return Table(
+        f"{game.name}: bytes that control objects",
+        ["Change", "Category", "Writes", "Also recolours"],
+        rows,
+    )

@@ -52,8 +52,8 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
         target: "vem" (what the game's vision rules detect) or "sprites" (what the video chip drew).
 
     Yields:
-        The formulas for each field of each object whose slot is an identity. For other categories, bytes that always equal the coordinate
-        of one of their objects.
+        The formulas for each field of each object whose slot is an identity. For other categories,
+        bytes that always equal the coordinate of one of their objects.
 
     Raises:
         ValueError: the target is "sprites" and the recording does not say what the video chip drew.
@@ -78,14 +78,22 @@ def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) ->
     for i, field in enumerate(FIELDS):
         numbers = target.xywh[present, k, i]
         if len(np.unique(numbers)) > 1:
-            yield Finding(name, field, len(numbers), fits.constant(numbers, part), tuple(_best(rams, numbers, part)))
+            yield Finding(
+                name,
+                field,
+                len(numbers),
+                fits.constant(numbers, part),
+                tuple(_best(rams, numbers, part)),
+            )
     if target.value is not None:
         yield from _explain_value(name, rams, target.value[present, k], part)
     if len(np.unique(target.look[present, k])) > 1:
         yield _table(name, "look", rams, target.look[present, k], part)
 
 
-def _explain_value(name: str, rams: np.ndarray, numbers: np.ndarray, half: Halves) -> Iterator[Finding]:
+def _explain_value(
+    name: str, rams: np.ndarray, numbers: np.ndarray, half: Halves
+) -> Iterator[Finding]:
     """The formulas for a value, on the samples in which it is known."""
     known = numbers != UNKNOWN_VALUE
     rams, numbers, half = rams[known], numbers[known], (half[0][known], half[1][known])
@@ -93,19 +101,29 @@ def _explain_value(name: str, rams: np.ndarray, numbers: np.ndarray, half: Halve
         return
     digits = fits.digits(rams, numbers, half)
     formulas = tuple(digits or _best(rams, numbers % 256, half))
-    yield Finding(name, "value", len(numbers), fits.constant(numbers, half), formulas, digits=bool(digits))
+    yield Finding(
+        name, "value", len(numbers), fits.constant(numbers, half), formulas, digits=bool(digits)
+    )
 
 
 def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:
     """Formulas that explain more than a constant does, and a table where it explains even more."""
-    found = fits.affine(rams, numbers, half) + [t for t in fits.tables(rams, numbers, half, 1) if len(t.table) <= TABLE_ROWS]
+    found = fits.affine(rams, numbers, half) + [
+        t for t in fits.tables(rams, numbers, half, 1) if len(t.table) <= TABLE_ROWS
+    ]
     found = [f for f in found if f.exact > fits.constant(numbers, half) + GAIN]
     return sorted(found, key=lambda f: (-round(f.exact, 3), bool(f.table)))[:FORMULAS]
 
 
 def _table(name: str, field: str, rams: np.ndarray, numbers: np.ndarray, half: Halves) -> Finding:
     base = fits.constant(numbers, half)
-    return Finding(name, field, len(numbers), base, tuple(f for f in fits.tables(rams, numbers, half) if f.exact > base + GAIN))
+    return Finding(
+        name,
+        field,
+        len(numbers),
+        base,
+        tuple(f for f in fits.tables(rams, numbers, half) if f.exact > base + GAIN),
+    )
 
 
 def _explain_set(recording: Recording, target: Target) -> Iterator[Finding]:
@@ -116,7 +134,11 @@ def _explain_set(recording: Recording, target: Target) -> Iterator[Finding]:
         present = np.zeros((len(recording), 256), bool)
         n, k = np.nonzero(target.valid)
         present[n, target.xywh[n, k, i]] = True
-        members = [m for m in fits.members(recording.rams[some], present[some], MEMBERS) if m.share > m.chance + MEMBER_GAIN]
+        members = [
+            m
+            for m in fits.members(recording.rams[some], present[some], MEMBERS)
+            if m.share > m.chance + MEMBER_GAIN
+        ]
         formulas = tuple(Fit(m.source, m.share, m.share, m.scale, m.offset) for m in members)
         chance = float(np.mean([m.chance for m in members])) if members else 0.0
         yield Finding(f"{target.name}, one of", field, int(some.sum()), chance, formulas)
@@ -130,6 +152,19 @@ def to_table(findings: list[Finding], title: str) -> Table:
         if not f.fits:
             rows.append([*first, "nothing found", None, None])
         for i, formula in enumerate(f.fits):
-            text = f"{formula.source} (digits {2 * formula.offset + 1}-{2 * formula.offset + 2})" if f.digits else str(formula)
-            rows.append([*(first if i == 0 else [""] * len(first)), text, 100 * formula.exact, 100 * formula.near])
-    return Table(title, ["Object", "Field", "Samples", "Constant", "Formula", "Exact", "Within 1"], rows)
+            text = (
+                f"{formula.source} (digits {2 * formula.offset + 1}-{2 * formula.offset + 2})"
+                if f.digits
+                else str(formula)
+            )
+            rows.append(
+                [
+                    *(first if i == 0 else [""] * len(first)),
+                    text,
+                    100 * formula.exact,
+                    100 * formula.near,
+                ]
+            )
+    return Table(
+        title, ["Object", "Field", "Samples", "Constant", "Formula", "Exact", "Within 1"], rows
+    )

@@ -1,6 +1,7 @@
 """Searches over all RAM for the bytes, nibbles or bit fields that explain a number.
 
-Every search fits on one half of the samples and scores on the other. Numbers are compared modulo 256, as the console computes.
+Every search fits on one half of the samples and scores on the other. Numbers are compared modulo
+256, as the console computes.
 """
 
 import dataclasses
@@ -9,8 +10,17 @@ from collections.abc import Iterator
 import numpy as np
 
 SCALES = (1, -1, 2, -2, 4, -4, 8, -8, 16, -16)
-WIDTHS = tuple((first, count) for count in (8, 7, 6, 5, 4, 3, 2) for first in range(9 - count))  # bit fields of a byte, single bits apart
-TABLE_FIELDS = ((0, 8), (0, 4), (4, 4), *((b, 1) for b in range(8)), *((b, 2) for b in range(7)), *((b, 3) for b in range(6)))
+WIDTHS = tuple(
+    (first, count) for count in (8, 7, 6, 5, 4, 3, 2) for first in range(9 - count)
+)  # bit fields of a byte, single bits apart
+TABLE_FIELDS = (
+    (0, 8),
+    (0, 4),
+    (4, 4),
+    *((b, 1) for b in range(8)),
+    *((b, 2) for b in range(7)),
+    *((b, 3) for b in range(6)),
+)
 SAMPLE = 400  # samples of the first, coarse search
 CLOSER_LOOK = 12  # bytes that are fitted on all samples
 TABLE_VALUES = 16  # a table with more values than this explains nothing
@@ -19,7 +29,8 @@ BIT_GAIN = 0.02  # share of samples by which a bit must improve a formula
 DIGIT_SHARE = 0.9  # share of samples in which a byte must hold the digits
 DIGIT_BYTES = 3  # bytes of a number at most
 MEMBER_VALUES = 8  # a byte with fewer values is no coordinate
-MIRROR_GAIN = 0.1  # share by which a mirrored reading must beat the plain one: what moves in pairs looks mirrored too
+# share by which a mirrored reading must beat the plain one: what moves in pairs looks mirrored too
+MIRROR_GAIN = 0.1
 
 Halves = tuple[np.ndarray, np.ndarray]  # bool [n] each: samples to fit on, samples to score on
 
@@ -36,13 +47,17 @@ class Source:
     def read(self, rams: np.ndarray) -> np.ndarray:
         """Its values in RAM: uint8 `[n, 128]` -> int `[n]`."""
         b = rams[:, self.address].astype(int)
-        return (b >> 4) * 10 + (b & 15) if self.decimal else b >> self.first & ((1 << self.count) - 1)
+        return (
+            (b >> 4) * 10 + (b & 15) if self.decimal else b >> self.first & ((1 << self.count) - 1)
+        )
 
     def __str__(self) -> str:
         if self.decimal:
             return f"bcd({self.address})"
         named = {(0, 8): "byte({})", (0, 4): "low({})", (4, 4): "high({})"}
-        return named.get((self.first, self.count), f"bits({{}}, first={self.first}, count={self.count})").format(self.address)
+        return named.get(
+            (self.first, self.count), f"bits({{}}, first={self.first}, count={self.count})"
+        ).format(self.address)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -73,7 +88,9 @@ class Fit:
             more = len(self.table) - SHOWN_VALUES
             text = ", ".join(f"{k} -> {v}" for k, v in self.table[:SHOWN_VALUES])
             return f"{self.source}: {text}" + (f" and {more} more" if more > 0 else "")
-        return affine_text(str(self.source), self.scale, self.offset) + (f", {self.step:+d} where {self.bit}" if self.bit else "")
+        return affine_text(str(self.source), self.scale, self.offset) + (
+            f", {self.step:+d} where {self.bit}" if self.bit else ""
+        )
 
     def predict(self, rams: np.ndarray) -> np.ndarray:
         """What the formula gives, int `[n]`."""
@@ -108,7 +125,9 @@ def wrapped(difference: np.ndarray) -> np.ndarray:
 def _mode(rows: np.ndarray) -> np.ndarray:
     """The most common value of each row of numbers 0-255."""
     index = np.arange(len(rows))[:, None] * 256 + rows
-    return np.bincount(index.ravel(), minlength=256 * len(rows)).reshape(len(rows), 256).argmax(axis=1)
+    return (
+        np.bincount(index.ravel(), minlength=256 * len(rows)).reshape(len(rows), 256).argmax(axis=1)
+    )
 
 
 def _scored(fit: Fit, rams: np.ndarray, target: np.ndarray) -> Fit:
@@ -126,7 +145,8 @@ def constant(target: np.ndarray, half: Halves) -> float:
 
 
 def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) -> list[Fit]:
-    """The best formulas `scale * field + offset`, each with the bit that explains most of what is left.
+    """The best formulas `scale * field + offset`, each with the bit that explains most of what is
+    left.
 
     Args:
         rams: uint8 `[n, 128]`.
@@ -143,13 +163,17 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
     fits: list[Fit] = []
     for source, scale, offset in _affine_candidates(rams, target, fit):
         first = source.read(rams[fit])[0] * scale
-        exact_offset = int(target[fit][0] - first - wrapped(target[fit][0] - first - offset))  # the offset without the modulus
+        exact_offset = int(
+            target[fit][0] - first - wrapped(target[fit][0] - first - offset)
+        )  # the offset without the modulus
         base = _scored(Fit(source, 0, 0, scale, exact_offset), rams[test], target[test])
         fits.append(_with_bit(base, rams, target, half))
     return sorted(fits, key=lambda f: (-f.exact, -f.source.count))[:most]
 
 
-def _affine_candidates(rams: np.ndarray, target: np.ndarray, fit: np.ndarray) -> list[tuple[Source, int, int]]:
+def _affine_candidates(
+    rams: np.ndarray, target: np.ndarray, fit: np.ndarray
+) -> list[tuple[Source, int, int]]:
     """Source, scale and offset modulo 256 of the best formula of each of the most promising bytes, by a search on some samples."""
     sample = np.flatnonzero(fit)[:: max(1, int(fit.sum()) // SAMPLE)]
     some = rams[sample].T.astype(int)
@@ -161,7 +185,9 @@ def _affine_candidates(rams: np.ndarray, target: np.ndarray, fit: np.ndarray) ->
             rest = (target[sample] - scale * values) % 256
             offset = _mode(rest)
             right = (rest == offset[:, None]).mean(axis=1)
-            found += [(right[a], count, Source(int(a), first, count), scale, offset[a]) for a in varies]
+            found += [
+                (right[a], count, Source(int(a), first, count), scale, offset[a]) for a in varies
+            ]
     found.sort(key=lambda f: (-f[0], -f[1], abs(f[3])))
     best_of_byte = {}
     for _, _, source, scale, offset in found:
@@ -174,11 +200,15 @@ def _with_bit(base: Fit, rams: np.ndarray, target: np.ndarray, half: Halves) -> 
     fit, test = half
     rest = wrapped(target - base.predict(rams)) + 128
     bits = np.unpackbits(rams[fit], axis=1, bitorder="little")
-    set_ = bits.T.astype(np.float32) @ np.eye(256, dtype=np.float32)[rest[fit]]  # [1024, 256]: errors where the bit is set
+    set_ = (
+        bits.T.astype(np.float32) @ np.eye(256, dtype=np.float32)[rest[fit]]
+    )  # [1024, 256]: errors where the bit is set
     clear = np.bincount(rest[fit], minlength=256) - set_
     i = int((set_.max(axis=1) + clear.max(axis=1)).argmax())
     zero, one = (int(counts[i].argmax()) - 128 for counts in (clear, set_))
-    better = dataclasses.replace(base, offset=base.offset + zero, bit=Source(i // 8, i % 8, 1), step=one - zero)
+    better = dataclasses.replace(
+        base, offset=base.offset + zero, bit=Source(i // 8, i % 8, 1), step=one - zero
+    )
     better = _scored(better, rams[test], target[test])
     return better if one != zero and better.exact > base.exact + BIT_GAIN else base
 
@@ -212,14 +242,17 @@ def tables(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
 
 
 def _table_sources() -> Iterator[Source]:
-    return (Source(address, first, count) for address in range(128) for first, count in TABLE_FIELDS)
+    return (
+        Source(address, first, count) for address in range(128) for first, count in TABLE_FIELDS
+    )
 
 
 def digits(rams: np.ndarray, target: np.ndarray, half: Halves) -> list[Fit]:
     """Bytes that each hold two decimal digits of a number, or its binary bytes.
 
     Returns:
-        Bytes from the lowest on, with the power of 100 or 256 as `offset`. Empty if the lowest is not found.
+        Bytes from the lowest on, with the power of 100 or 256 as `offset`. Empty if the lowest is
+        not found.
     """
     out: list[Fit] = []
     for decimal, base in ((True, 100), (False, 256)):
@@ -229,7 +262,9 @@ def digits(rams: np.ndarray, target: np.ndarray, half: Halves) -> list[Fit]:
     return out
 
 
-def _digits_of_base(rams: np.ndarray, target: np.ndarray, test: np.ndarray, decimal: bool, base: int) -> list[Fit]:
+def _digits_of_base(
+    rams: np.ndarray, target: np.ndarray, test: np.ndarray, decimal: bool, base: int
+) -> list[Fit]:
     found: list[Fit] = []
     for power in range(DIGIT_BYTES):
         part = target // base**power % base
@@ -277,7 +312,15 @@ def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[Member]:
             at = (scale * value[:, None] + np.arange(256)) % 256
             hits, expected = present[n, at].mean(axis=0), chance[at].mean(axis=0)
             best = int((hits - expected).argmax())
-            options.append(Member(Source(address), scale, (best + 128) % 256 - 128, float(hits[best]), float(expected[best])))
+            options.append(
+                Member(
+                    Source(address),
+                    scale,
+                    (best + 128) % 256 - 128,
+                    float(hits[best]),
+                    float(expected[best]),
+                )
+            )
         plain, mirrored = options
         out.append(mirrored if mirrored.share > plain.share + MIRROR_GAIN else plain)
     out.sort(key=lambda m: m.chance - m.share)

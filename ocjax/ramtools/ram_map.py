@@ -10,13 +10,17 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.ramtools.causes import Causes
 
-_COMMENT = re.compile(r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE)  # of a field in a class of RAM fields
+_COMMENT = re.compile(
+    r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE
+)  # of a field in a class of RAM fields
 
 
 def comments(game: Declaration) -> dict[str, str]:
     """The comment behind each field of a game's address map and of the classes that it derives from, by name."""
     classes = [base for base in game.ram.__mro__ if issubclass(base, RamMap) and base is not RamMap]
-    return dict(pair for base in reversed(classes) for pair in _COMMENT.findall(inspect.getsource(base)))
+    return dict(
+        pair for base in reversed(classes) for pair in _COMMENT.findall(inspect.getsource(base))
+    )
 
 
 def _range(field: Field) -> str:
@@ -25,7 +29,11 @@ def _range(field: Field) -> str:
         return f"0-{(1 << (int(found[2]) - int(found[1]) + 1)) - 1}"
     if field.meaning == "BCD":
         return f"0-{100**width - 1}"
-    return f"-{1 << 8 * width - 1} to {(1 << 8 * width - 1) - 1}" if field.meaning == "signed" else f"0-{256**width - 1}"
+    return (
+        f"-{1 << 8 * width - 1} to {(1 << 8 * width - 1) - 1}"
+        if field.meaning == "signed"
+        else f"0-{256**width - 1}"
+    )
 
 
 class Row(NamedTuple):
@@ -60,12 +68,15 @@ def to_json(game: Game, found: Causes | None = None) -> list[dict[str, Any]]:
 
     Args:
         game: the game.
-        found: the causal map of one of its states. With it, each record has `confirmed`: the categories that changed on the screen when
-            one of the bytes was written and the game continued.
+        found: the causal map of one of its states. With it, each record has `confirmed`: the
+            categories that changed on the screen when one of the bytes was written and the game
+            continued.
     """
     records = [row._asdict() for row in read(game)]
     if found is not None:
         for record in records:
-            effects = [effect.category for address in record["bytes"] for effect in found.effects[address]]
+            effects = [
+                effect.category for address in record["bytes"] for effect in found.effects[address]
+            ]
             record["confirmed"] = list(dict.fromkeys(effects))
     return records

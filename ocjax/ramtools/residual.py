@@ -45,7 +45,8 @@ class Residual:
 
 
 def residual(recording: Recording, category: str, field: str) -> Residual:
-    """Search all RAM for what explains REM's errors against VEM in one field of a category's matched objects.
+    """Search all RAM for what explains REM's errors against VEM in one field of a category's
+    matched objects.
 
     Args:
         recording: with frames.
@@ -59,8 +60,14 @@ def residual(recording: Recording, category: str, field: str) -> Residual:
     rams, half = recording.rams[n], fits.halves(recording.episode[n])
     exact = float(np.mean(errors[half[1]] == 0))
     bits = _explaining_bits(rams, errors, half, exact)
-    corrections = [t for t in fits.tables(rams, np.clip(errors, -128, 127) + 128, half, MOST) if t.exact > exact]
-    tables = tuple(dataclasses.replace(t, table=tuple((v, c - 128) for v, c in t.table)) for t in corrections)
+    corrections = [
+        t
+        for t in fits.tables(rams, np.clip(errors, -128, 127) + 128, half, MOST)
+        if t.exact > exact
+    ]
+    tables = tuple(
+        dataclasses.replace(t, table=tuple((v, c - 128) for v, c in t.table)) for t in corrections
+    )
     counts = dict(zip(*(a.tolist() for a in np.unique(errors, return_counts=True)), strict=True))
     return Residual(len(errors), float(np.mean(errors == 0)), counts, bits, tables)
 
@@ -69,7 +76,9 @@ def _errors(recording: Recording, category: str, field: str) -> tuple[np.ndarray
     """The sample of each matched object, int `[objects]`, and VEM minus REM, int `[objects]`."""
     game = recording.game
     if category not in game.slices:
-        raise ValueError(f"{game.name} has no category {category!r}; it has {', '.join(game.slices)}")
+        raise ValueError(
+            f"{game.name} has no category {category!r}; it has {', '.join(game.slices)}"
+        )
     if field not in FIELDS:
         raise ValueError(f"the field must be one of {', '.join(FIELDS)}, got {field!r}")
     if recording.screens is None:
@@ -80,32 +89,50 @@ def _errors(recording: Recording, category: str, field: str) -> tuple[np.ndarray
     pairs = matching.match(rem, vem)[:, s]
     n, k = np.nonzero(pairs >= 0)
     if len(n) < LEAST:
-        raise ValueError(f"{category} is matched {len(n)} times on this recording, at least {LEAST} are needed")
+        raise ValueError(
+            f"{category} is matched {len(n)} times on this recording, at least {LEAST} are needed"
+        )
     return n, (vem.xywh[n, pairs[n, k], i] - rem.xywh[n, s.start + k, i]).astype(int)
 
 
-def _explaining_bits(rams: np.ndarray, errors: np.ndarray, half: Halves, exact: float) -> tuple[Bit, ...]:
+def _explaining_bits(
+    rams: np.ndarray, errors: np.ndarray, half: Halves, exact: float
+) -> tuple[Bit, ...]:
     """Bits for which one correction where they are clear and another where they are set is right more often than none."""
     fit, test = half
     shifted = np.clip(errors, -128, 127) + 128
     bits = np.unpackbits(rams, axis=1, bitorder="little").astype(bool)
-    ones = bits[fit].T.astype(np.float32) @ np.eye(256, dtype=np.float32)[shifted[fit]]  # [1024, 256]: errors where the bit is set
+    ones = (
+        bits[fit].T.astype(np.float32) @ np.eye(256, dtype=np.float32)[shifted[fit]]
+    )  # [1024, 256]: errors where the bit is set
     zeros = np.bincount(shifted[fit], minlength=256) - ones
     clear, set_ = zeros.argmax(axis=1) - 128, ones.argmax(axis=1) - 128
     share = (np.where(bits[test], set_, clear) == errors[test, None]).mean(axis=0)
     explains = ones.any(axis=1) & zeros.any(axis=1) & (clear != set_) & (share > exact)
     order = [b for b in np.argsort(-share, kind="stable").tolist() if explains[b]][:MOST]
-    return tuple(Bit(Source(b // 8, b % 8, 1), int(clear[b]), int(set_[b]), float(share[b])) for b in order)
+    return tuple(
+        Bit(Source(b // 8, b % 8, 1), int(clear[b]), int(set_[b]), float(share[b])) for b in order
+    )
 
 
 def to_tables(r: Residual, title: str) -> list[Table]:
     """Tables of the errors and of what explains them."""
-    errors = [[f"{error:+d}", count] for error, count in sorted(r.errors.items(), key=lambda e: -e[1])]
+    errors = [
+        [f"{error:+d}", count] for error, count in sorted(r.errors.items(), key=lambda e: -e[1])
+    ]
     bits = [[str(b.source), f"{b.clear:+d}", f"{b.set:+d}", 100 * b.exact] for b in r.bits]
     corrections = [[str(t), 100 * t.exact] for t in r.tables]
     out = [
-        Table(f"{title}: {r.samples:,} matched objects, {100 * r.exact:.2f} % exact", ["VEM minus REM", "Objects"], errors),
-        Table("Bits that explain the errors", ["Bit", "Correction if clear", "Correction if set", "Exact then"], bits),
+        Table(
+            f"{title}: {r.samples:,} matched objects, {100 * r.exact:.2f} % exact",
+            ["VEM minus REM", "Objects"],
+            errors,
+        ),
+        Table(
+            "Bits that explain the errors",
+            ["Bit", "Correction if clear", "Correction if set", "Exact then"],
+            bits,
+        ),
         Table("Fields that explain the errors", ["Corrections", "Exact then"], corrections),
     ]
     return [out[0], *(t for t in out[1:] if t.rows)]

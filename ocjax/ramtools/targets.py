@@ -12,7 +12,13 @@ from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
 from ocjax.vision.rules import Blobs
 
-CHIP = {1: "Player0", 2: "Missile0", 4: "Player1", 8: "Missile1", 16: "Ball"}  # moving graphics objects, by their bit in `Recording.shown`
+CHIP = {
+    1: "Player0",
+    2: "Missile0",
+    4: "Player1",
+    8: "Missile1",
+    16: "Ball",
+}  # moving graphics objects, by their bit in `Recording.shown`
 CHIP_SLOTS = 8  # pieces of each
 LOOKS = 255  # pictures that are told apart; rarer ones share the last number
 
@@ -21,15 +27,19 @@ LOOKS = 255  # pictures that are told apart; rarer ones share the last number
 class Target:
     """The numbers of one category's objects in each of `n` samples, to be explained by RAM.
 
-    Unlike `Detections`, a target has slots, values and looks, and says whether its slots are identities.
+    Unlike `Detections`, a target has slots, values and looks, and says whether its slots are
+    identities.
 
     Args:
         name: of the category.
-        place: whether slots are identities. If so, each is explained by itself; otherwise the category's boxes are a set.
+        place: whether slots are identities. If so, each is explained by itself; otherwise the
+            category's boxes are a set.
         xywh: int `[n, slots, 4]`.
         valid: bool `[n, slots]`.
-        value: int `[n, slots]`, or None where no value is read; `UNKNOWN_VALUE` where VEM cannot read it.
-        look: int `[n, slots]`, number of the picture in the box, from the most frequent on; -1 where there is none.
+        value: int `[n, slots]`, or None where no value is read; `UNKNOWN_VALUE` where VEM cannot
+            read it.
+        look: int `[n, slots]`, number of the picture in the box, from the most frequent on; -1
+            where there is none.
     """
 
     name: str
@@ -51,8 +61,21 @@ def from_vem(recording: Recording) -> list[Target]:
         xywh, valid = np.asarray(vem.xywh)[:, s].astype(int), np.asarray(vem.valid)[:, s]
         reads_value = getattr(c.rule, "value", None) is not None
         place = c.count == 1 or not isinstance(c.rule, Blobs)
-        look = _looks(recording.screens, xywh, valid) if recording.screens.ndim == 3 else np.zeros(valid.shape, int)
-        out.append(Target(c.name, place, xywh, valid, np.asarray(vem.value[:, s]) if reads_value else None, look))
+        look = (
+            _looks(recording.screens, xywh, valid)
+            if recording.screens.ndim == 3
+            else np.zeros(valid.shape, int)
+        )
+        out.append(
+            Target(
+                c.name,
+                place,
+                xywh,
+                valid,
+                np.asarray(vem.value[:, s]) if reads_value else None,
+                look,
+            )
+        )
     return out
 
 
@@ -64,13 +87,17 @@ def from_chip(recording: Recording) -> list[Target]:
     """
     if recording.shown is None:
         raise ValueError("the recording does not say what the video chip drew (an array 'shown')")
-    categories = tuple(Category(name, Blobs((bit,)), count=CHIP_SLOTS) for bit, name in CHIP.items())
+    categories = tuple(
+        Category(name, Blobs((bit,)), count=CHIP_SLOTS) for bit, name in CHIP.items()
+    )
     found_on = jax.jit(lambda frames: detect(categories, frames))
     out = []
     for c, found in zip(categories, found_on(recording.shown), strict=True):
         xywh = np.stack([found.x, found.y, found.w, found.h], axis=-1).swapaxes(0, 1)
         valid = np.asarray(found.valid).T
-        out.append(Target(c.name, False, xywh * valid[..., None], valid, None, np.zeros(valid.shape, int)))
+        out.append(
+            Target(c.name, False, xywh * valid[..., None], valid, None, np.zeros(valid.shape, int))
+        )
     return out
 
 
@@ -82,7 +109,10 @@ def _looks(screens: np.ndarray, xywh: np.ndarray, valid: np.ndarray) -> np.ndarr
         crop = screens[i, y : y + h, x : x + w]
         background = np.bincount(crop.ravel(), minlength=256).argmax()
         pictures[i, k] = bytes((w, h)) + (crop == background).tobytes()
-    numbers = {picture: min(n, LOOKS) for n, (picture, _) in enumerate(Counter(pictures.values()).most_common())}
+    numbers = {
+        picture: min(n, LOOKS)
+        for n, (picture, _) in enumerate(Counter(pictures.values()).most_common())
+    }
     for place, picture in pictures.items():
         out[place] = numbers[picture]
     return out

@@ -1,9 +1,11 @@
-"""`ocjax ram twins`: pairs of states with equal RAM and different pictures, which prove what the RAM does not tell.
+"""`ocjax ram twins`: pairs of states with equal RAM and different pictures, which prove what the
+RAM does not tell.
 
-A byte is changed one or two frames before a moment of play, and the same actions are repeated. Where the console then has the same 128
-bytes as before but shows something else, no decoder of a single state can tell the two pictures apart. Bytes only get values that they
-take in play, but together with the other bytes these may make a state that the game never comes to: the pictures of a category have to be
-looked at before one believes them.
+A byte is changed one or two frames before a moment of play, and the same actions are repeated.
+Where the console then has the same 128 bytes as before but shows something else, no decoder of a
+single state can tell the two pictures apart. Bytes only get values that they take in play, but
+together with the other bytes these may make a state that the game never comes to: the pictures of a
+category have to be looked at before one believes them.
 """
 
 import collections
@@ -24,7 +26,11 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.play.policies import RandomPolicy, Seen
 
-MOMENTS = {"play": "any frame of play", "life": "the frame on which a life is lost", "end": "the last frame of a game"}
+MOMENTS = {
+    "play": "any frame of play",
+    "life": "the frame on which a life is lost",
+    "end": "the last frame of a game",
+}
 VALUES = 6  # tried of each byte
 OBSERVED = 4_000  # frames of play whose values are tried
 BACK = 1, 2  # frames between the change and the moment
@@ -72,7 +78,14 @@ class _Moment(NamedTuple):
     before: tuple[tuple[Any, ale_py.Action], ...]  # states before the last frames, and the actions
 
 
-def twins(game: Game, moment: str = "play", *, count: int = 10, seed: int = 0, game_mode: int | None = None) -> Twins:
+def twins(
+    game: Game,
+    moment: str = "play",
+    *,
+    count: int = 10,
+    seed: int = 0,
+    game_mode: int | None = None,
+) -> Twins:
     """Look for pairs of states with equal RAM and different pictures.
 
     Args:
@@ -91,13 +104,18 @@ def twins(game: Game, moment: str = "play", *, count: int = 10, seed: int = 0, g
     moments: list[_Moment] = []
     changes, pairs = _changes(game, seed, game_mode), list[Twin]()
     description = f"changing {game.name}'s RAM"
-    for k, at in enumerate(track(_moments(ale, moment, count, seed), description, total=count, transient=True)):
+    for k, at in enumerate(
+        track(_moments(ale, moment, count, seed), description, total=count, transient=True)
+    ):
         moments.append(at)
         here = ale.cloneSystemState()
         pairs += (Twin(address, k, screen) for address, screen in _pairs(ale, at, changes))
         ale.restoreSystemState(here)
     if not moments:
-        raise ValueError(f"random play of {game.name} does not come to {MOMENTS[moment]} within {MOST_FRAMES:,} frames")
+        raise ValueError(
+            f"random play of {game.name} does not come to {MOMENTS[moment]} within "
+            f"{MOST_FRAMES:,} frames"
+        )
     differing: dict[str, collections.Counter[int]] = {}
     detected = _detect(game, [m.screen for m in moments] + [t.screen for t in pairs])
     for twin, found in zip(pairs, detected[len(moments) :], strict=True):
@@ -159,7 +177,9 @@ def _moments(ale: ale_py.ALEInterface, moment: str, count: int, seed: int) -> It
             before.clear()
 
 
-def _pairs(ale: ale_py.ALEInterface, at: _Moment, changes: Sequence[tuple[int, int]]) -> Iterator[tuple[int, np.ndarray]]:
+def _pairs(
+    ale: ale_py.ALEInterface, at: _Moment, changes: Sequence[tuple[int, int]]
+) -> Iterator[tuple[int, np.ndarray]]:
     """Changed bytes and pictures that leave the moment's RAM, but are not its picture."""
     for back in BACK:
         steps = at.before[-back:]
@@ -181,7 +201,9 @@ def _detect(game: Game, screens: list[np.ndarray]) -> list[Objects]:
 
 def _differing(game: Game, a: Objects, b: Objects) -> list[str]:
     """Categories whose boxes differ."""
-    same = (np.asarray(a.xywh) == np.asarray(b.xywh)).all(axis=-1) & (np.asarray(a.valid) == np.asarray(b.valid))
+    same = (np.asarray(a.xywh) == np.asarray(b.xywh)).all(axis=-1) & (
+        np.asarray(a.valid) == np.asarray(b.valid)
+    )
     return [name for name, slots in game.slices.items() if not same[slots].all()]
 
 
@@ -191,7 +213,12 @@ def to_table(t: Twins) -> Table:
     for name, counts in sorted(t.bytes.items(), key=lambda item: -item[1].total()):
         most = ", ".join(f"{address} ({n:,})" for address, n in counts.most_common(SHOWN_BYTES))
         rows.append([name, counts.total(), most])
-    title = f"{t.game.name}, {t.moments} times {MOMENTS[t.moment]}, {t.tried:,} changes before each: {t.found:,} pairs with equal RAM"
+    title = (
+        f"{t.game.name}, {t.moments} times {MOMENTS[t.moment]}, {t.tried:,} changes before each: "
+        f"{t.found:,} pairs with equal RAM"
+    )
     if not rows:
         rows.append(["none", 0, ""])
-    return Table(title, ["Category", "Pairs that differ in it", "Bytes changed before, and pairs"], rows)
+    return Table(
+        title, ["Category", "Pairs that differ in it", "Bytes changed before, and pairs"], rows
+    )

@@ -29,7 +29,9 @@ def category_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
 def _bright_colors(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
     """A bright RGB colour for each name, with hues evenly spaced."""
     hues = {name: colorsys.hsv_to_rgb(i / len(names), 0.75, 1.0) for i, name in enumerate(names)}
-    return {name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()}
+    return {
+        name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()
+    }
 
 
 def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
@@ -49,21 +51,33 @@ def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
 
 
 def overlay(
-    game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3, labels: bool = True, numbers: bool = False
+    game: Declaration,
+    frame: np.ndarray,
+    objects: Objects,
+    *,
+    scale: int = 3,
+    labels: bool = True,
+    numbers: bool = False,
 ) -> Image.Image:
-    """Draw the boxes of the valid objects of one state over its frame. Boxes of objects that the frame does not show are dashed.
+    """Draw the boxes of the valid objects of one state over its frame. Boxes of objects that the
+    frame does not show are dashed.
 
     Args:
         game: the objects' game.
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
         objects: of one state.
-        scale: picture pixels per screen pixel vertically; there are twice as many horizontally, because the console's pixels are wide.
-        labels: whether to label the first object of each category, and every object that has a value or a known orientation.
-        numbers: label every object with its number in `objects.to_list()` instead, beginning with 1.
+        scale: picture pixels per screen pixel vertically; there are twice as many horizontally,
+            because the console's pixels are wide.
+        labels: whether to label the first object of each category, and every object that has a
+            value or a known orientation.
+        numbers: label every object with its number in `objects.to_list()` instead, beginning with
+            1.
     """
     rgb = game.palette[frame] if frame.ndim == 2 else frame
     sx, sy = 2 * scale, scale
-    image = Image.fromarray(rgb).resize((rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST)
+    image = Image.fromarray(rgb).resize(
+        (rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST
+    )
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(size=4 * scale + 2)
     colors, named = category_colors(game), set()
@@ -74,7 +88,14 @@ def overlay(
         _frame(draw, corners, colors[r["category"]], max(1, scale // 2), dashed=not is_shown)
     if numbers:
         for k, r in enumerate(records, 1):
-            _label(draw, font, str(k), (r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy), image.size, colors[r["category"]])
+            _label(
+                draw,
+                font,
+                str(k),
+                (r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy),
+                image.size,
+                colors[r["category"]],
+            )
     for r in records if labels and not numbers else ():
         attributes = _attributes(r)
         if r["category"] not in named or attributes:
@@ -84,7 +105,14 @@ def overlay(
     return image
 
 
-def boxes_over(rgb: np.ndarray, xywh: np.ndarray, label: np.ndarray, categories: Sequence[str], *, scale: int = 2) -> Image.Image:
+def boxes_over(
+    rgb: np.ndarray,
+    xywh: np.ndarray,
+    label: np.ndarray,
+    categories: Sequence[str],
+    *,
+    scale: int = 2,
+) -> Image.Image:
     """Draw labelled boxes of any detector over a frame.
 
     Args:
@@ -92,22 +120,42 @@ def boxes_over(rgb: np.ndarray, xywh: np.ndarray, label: np.ndarray, categories:
         xywh: `[N, 4]`, left, top, width and height in screen pixels.
         label: int `[N]`, index into `categories`, or -1 where there is no box.
         categories: names of the labels, each written above its first box.
-        scale: picture pixels per screen pixel vertically; there are twice as many horizontally, because the console's pixels are wide.
+        scale: picture pixels per screen pixel vertically; there are twice as many horizontally,
+            because the console's pixels are wide.
     """
     sx, sy = 2 * scale, scale
-    image = Image.fromarray(rgb).resize((rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST)
+    image = Image.fromarray(rgb).resize(
+        (rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST
+    )
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(size=4 * scale + 2)
     colors = _bright_colors(categories)
-    boxes = [(categories[int(k)], box) for k, box in zip(label, np.rint(xywh).astype(int).tolist(), strict=True) if k >= 0]
+    boxes = [
+        (categories[int(k)], box)
+        for k, box in zip(label, np.rint(xywh).astype(int).tolist(), strict=True)
+        if k >= 0
+    ]
     for name, (x, y, w, h) in boxes:
-        _frame(draw, (x * sx - 1, y * sy - 1, (x + max(w, 0)) * sx, (y + max(h, 0)) * sy), colors[name], max(1, scale // 2), dashed=False)
+        _frame(
+            draw,
+            (x * sx - 1, y * sy - 1, (x + max(w, 0)) * sx, (y + max(h, 0)) * sy),
+            colors[name],
+            max(1, scale // 2),
+            dashed=False,
+        )
     for name, (x, y, _, h) in dict(reversed(boxes)).items():
         _label(draw, font, name, (x * sx, y * sy, (y + h) * sy), image.size, colors[name])
     return image
 
 
-def _frame(draw: ImageDraw.ImageDraw, corners: tuple[int, ...], color: tuple[int, int, int], width: int, *, dashed: bool) -> None:
+def _frame(
+    draw: ImageDraw.ImageDraw,
+    corners: tuple[int, ...],
+    color: tuple[int, int, int],
+    width: int,
+    *,
+    dashed: bool,
+) -> None:
     """Draw the edges of a rectangle."""
     left, top, right, bottom = corners
     if not dashed:
@@ -154,7 +202,11 @@ def _label(
     box_left, box_top, box_bottom = place
     left, top, right, bottom = (round(v) for v in draw.textbbox((0, 0), text, font=font))
     x = max(0, min(box_left, size[0] - right - 2))
-    y = box_top - bottom - 3 if box_top - bottom - 3 >= 0 else min(box_bottom + 1, size[1] - bottom - 2)
+    y = (
+        box_top - bottom - 3
+        if box_top - bottom - 3 >= 0
+        else min(box_bottom + 1, size[1] - bottom - 2)
+    )
     draw.rectangle((x + left - 1, y + top - 1, x + right + 1, y + bottom + 1), fill=(0, 0, 0))
     draw.text((x, y), text, font=font, fill=color)
 

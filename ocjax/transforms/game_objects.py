@@ -29,7 +29,23 @@ __all__ = [
 
 POSITION, ORIENTATION, WIDTH = "POSITION", "ORIENTATION", "WIDTH"
 _SAME = 0.8  # the IoU above which two objects are equivalent
-_PROPERTIES = ("hud", "category", "x", "y", "w", "h", "prev_x", "prev_y", "dx", "dy", "visible", "rgb", "orientation", "center", "value")
+_PROPERTIES = (
+    "hud",
+    "category",
+    "x",
+    "y",
+    "w",
+    "h",
+    "prev_x",
+    "prev_y",
+    "dx",
+    "dy",
+    "visible",
+    "rgb",
+    "orientation",
+    "center",
+    "value",
+)
 
 # What a category contributes to OCAtari 2.2.1's ns_state, where it is not the position alone.
 NS_MEANING: dict[tuple[str, str], tuple[str, ...]] = {
@@ -50,8 +66,9 @@ class Orientation(enum.IntEnum):
 class GameObject:
     """One object of one state, with its position one step before, for code written for OCAtari.
 
-    The class of an object is a subclass with the name of its category. Its attributes are those of OCAtari 2.2.1's objects, and the keys of
-    the dicts of `Objects.to_list`. They may be assigned, which changes neither the game nor the next step's objects.
+    The class of an object is a subclass with the name of its category. Its attributes are those of
+    OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. They may be assigned,
+    which changes neither the game nor the next step's objects.
 
     Args:
         slot: number of the slot within the category.
@@ -59,7 +76,8 @@ class GameObject:
         rgb: colour.
         hud: whether it belongs to the HUD (score, lives, ...).
         prev_xy: top left corner one step before; the current one if the slot was empty then.
-        value: score, lives, time, ...; None where the category has no value, or where VEM cannot read it.
+        value: score, lives, time, ...; None where the category has no value, or where VEM cannot
+            read it.
         prev_value: the value one step before; the current one if the slot was empty then.
         orientation: compass point; None where the category has none or VEM cannot tell it.
         visible: False only for the `NoObject` of an empty slot.
@@ -162,7 +180,9 @@ class GameObject:
         if self.visible and self.ns_meaning == (POSITION,):  # nearly always
             return [self.x, self.y]
         parts = {POSITION: [self.x, self.y], ORIENTATION: [self.orientation or 0], WIDTH: [self.w]}
-        return [int(number) * self.visible for meaning in self.ns_meaning for number in parts[meaning]]
+        return [
+            int(number) * self.visible for meaning in self.ns_meaning for number in parts[meaning]
+        ]
 
     @property
     def ns_types(self) -> list[Any]:
@@ -203,7 +223,9 @@ class GameObject:
 
     def closest_object(self, others: Sequence["GameObject"]) -> tuple[int, "GameObject"] | None:
         """The object whose centre is closest by Manhattan distance, and its index before it; None if there are no others."""
-        return min(enumerate(others), key=lambda item: self.manhattan_distance(item[1]), default=None)
+        return min(
+            enumerate(others), key=lambda item: self.manhattan_distance(item[1]), default=None
+        )
 
     def iou(self, other: "GameObject") -> float:
         """Intersection over union of the boxes; 1 for two empty slots."""
@@ -251,11 +273,15 @@ class NoObject(GameObject):
 
 
 @functools.cache
-def _subclass(base: type[GameObject], category: str, ns_meaning: tuple[str, ...]) -> type[GameObject]:
+def _subclass(
+    base: type[GameObject], category: str, ns_meaning: tuple[str, ...]
+) -> type[GameObject]:
     return type(category, (base,), {"ns_meaning": ns_meaning, "__doc__": f"{category}."})
 
 
-def _restore(base: type[GameObject], category: str, ns_meaning: tuple[str, ...], attributes: dict[str, Any]) -> GameObject:
+def _restore(
+    base: type[GameObject], category: str, ns_meaning: tuple[str, ...], attributes: dict[str, Any]
+) -> GameObject:
     """An object from its pickle, as its class is in no module."""
     return _subclass(base, category, ns_meaning)(**attributes)
 
@@ -263,7 +289,11 @@ def _restore(base: type[GameObject], category: str, ns_meaning: tuple[str, ...],
 def object_class(game: Declaration, category: str) -> type[GameObject]:
     """The class of the objects of a category. The game need not have it."""
     valued = any(c.name == category and "value" in c.attributes for c in game.categories)
-    return _subclass(ValueObject if valued else GameObject, category, NS_MEANING.get((game.name, category), (POSITION,)))
+    return _subclass(
+        ValueObject if valued else GameObject,
+        category,
+        NS_MEANING.get((game.name, category), (POSITION,)),
+    )
 
 
 @functools.cache
@@ -273,7 +303,16 @@ def _slot_constants(game: Declaration) -> list[tuple[type[GameObject], int, bool
     for c in game.categories:
         kind = object_class(game, c.name)
         for number in range(c.count):
-            out.append((kind, number, c.hud, "value" in c.attributes, "orientation" in c.attributes, len(kind().nsrepr)))
+            out.append(
+                (
+                    kind,
+                    number,
+                    c.hud,
+                    "value" in c.attributes,
+                    "orientation" in c.attributes,
+                    len(kind().nsrepr),
+                )
+            )
     return out
 
 
@@ -287,17 +326,38 @@ def slots(objects: Objects, before: Objects | None = None) -> list[GameObject]:
     Raises:
         ValueError: the objects do not know their game.
     """
-    now, old = ([np.asarray(a).tolist() for a in jax.tree.leaves(o)] for o in (objects, objects if before is None else before))
+    now, old = (
+        [np.asarray(a).tolist() for a in jax.tree.leaves(o)]
+        for o in (objects, objects if before is None else before)
+    )
     out: list[GameObject] = []
-    for slot, (kind, number, hud, valued, oriented, length) in enumerate(_slot_constants(whose(objects))):
+    for slot, (kind, number, hud, valued, oriented, length) in enumerate(
+        _slot_constants(whose(objects))
+    ):
         (x, y, w, h), valid, orientation, value, rgb = (column[slot] for column in now)
         if not valid:
             out.append(NoObject(length))
             continue
         previous = old if old[1][slot] else now
-        value, old_value = (v if valued and v != UNKNOWN_VALUE else None for v in (value, previous[3][slot]))
+        value, old_value = (
+            v if valued and v != UNKNOWN_VALUE else None for v in (value, previous[3][slot])
+        )
         compass = Orientation(orientation) if oriented and orientation != UNKNOWN else None
-        out.append(kind(number, x, y, w, h, tuple(rgb), hud, tuple(previous[0][slot][:2]), value, old_value, compass))
+        out.append(
+            kind(
+                number,
+                x,
+                y,
+                w,
+                h,
+                tuple(rgb),
+                hud,
+                tuple(previous[0][slot][:2]),
+                value,
+                old_value,
+                compass,
+            )
+        )
     return out
 
 

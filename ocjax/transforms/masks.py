@@ -16,7 +16,9 @@ __all__ = ["KINDS", "MaskKind", "area_weights", "masks", "num_planes", "resize"]
 
 MaskKind = Literal["object", "binary", "class", "planes"]
 KINDS = ("object", "binary", "class", "planes")
-_DIRECT = 8  # rows of a resizing pattern up to which sums of slices are faster than a matrix product
+_DIRECT = (
+    8  # rows of a resizing pattern up to which sums of slices are faster than a matrix product
+)
 _WORD = 32  # bits, one per column of the output
 
 
@@ -38,12 +40,13 @@ def masks(
 
     Args:
         objects: of batch shape `[B]`, with all slots of their game.
-        kind: "object" (the grey screen inside boxes, black outside), "binary" (white inside boxes), "class" (one shade of grey per
-            category, from dark to bright; the brighter one where boxes overlap) or "planes" (one binary mask per category).
+        kind: "object" (the grey screen inside boxes, black outside), "binary" (white inside boxes),
+            "class" (one shade of grey per category, from dark to bright; the brighter one where
+            boxes overlap) or "planes" (one binary mask per category).
         gray: the grey screen, uint8 `[B, H, 160]`; required for "object" and for `pixels`.
         size: (height, width) of the masks; None for the screen's size.
-        draw: "output" scales boxes to the output, rounds them outwards to whole pixels and fills those; "screen" fills them at the screen's
-            size and resizes by averaging over areas.
+        draw: "output" scales boxes to the output, rounds them outwards to whole pixels and fills
+            those; "screen" fills them at the screen's size and resizes by averaging over areas.
         pixels: whether to add the grey screen as the last plane.
 
     Returns:
@@ -54,7 +57,9 @@ def masks(
     """
     game = whose(objects)
     if kind not in KINDS or draw not in ("output", "screen"):
-        raise ValueError(f"kind must be one of {KINDS} and draw 'output' or 'screen', got {kind!r} and {draw!r}")
+        raise ValueError(
+            f"kind must be one of {KINDS} and draw 'output' or 'screen', got {kind!r} and {draw!r}"
+        )
     if gray is None and (kind == "object" or pixels):
         raise ValueError("kind 'object' and pixels need the grey screen: give gray")
     screen, out = game.screen, size or game.screen
@@ -67,7 +72,15 @@ def masks(
         shown = gray if draw == "screen" else resize(gray, out)
         drawn = [jnp.where(planes[0], shown, jnp.uint8(0))]
     elif kind == "class":
-        drawn = [functools.reduce(jnp.maximum, (jnp.where(p, jnp.uint8(v), jnp.uint8(0)) for p, v in zip(planes, shades, strict=True)))]
+        drawn = [
+            functools.reduce(
+                jnp.maximum,
+                (
+                    jnp.where(p, jnp.uint8(v), jnp.uint8(0))
+                    for p, v in zip(planes, shades, strict=True)
+                ),
+            )
+        ]
     else:
         drawn = [jnp.where(p, white, jnp.uint8(0)) for p in planes]
     if draw == "screen":
@@ -84,14 +97,20 @@ def _shades(game: Declaration) -> list[int]:
     return [255 * (i + 1) // n for i in range(n)]
 
 
-def _covered(xywh: jax.Array, valid: jax.Array, screen: tuple[int, int], size: tuple[int, int]) -> jax.Array:
-    """Which pixels of the output the boxes touch, bool `[B, *size]`, from `xywh` and `valid` of `[B, N]` slots on a screen.
+def _covered(
+    xywh: jax.Array, valid: jax.Array, screen: tuple[int, int], size: tuple[int, int]
+) -> jax.Array:
+    """Which pixels of the output the boxes touch, bool `[B, *size]`, from `xywh` and `valid` of
+    `[B, N]` slots on a screen.
 
-    Boxes are added one by one to words of bits, with the batch in the last dimension. A matrix product of the rows and columns inside each
-    box takes 2 to 11 times as long (Pong, Ms. Pac-Man).
+    Boxes are added one by one to words of bits, with the batch in the last dimension. A matrix
+    product of the rows and columns inside each box takes 2 to 11 times as long (Pong, Ms. Pac-Man).
     """
     x, y, w, h = xywh.T  # [N, B]
-    (top, bottom), (left, right) = _touched(y, h, screen[0], size[0]), _touched(x, w, screen[1], size[1])
+    (top, bottom), (left, right) = (
+        _touched(y, h, screen[0], size[0]),
+        _touched(x, w, screen[1], size[1]),
+    )
     bottom = jnp.where(valid.T, bottom, 0)
     columns = ~_columns_below(left, size[1]) & _columns_below(right, size[1])
     row = jnp.arange(size[0], dtype=jnp.int32)[:, None, None]
@@ -101,13 +120,17 @@ def _covered(xywh: jax.Array, valid: jax.Array, screen: tuple[int, int], size: t
         inside = (row >= first[None]) & (row < end[None])
         return bits | jnp.where(inside, own, jnp.uint32(0)), None
 
-    bits, _ = lax.scan(add, jnp.zeros((size[0], *columns.shape[1:]), jnp.uint32), (top, bottom, columns))
+    bits, _ = lax.scan(
+        add, jnp.zeros((size[0], *columns.shape[1:]), jnp.uint32), (top, bottom, columns)
+    )
     shift = jnp.arange(_WORD, dtype=jnp.uint32).reshape(1, 1, 1, _WORD)
     single = bits.transpose(2, 0, 1)[..., None] >> shift & jnp.uint32(1)
     return single.reshape(*single.shape[:2], -1)[..., : size[1]] > 0
 
 
-def _touched(start: jax.Array, length: jax.Array, screen: int, out: int) -> tuple[jax.Array, jax.Array]:
+def _touched(
+    start: jax.Array, length: jax.Array, screen: int, out: int
+) -> tuple[jax.Array, jax.Array]:
     """The first row or column of the output that each box touches, and one past the last, int32."""
     start, length = start.astype(jnp.int32), length.astype(jnp.int32)
     return start * out // screen, -(-(start + length) * out // screen)
@@ -122,23 +145,28 @@ def _columns_below(n: jax.Array, width: int) -> jax.Array:
 
 
 def area_weights(n_in: int, n_out: int) -> np.ndarray:
-    """Weights of resizing by averaging over areas: which share of each input pixel is in each output pixel.
+    """Weights of resizing by averaging over areas: which share of each input pixel is in each
+    output pixel.
 
     Returns:
-        int64 `[n_out / g, n_in / g]`, the pattern of weights that repeats g times, for the greatest common divisor g. The unit is g / n_out
-        of an input pixel, so that the weights of an output pixel add up to n_in / g.
+        int64 `[n_out / g, n_in / g]`, the pattern of weights that repeats g times, for the greatest
+        common divisor g. The unit is g / n_out of an input pixel, so that the weights of an output
+        pixel add up to n_in / g.
     """
     common = math.gcd(n_in, n_out)
     n_in, n_out = n_in // common, n_out // common
     edges, inputs = np.arange(n_out + 1) * n_in, np.arange(n_in) * n_out
-    return np.maximum(np.minimum(edges[1:, None], inputs + n_out) - np.maximum(edges[:-1, None], inputs), 0)
+    return np.maximum(
+        np.minimum(edges[1:, None], inputs + n_out) - np.maximum(edges[:-1, None], inputs), 0
+    )
 
 
 def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
-    """Resize by averaging over areas, like OpenCV's INTER_AREA: uint8 `[..., h, w]` -> uint8 `[..., *size]`.
+    """Resize by averaging over areas, like OpenCV's INTER_AREA: uint8 `[..., h, w]` -> uint8 `[...,
+    *size]`.
 
-    Means are exact and rounded to the nearest integer, halves to the even one. Few rows are summed as slices of 16 bits: a product with a
-    matrix takes three times as long for 210 to 84 rows.
+    Means are exact and rounded to the nearest integer, halves to the even one. Few rows are summed
+    as slices of 16 bits: a product with a matrix takes three times as long for 210 to 84 rows.
     """
     if images.shape[-2:] == size:
         return images
@@ -146,9 +174,22 @@ def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
     of_rows, of_columns = area_weights(height, size[0]), area_weights(width, size[1])
     groups = images.reshape(*batch, -1, of_rows.shape[1], width)
     if len(of_rows) <= _DIRECT and 255 * of_rows.shape[1] < 2**16:
-        x = jnp.stack([sum(groups[..., i, :].astype(jnp.uint16) * jnp.uint16(w[i]) for i in np.flatnonzero(w)) for w in of_rows], axis=-2)
+        x = jnp.stack(
+            [
+                sum(
+                    groups[..., i, :].astype(jnp.uint16) * jnp.uint16(w[i])
+                    for i in np.flatnonzero(w)
+                )
+                for w in of_rows
+            ],
+            axis=-2,
+        )
     else:
-        x = jnp.einsum("oh,...hw->...ow", jnp.asarray(of_rows, jnp.float32), groups.astype(jnp.float32))
-    sums = x.astype(jnp.float32).reshape(-1, of_columns.shape[1]) @ jnp.asarray(of_columns.T, jnp.float32)
+        x = jnp.einsum(
+            "oh,...hw->...ow", jnp.asarray(of_rows, jnp.float32), groups.astype(jnp.float32)
+        )
+    sums = x.astype(jnp.float32).reshape(-1, of_columns.shape[1]) @ jnp.asarray(
+        of_columns.T, jnp.float32
+    )
     means = jnp.round(sums / jnp.float32(of_rows.shape[1] * of_columns.shape[1]))
     return means.astype(jnp.uint8).reshape(*batch, *size)

@@ -1,8 +1,10 @@
-"""Relate the objects of successive frames: merge flickering objects, and keep objects in their slots.
+"""Relate the objects of successive frames: merge flickering objects, and keep objects in their
+slots.
 
-Objects are matched greedily within a category: the pair with the nearest centres first, then the nearest pair of the rest, and so on.
-Distances are compared as integers (squared, in half pixels), so that ties are exact: among equally near pairs, the one with the lower slot
-in the first frame goes first, then the one with the lower slot in the second.
+Objects are matched greedily within a category: the pair with the nearest centres first, then the
+nearest pair of the rest, and so on. Distances are compared as integers (squared, in half pixels),
+so that ties are exact: among equally near pairs, the one with the lower slot in the first frame
+goes first, then the one with the lower slot in the second.
 """
 
 import dataclasses
@@ -28,30 +30,39 @@ _BLOCK = 8  # slots compared at once in the search for the nearest
 
 _NONE = np.int32(np.iinfo(np.int32).max)  # larger than any distance
 _LONGEST = 4 * (WIDTH**2 + 256**2)  # largest squared distance in half pixels
-_AWAY = 4096  # half pixels; -_AWAY, _AWAY and 2 * _AWAY are out of reach of the screen and of each other
+# half pixels; -_AWAY, _AWAY and 2 * _AWAY are out of reach of the screen and of each other
+_AWAY = 4096
 
 
-def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], limit: jax.Array) -> jax.Array:
+def _nearest(
+    a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], limit: jax.Array
+) -> jax.Array:
     """Find the nearest `b` within reach of each `a`.
 
-    Blocks of `b` are compared one after the other, because a reduction over all distances does not vectorise.
+    Blocks of `b` are compared one after the other, because a reduction over all distances does not
+    vectorise.
 
     Args:
         a, b: columns and rows of centres in half pixels, each int32 `[B, n]`.
         limit: largest squared distance, int32.
 
     Returns:
-        int32 `[B, n]`: squared distance times n plus slot, which orders by distance, then slot; `_NONE` where nothing is within reach.
+        int32 `[B, n]`: squared distance times n plus slot, which orders by distance, then slot;
+        `_NONE` where nothing is within reach.
     """
     lanes, n = a[0].shape
     size = min(n, _BLOCK)
     blocks = -(-n // size)
     x, y = (
-        jnp.pad(p, ((0, 0), (0, blocks * size - n)), constant_values=away).T.reshape(blocks, size, lanes, 1)
+        jnp.pad(p, ((0, 0), (0, blocks * size - n)), constant_values=away).T.reshape(
+            blocks, size, lanes, 1
+        )
         for p, away in zip(b, (2 * _AWAY, 0), strict=True)
     )
 
-    def step(nearest: jax.Array, block: tuple[jax.Array, jax.Array, jax.Array]) -> tuple[jax.Array, None]:
+    def step(
+        nearest: jax.Array, block: tuple[jax.Array, jax.Array, jax.Array]
+    ) -> tuple[jax.Array, None]:
         for at_x, at_y, slot in zip(*block, strict=True):
             dx, dy = a[0] - at_x, a[1] - at_y
             distance = dx * dx + dy * dy
@@ -65,12 +76,12 @@ def _nearest(a: tuple[jax.Array, jax.Array], b: tuple[jax.Array, jax.Array], lim
 def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Match one category's slots greedily, one to one; batch shape `[B]`.
 
-    The greedy order takes a pair of mutually nearest objects before any other pair of either. So each round takes all such pairs at once,
-    and one or two rounds are usually enough.
+    The greedy order takes a pair of mutually nearest objects before any other pair of either. So
+    each round takes all such pairs at once, and one or two rounds are usually enough.
 
     Returns:
-        For each slot of `a` the matched slot of `b`, int32 `[B, n]`, n where there is none; and which objects of `a` and of `b` have no
-        match, bool `[B, n]` each.
+        For each slot of `a` the matched slot of `b`, int32 `[B, n]`, n where there is none; and
+        which objects of `a` and of `b` have no match, bool `[B, n]` each.
     """
     n = a.valid.shape[1]
     slots = jnp.arange(n, dtype=jnp.int32)[None]
@@ -78,11 +89,15 @@ def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Arr
     def center(o: Objects, away: int) -> tuple[jax.Array, jax.Array]:
         """Columns and rows of centres in half pixels; the column is `away` where the slot is empty."""
         box = o.xywh.astype(jnp.int32)
-        return jnp.where(o.valid, 2 * box[..., 0] + box[..., 2], away), 2 * box[..., 1] + box[..., 3]
+        return jnp.where(o.valid, 2 * box[..., 0] + box[..., 2], away), 2 * box[..., 1] + box[
+            ..., 3
+        ]
 
     def mutual(one: jax.Array, other: jax.Array) -> jax.Array:
         """Whether each slot is the nearest of its nearest."""
-        back = jnp.take_along_axis(other, lax.rem(one, jnp.full_like(one, n)), axis=1, mode="promise_in_bounds")
+        back = jnp.take_along_axis(
+            other, lax.rem(one, jnp.full_like(one, n)), axis=1, mode="promise_in_bounds"
+        )
         return (one != _NONE) & (lax.rem(back, jnp.full_like(back, n)) == slots)
 
     def take(state: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
@@ -110,14 +125,22 @@ def _deal(new: jax.Array, free: jax.Array, turn: jax.Array) -> jax.Array:
     Args:
         new: bool `[B, n]`, slots of the new objects, assigned in this order.
         free: bool `[B, n]`, slots that may receive one.
-        turn: int32 `[B, n]`, position of each free slot in the order in which free slots are filled.
+        turn: int32 `[B, n]`, position of each free slot in the order in which free slots are
+            filled.
 
     Returns:
         int32 `[B, n]`: for each slot the new object that it receives, n where it receives none.
     """
     lanes, n = new.shape
-    lane, slots = jnp.arange(lanes, dtype=jnp.int32)[:, None], jnp.broadcast_to(jnp.arange(n, dtype=jnp.int32)[None], new.shape)
-    queue = jnp.full(new.shape, n, jnp.int32).at[lane, jnp.where(new, _rank(new), n)].set(slots, mode="drop")
+    lane, slots = (
+        jnp.arange(lanes, dtype=jnp.int32)[:, None],
+        jnp.broadcast_to(jnp.arange(n, dtype=jnp.int32)[None], new.shape),
+    )
+    queue = (
+        jnp.full(new.shape, n, jnp.int32)
+        .at[lane, jnp.where(new, _rank(new), n)]
+        .set(slots, mode="drop")
+    )
     return jnp.take_along_axis(queue, jnp.where(free, turn, n), axis=1, mode="fill", fill_value=n)
 
 
@@ -125,15 +148,21 @@ def _merge_category(earlier: Objects, later: Objects, limit: jax.Array) -> Objec
     n = later.valid.shape[1]
     _, missing, _ = _match(earlier, later, limit)
     free = ~later.valid
-    slots = jnp.where(free, n + _deal(missing, free, _rank(free)), jnp.arange(n, dtype=jnp.int32)[None])
+    slots = jnp.where(
+        free, n + _deal(missing, free, _rank(free)), jnp.arange(n, dtype=jnp.int32)[None]
+    )
     return jax.tree.map(lambda a, b: jnp.concatenate((a, b), axis=1), later, earlier).take(slots)
 
 
-def _track_category(previous: Objects, current: Objects, first: jax.Array, limit: jax.Array) -> Objects:
+def _track_category(
+    previous: Objects, current: Objects, first: jax.Array, limit: jax.Array
+) -> Objects:
     n = current.valid.shape[1]
     partner, gone, new = _match(previous, current, limit)
     unused = ~previous.valid
-    turn = jnp.where(unused, _rank(unused), jnp.sum(unused, axis=1, keepdims=True, dtype=jnp.int32) + _rank(gone))
+    turn = jnp.where(
+        unused, _rank(unused), jnp.sum(unused, axis=1, keepdims=True, dtype=jnp.int32) + _rank(gone)
+    )
     slots = jnp.where(partner < n, partner, _deal(new, unused | gone, turn))
     return current.take(jnp.where(first[:, None], jnp.arange(n, dtype=jnp.int32)[None], slots))
 
@@ -141,8 +170,8 @@ def _track_category(previous: Objects, current: Objects, first: jax.Array, limit
 def _runs(game: Declaration) -> list[tuple[slice, bool]]:
     """Divide the slots into runs, each with whether its objects may change slots.
 
-    A category of `Blobs` with several slots is a run of its own whose objects may. Categories whose slots are places, or that have one
-    slot, are joined to runs whose objects may not.
+    A category of `Blobs` with several slots is a run of its own whose objects may. Categories whose
+    slots are places, or that have one slot, are joined to runs whose objects may not.
     """
     runs: list[tuple[slice, bool]] = []
     for category, s in zip(game.categories, game.slices.values(), strict=True):
@@ -167,8 +196,12 @@ def _flat(objects: Objects) -> Objects:
 
 def _joined(parts: list[Objects], game: Declaration, batch: tuple[int, ...]) -> Objects:
     """Concatenate runs of slots to all slots of a game, and restore the batch shape."""
-    whole = parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a, axis=1), *parts)
-    return dataclasses.replace(jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole), game=game)
+    whole = (
+        parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a, axis=1), *parts)
+    )
+    return dataclasses.replace(
+        jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole), game=game
+    )
 
 
 @functools.partial(jax.jit, static_argnums=0)
@@ -180,12 +213,18 @@ def _merge(game: Declaration, limit: jax.Array, earlier: Objects, later: Objects
     earlier, later = _flat(earlier), _flat(later)
     for s, movable in _runs(game):
         a, b = _cut(earlier, s), _cut(later, s)
-        parts.append(_merge_category(a, b, limit) if movable else jax.tree.map(functools.partial(here, valid=b.valid), a, b))
+        parts.append(
+            _merge_category(a, b, limit)
+            if movable
+            else jax.tree.map(functools.partial(here, valid=b.valid), a, b)
+        )
     return _joined(parts, game, batch)
 
 
 @functools.partial(jax.jit, static_argnums=0)
-def _track(game: Declaration, limit: jax.Array, previous: Objects, current: Objects, is_first: jax.Array) -> Objects:
+def _track(
+    game: Declaration, limit: jax.Array, previous: Objects, current: Objects, is_first: jax.Array
+) -> Objects:
     batch, parts = current.valid.shape[:-1], []
     previous, current, first = _flat(previous), _flat(current), is_first.reshape(-1)
     for s, movable in _runs(game):
@@ -205,7 +244,9 @@ def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
     """The game and batch shape of the states, after checking that all fields have that batch shape and the game's slots."""
     game, other = (whose(objects) for objects in states.values())
     if game is not other:
-        raise ValueError(f"{' and '.join(states)} must be objects of the same game, got {game} and {other}")
+        raise ValueError(
+            f"{' and '.join(states)} must be objects of the same game, got {game} and {other}"
+        )
     batch: tuple[int, ...] | None = None
     for name, objects in states.items():
         for field, (_, tail) in FIELDS.items():
@@ -215,19 +256,23 @@ def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
                 expected = ", ".join(str(n) for n in (game.num_slots, *tail))
                 both = " and ".join(states)
                 raise ValueError(
-                    f"{game.name}: {name}.{field} must have shape [..., {expected}] with one batch shape for {both}, got {list(shape)}"
+                    f"{game.name}: {name}.{field} must have shape [..., {expected}] with one "
+                    f"batch shape for {both}, got {list(shape)}"
                 )
     assert batch is not None
     return game, batch
 
 
 def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS) -> Objects:
-    """Merge what VEM detects on two successive emulated frames, for objects that the console draws only every other frame.
+    """Merge what VEM detects on two successive emulated frames, for objects that the console draws
+    only every other frame.
 
-    The result holds the later frame's objects in their slots, and those of the earlier frame without a counterpart in the later one, so an
-    object that has moved does not count twice. Counterparts are matched one to one within a category, nearest centres first. Added objects
-    fill the category's free slots in order; those that do not fit are dropped. In categories whose slots are places
-    (`Category.has_places`: slot i is region or cell i), each slot holds the later object or else the earlier one, at any distance.
+    The result holds the later frame's objects in their slots, and those of the earlier frame
+    without a counterpart in the later one, so an object that has moved does not count twice.
+    Counterparts are matched one to one within a category, nearest centres first. Added objects fill
+    the category's free slots in order; those that do not fit are dropped. In categories whose slots
+    are places (`Category.has_places`: slot i is region or cell i), each slot holds the later object
+    or else the earlier one, at any distance.
 
     This is a pure function that works under `jit`, `vmap` and `scan`.
 
@@ -236,41 +281,52 @@ def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS)
         radius: largest distance between the centres of counterparts in pixels; a Python number.
 
     Returns:
-        Objects of the same batch shape. Added objects have their positions and colours of the earlier frame.
+        Objects of the same batch shape. Added objects have their positions and colours of the
+        earlier frame.
 
     Raises:
-        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius is negative or nan.
+        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius
+            is negative or nan.
     """
     game, _ = _check(earlier=earlier, later=later)
     return _merge(game, _limit(radius), earlier, later)
 
 
 def track(
-    previous: Objects, current: Objects, radius: float = TRACK_RADIUS, is_first: jax.Array | np.ndarray | bool | None = None
+    previous: Objects,
+    current: Objects,
+    radius: float = TRACK_RADIUS,
+    is_first: jax.Array | np.ndarray | bool | None = None,
 ) -> Objects:
-    """Move current objects to the slots of the previous objects that they continue, so that slots become identities.
+    """Move current objects to the slots of the previous objects that they continue, so that slots
+    become identities.
 
-    Objects are matched one to one within a category, nearest centres first. An object that continues none gets the first slot that was
-    empty before, or else the first slot whose object is gone. In categories whose slots are places
-    (`Category.has_places`: slot i is region or cell i), objects stay in their slots. No object is added, lost or changed.
+    Objects are matched one to one within a category, nearest centres first. An object that
+    continues none gets the first slot that was empty before, or else the first slot whose object is
+    gone. In categories whose slots are places (`Category.has_places`: slot i is region or cell i),
+    objects stay in their slots. No object is added, lost or changed.
 
-    This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's `previous`:
+    This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's
+    `previous`:
 
         tracked = ocjax.track(tracked, game.vem(frame))
 
-    Only the previous objects are remembered. An object that is missed once loses its identity and may return in another slot. Where objects
-    flicker, track the result of `merge_frames` on the last two emulated frames.
+    Only the previous objects are remembered. An object that is missed once loses its identity and
+    may return in another slot. Where objects flicker, track the result of `merge_frames` on the
+    last two emulated frames.
 
     Args:
         previous, current: objects of two successive states, of any batch shape.
         radius: largest distance that an object's centre may have moved, in pixels; a Python number.
-        is_first: bool `[...]`, of the batch shape: whether the state begins an episode, so that `current` is returned unchanged.
+        is_first: bool `[...]`, of the batch shape: whether the state begins an episode, so that
+            `current` is returned unchanged.
 
     Returns:
         Objects of the same batch shape.
 
     Raises:
-        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius is negative or nan.
+        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius
+            is negative or nan.
         TypeError: `is_first` is not bool.
     """
     game, batch = _check(previous=previous, current=current)
@@ -278,5 +334,7 @@ def track(
     if first.dtype != jnp.bool_:
         raise TypeError(f"is_first must be bool, got {first.dtype}")
     if first.shape != batch:
-        raise ValueError(f"is_first must have the objects' batch shape {list(batch)}, got {list(first.shape)}")
+        raise ValueError(
+            f"is_first must have the objects' batch shape {list(batch)}, got {list(first.shape)}"
+        )
     return _track(game, _limit(radius), previous, current, first)

@@ -1,8 +1,8 @@
 """Masks as bitmaps: 32 pixels a word, the batch innermost.
 
-A bitmap is uint32 `[words, rows, B]`, a word for each 32 columns from left to right; the leftmost pixel is the most significant bit.
-So the addition carry runs to the left along a row, a shift by a pixel is a shift of words, and every operation vectorises over the
-batch.
+A bitmap is uint32 `[words, rows, B]`, a word for each 32 columns from left to right; the leftmost
+pixel is the most significant bit. So the addition carry runs to the left along a row, a shift by a
+pixel is a shift of words, and every operation vectorises over the batch.
 """
 
 import functools
@@ -19,26 +19,35 @@ from ocjax.console.boxes import WIDTH, Area
 
 U = jnp.uint32
 ALL = np.array(0xFFFFFFFF, np.uint32)
-# Rows that are reduced at once. XLA divides a longer reduction itself, into three kernels and a copy of its operand, which it does not fuse
-# with what computes it.
+# Rows that are reduced at once. XLA divides a longer reduction itself, into three kernels and a
+# copy of its operand, which it does not fuse with what computes it.
 MAX_REDUCED = 32
 Bitmap = jax.Array
 
 
 def planes(frames: jax.Array) -> jax.Array:
-    """The upper seven bits of every pixel of uint8 `[B, H, 160]` as bitmaps, the lowest of them first: uint32 `[7, 5, H, B]`.
+    """The upper seven bits of every pixel of uint8 `[B, H, 160]` as bitmaps, the lowest of them
+    first: uint32 `[7, 5, H, B]`.
 
     The lowest bit of a palette index says nothing: an odd index shows as the even one below it.
     """
     b, h, w = frames.shape
-    words = lax.bitcast_convert_type(frames.reshape(b, h, w // 4, 4), U)  # in one pass with what cuts the chunk out of the batch
+    words = lax.bitcast_convert_type(
+        frames.reshape(b, h, w // 4, 4), U
+    )  # in one pass with what cuts the chunk out of the batch
     pixels = materialize(lambda f: jnp.transpose(f, (2, 1, 0)), words)
 
     def bits(p: jax.Array) -> jax.Array:
-        parts = p.reshape(1, w // 32, 8, h, b) >> np.arange(1, 8, dtype=np.uint32)[:, None, None, None, None] & U(0x01010101)
+        parts = p.reshape(1, w // 32, 8, h, b) >> np.arange(1, 8, dtype=np.uint32)[
+            :, None, None, None, None
+        ] & U(0x01010101)
         word = jnp.zeros_like(parts[:, :, 0])
-        for i in range(0, 8, 2):  # a multiplication gathers the bits of eight pixels in the top byte
-            word = word | ((((parts[:, :, i] << 4) | parts[:, :, i + 1]) * U(0x08040201)) >> 24) << (24 - 4 * i)
+        for i in range(
+            0, 8, 2
+        ):  # a multiplication gathers the bits of eight pixels in the top byte
+            word = word | (
+                (((parts[:, :, i] << 4) | parts[:, :, i + 1]) * U(0x08040201)) >> 24
+            ) << (24 - 4 * i)
         return word
 
     return materialize(bits, pixels)
@@ -47,8 +56,9 @@ def planes(frames: jax.Array) -> jax.Array:
 def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
     """Which pixels have one of the colours: a bitmap `[5, H, B]` from those of `planes`.
 
-    The set's decision diagram over the bits of a colour: 0.1 to 0.5 us a frame. (Comparing four pixels at a time with every
-    colour took 0.3 for each, and 24 instead of 2 for the 18 colours of Berzerk's sets.)
+    The set's decision diagram over the bits of a colour: 0.1 to 0.5 us a frame. (Comparing four
+    pixels at a time with every colour took 0.3 for each, and 24 instead of 2 for the 18 colours of
+    Berzerk's sets.)
     """
 
     @functools.cache
@@ -77,12 +87,13 @@ def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
 
 
 def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
-    """The mask of a colour that differs from frame to frame: a bitmap `[5, H, B]` from those of `planes`.
+    """The mask of a colour that differs from frame to frame: a bitmap `[5, H, B]` from those of
+    `planes`.
 
     Args:
         planes: see `color_mask`.
-        bits: the bits of each frame's colour, the lowest first, as words that are all ones or zero: uint32 `[8, B]`. An odd index stands
-            for a colour that no pixel has.
+        bits: the bits of each frame's colour, the lowest first, as words that are all ones or zero:
+            uint32 `[8, B]`. An odd index stands for a colour that no pixel has.
     """
     mask = jnp.broadcast_to(~bits[0], planes.shape[1:])
     for plane, bit in zip(planes, bits[1:, None, None], strict=True):
@@ -133,10 +144,13 @@ def areas(height: int, filled: Iterable[Area]) -> np.ndarray:
     return words.T[..., None]
 
 
-def boxes(x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Array, height: int) -> Bitmap:
+def boxes(
+    x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Array, height: int
+) -> Bitmap:
     """All pixels of boxes, each int32 `[count, B]`, as a bitmap `[5, height, B]`.
 
-    The columns of each box are stored. Otherwise they are computed again for each row: Road Runner takes 38 us a frame instead of 27.
+    The columns of each box are stored. Otherwise they are computed again for each row: Road Runner
+    takes 38 us a frame instead of 27.
     """
 
     def spans(x: jax.Array, w: jax.Array, valid: jax.Array) -> jax.Array:
@@ -155,13 +169,17 @@ def columns_between(left: jax.Array, right: jax.Array, words: int = WIDTH // 32)
     """Words in which the columns from `left` to `right - 1` are set, uint32 `[words, n, B]`, for int32 `[n, B]`."""
     word = 32 * np.arange(words, dtype=np.int32)[:, None, None]
     first, last = (jnp.clip(edge[None] - word, 0, 32) for edge in (left, right))
-    ink = (ALL >> jnp.minimum(first, 31).astype(U)) & ~(U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U))
+    ink = (ALL >> jnp.minimum(first, 31).astype(U)) & ~(
+        U(0x7FFFFFFF) >> jnp.maximum(last - 1, 0).astype(U)
+    )
     return jnp.where(first < last, ink, U(0))
 
 
 def from_column(words: jax.Array, column: jax.Array) -> jax.Array:
     """Rows `[words, n, B]` without the pixels left of a column of each, int32 `[n, B]`."""
-    start = jnp.clip(column[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32)
+    start = jnp.clip(
+        column[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32
+    )
     return words & jnp.where(start < 32, ALL >> jnp.minimum(start, 31).astype(U), U(0))
 
 
@@ -174,7 +192,8 @@ def rows_at(bitmap: Bitmap, row: jax.Array) -> jax.Array:
 
 
 def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int) -> jax.Array:
-    """Pieces of a bitmap at constant places, moved so that the first column is the top bit of the first word.
+    """Pieces of a bitmap at constant places, moved so that the first column is the top bit of the
+    first word.
 
     Args:
         bitmap: `[words, height, B]`.
@@ -194,14 +213,21 @@ def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int
 
 
 def windows(bitmap: Bitmap, margin: int) -> jax.Array:
-    """The bitmap as words that overlap, in which pixels can move `margin` columns without a look at another word: uint32 `[n, rows, B]`.
+    """The bitmap as words that overlap, in which pixels can move `margin` columns without a look at
+    another word: uint32 `[n, rows, B]`.
 
-    Each word holds `32 - 2 * margin` columns of its own, between `margin` columns that belong to its neighbours (margin < 16).
+    Each word holds `32 - 2 * margin` columns of its own, between `margin` columns that belong to
+    its neighbours (margin < 16).
     """
     padded = _pad(bitmap, (1, 1))
     first, end = 32 - margin, 32 * (len(bitmap) + 1) - margin
     places = (divmod(left, 32) for left in range(first, end, 32 - 2 * margin))
-    return jnp.stack([(padded[word] << shift) | (padded[word + 1] >> 1 >> (31 - shift)) for word, shift in places])
+    return jnp.stack(
+        [
+            (padded[word] << shift) | (padded[word + 1] >> 1 >> (31 - shift))
+            for word, shift in places
+        ]
+    )
 
 
 def from_windows(words: jax.Array, margin: int, n_words: int) -> Bitmap:
@@ -209,14 +235,21 @@ def from_windows(words: jax.Array, margin: int, n_words: int) -> Bitmap:
     own = 32 - 2 * margin
 
     def word(left: int) -> jax.Array:
-        shifts = ((k, left - (own * k - margin)) for k in range(left // own, -(-(left + 32) // own)))
+        shifts = (
+            (k, left - (own * k - margin)) for k in range(left // own, -(-(left + 32) // own))
+        )
         return any_of(kept[k] << shift if shift > 0 else kept[k] >> -shift for k, shift in shifts)
 
     kept = words & U((1 << own) - 1 << margin)
     return jnp.stack([word(32 * i) for i in range(n_words)])
 
 
-def over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
+def over(
+    bitmap: Bitmap,
+    size: int,
+    move: Callable[[Bitmap, int], Bitmap],
+    combine: Callable[[Bitmap, Bitmap], Bitmap],
+) -> Bitmap:
     """Every pixel combined with the `size - 1` next to it on one side."""
     if move in (shift_left, shift_right) and size <= 32:
         return _over_columns(bitmap, size, move is shift_left, combine)
@@ -227,13 +260,19 @@ def over(bitmap: Bitmap, size: int, move: Callable[[Bitmap, int], Bitmap], combi
     return bitmap
 
 
-def _over_columns(bitmap: Bitmap, size: int, to_left: bool, combine: Callable[[Bitmap, Bitmap], Bitmap]) -> Bitmap:
-    """`over` of columns that move to the left or to the right, from one word and the word beside it.
+def _over_columns(
+    bitmap: Bitmap, size: int, to_left: bool, combine: Callable[[Bitmap, Bitmap], Bitmap]
+) -> Bitmap:
+    """`over` of columns that move to the left or to the right, from one word and the word beside
+    it.
 
-    The word beside is moved along instead of looked at again: XLA stores a bitmap for each step that looks at it.
+    The word beside is moved along instead of looked at again: XLA stores a bitmap for each step
+    that looks at it.
     """
     beside = _pad(bitmap[1:], (0, 1)) if to_left else _pad(bitmap[:-1], (1, 0))
-    toward, away = (jnp.left_shift, jnp.right_shift) if to_left else (jnp.right_shift, jnp.left_shift)
+    toward, away = (
+        (jnp.left_shift, jnp.right_shift) if to_left else (jnp.right_shift, jnp.left_shift)
+    )
     n = 1
     while n < size:
         step = min(n, size - n)
@@ -249,7 +288,9 @@ def all_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
 
 def any_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
     """A rectangle of this size to the right of and below every pixel."""
-    return over(over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or)
+    return over(
+        over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or
+    )
 
 
 def bridged(bitmap: Bitmap, gap: int) -> Bitmap:
@@ -261,10 +302,13 @@ def bridged(bitmap: Bitmap, gap: int) -> Bitmap:
 def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
     """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect.
 
-    A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the right of and below each mask.
+    A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the
+    right of and below each mask.
     """
     dx, dy = gap
-    before = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0)))  # the word to the left; less than 32 pixels reach here from no other one
+    before = jnp.pad(
+        masks[:-1], ((1, 0), (0, 0), (0, 0))
+    )  # the word to the left; less than 32 pixels reach here from no other one
     n = 1
     while n <= dx:
         step = min(n, dx - n + 1)
@@ -284,22 +328,33 @@ def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
     return bitmap | ((shift_left(bitmap, 1) | shift_right(bitmap, 1)) & where)
 
 
-def spread_words(words: Sequence[jax.Array], where: jax.Array | np.ndarray = ALL) -> list[jax.Array]:
+def spread_words(
+    words: Sequence[jax.Array], where: jax.Array | np.ndarray = ALL
+) -> list[jax.Array]:
     """`spread` of a bitmap whose words are separate arrays, which XLA fuses into what reads it."""
     none = jnp.zeros_like(words[0])
     where = where.reshape((1,) * (none.ndim - where.ndim) + where.shape)
     sides = zip((none, *words[:-1]), words, (*words[1:], none), strict=True)
-    return [w | (((w << 1) | (right >> 31) | (w >> 1) | (left << 31)) & where) for left, w, right in sides]
+    return [
+        w | (((w << 1) | (right >> 31) | (w >> 1) | (left << 31)) & where)
+        for left, w, right in sides
+    ]
 
 
-def fill_rows(mask: Bitmap, touched: Sequence[jax.Array] | Bitmap, reach: int = 31) -> tuple[jax.Array, ...]:
-    """All horizontal runs of `mask` that hold a pixel of `touched` (a part of the mask), at least so far to both sides.
+def fill_rows(
+    mask: Bitmap, touched: Sequence[jax.Array] | Bitmap, reach: int = 31
+) -> tuple[jax.Array, ...]:
+    """All horizontal runs of `mask` that hold a pixel of `touched` (a part of the mask), at least
+    so far to both sides.
 
-    Within a word to the left by a carry, to the right by doubling steps, then from word to word where a filled run goes on. (Doubling
-    steps across words took 25 times as long for two words: the compiler computes what two words share once for each of its uses.)
+    Within a word to the left by a carry, to the right by doubling steps, then from word to word
+    where a filled run goes on. (Doubling steps across words took 25 times as long for two words:
+    the compiler computes what two words share once for each of its uses.)
     """
     filled = [fill_words(m, t, reach) for m, t in zip(mask, touched, strict=True)]
-    for i in range(1, len(mask)):  # to the right: a run at the top of the word, all ones down to its first zero
+    for i in range(
+        1, len(mask)
+    ):  # to the right: a run at the top of the word, all ones down to its first zero
         entering = (filled[i - 1] & 1) != 0
         head = ~(U(0xFFFFFFFF) >> lax.clz(~mask[i]))
         head = jnp.where(mask[i] == U(0xFFFFFFFF), mask[i], head)
@@ -347,7 +402,8 @@ def any_of(bitmap: Iterable[jax.Array]) -> jax.Array:
 
 
 def columns(words: jax.Array, width: int = 32) -> tuple[jax.Array, jax.Array]:
-    """First and last set column of single rows `[words, ...]`, int32; (width * words, -1) where none is set.
+    """First and last set column of single rows `[words, ...]`, int32; (width * words, -1) where
+    none is set.
 
     Each word stands for `width` columns, in its top bits.
     """
@@ -361,7 +417,9 @@ def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last row that is not 0, of uint32 `[rows, ...]`, int32 `[...]`; the last is -1 where all rows are 0."""
     blocks = _blocks(used, 0)
     size = blocks.shape[1]
-    bits = np.array(1 << 31 >> np.arange(size), np.uint32).reshape(1, -1, *(1 for _ in used.shape[1:]))
+    bits = np.array(1 << 31 >> np.arange(size), np.uint32).reshape(
+        1, -1, *(1 for _ in used.shape[1:])
+    )
     return columns(jnp.sum(jnp.where(blocks != 0, bits, U(0)), axis=1, dtype=U), size)
 
 

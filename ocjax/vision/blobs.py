@@ -15,10 +15,14 @@ from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
 
-LESS = 1.9  # a second board is worth it where so many times fewer words are filled, if each search has as many candidates
+# a second board is worth it where so many times fewer words are filled, if each search has as many
+# candidates
+LESS = 1.9
 
 
-def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads: bool) -> dict[str, Detected]:
+def detect_blobs(
+    scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads: bool
+) -> dict[str, Detected]:
     """The objects of some categories.
 
     Args:
@@ -37,7 +41,9 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
         found |= dict(zip(board, objects, strict=True))
     of_categories: dict[str, list[Detected]] = {name: [] for name in rules}
     for i, (name, rule) in enumerate(searched):
-        of_categories[name].append(found[i] if rule.frames is None else found[i].where(scene.search(rule.frames)[None]))
+        of_categories[name].append(
+            found[i] if rule.frames is None else found[i].where(scene.search(rule.frames)[None])
+        )
     return {
         name: of_categories[name][0] if len(rule.rules) == 1 else _merge(of_categories[name], count)
         for name, (rule, count) in rules.items()
@@ -47,39 +53,55 @@ def detect_blobs(scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads:
 def _boards(searches: Sequence[Search]) -> list[list[int]]:
     """The searches that share a board: all of them, or small and large ones apart.
 
-    On a board, all windows are as wide as the widest and as high as the highest one. A second board takes 0.6 s more to compile, but
-    Private Eye takes 27 us a frame instead of 41, James Bond 21 instead of 42, and Demon Attack 31 instead of 40. Where windows differ
-    less, nothing is gained.
+    On a board, all windows are as wide as the widest and as high as the highest one. A second board
+    takes 0.6 s more to compile, but Private Eye takes 27 us a frame instead of 41, James Bond 21
+    instead of 42, and Demon Attack 31 instead of 40. Where windows differ less, nothing is gained.
     """
     reaches = [search.reach for search in searches]
     widths, heights = (sorted(set(side)) for side in zip(*reaches, strict=True))
 
     def split(width: int, height: int) -> list[list[int]]:
         small = [w <= width and h <= height for w, h in reaches]
-        return [[i for i, is_small in enumerate(small) if is_small == which] for which in (True, False)]
+        return [
+            [i for i, is_small in enumerate(small) if is_small == which] for which in (True, False)
+        ]
 
     def words(board: Sequence[int]) -> int:
         return len(board) * window_words([reaches[i] for i in board])
 
     together = list(range(len(searches)))
-    apart = min((split(w, h) for w in widths for h in heights), key=lambda boards: sum(map(words, boards)))
+    apart = min(
+        (split(w, h) for w in widths for h in heights), key=lambda boards: sum(map(words, boards))
+    )
     return apart if words(together) >= LESS * sum(map(words, apart)) else [together]
 
 
 def _search(rule: Blobs, count: int, region: Area) -> Search:
     left, top, right, _ = region
-    return Search(count, rule.all_shapes, rule.connectivity, rule.gap, rule.pictures, top, (left, right))
+    return Search(
+        count, rule.all_shapes, rule.connectivity, rule.gap, rule.pictures, top, (left, right)
+    )
 
 
 def _merge(lists: Sequence[Detected], count: int) -> Detected:
     """The first `count` boxes of several lists, in raster order of their corners."""
     box = jnp.concatenate([found.box for found in lists])
     both, index = Detected(box), jnp.arange(len(box), dtype=jnp.int32)[:, None]
-    order = jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index  # one number each: sorting two arrays takes longer
+    order = (
+        jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index
+    )  # one number each: sorting two arrays takes longer
     index = lax.sort(order, dimension=0)[:count] % 2**15
     heads = [found.head for found in lists if found.head is not None]
-    head = jnp.take_along_axis(jnp.concatenate(heads), index, axis=0) if len(heads) == len(lists) else None
+    head = (
+        jnp.take_along_axis(jnp.concatenate(heads), index, axis=0)
+        if len(heads) == len(lists)
+        else None
+    )
     merged = Detected(jnp.take_along_axis(box, index, axis=0), head=head)
-    more = functools.reduce(jnp.add, (found.overflow for found in lists if found.overflow is not None))
-    without_slot = jnp.sum(both.valid, axis=0, dtype=jnp.int32) - jnp.sum(merged.valid, axis=0, dtype=jnp.int32)
+    more = functools.reduce(
+        jnp.add, (found.overflow for found in lists if found.overflow is not None)
+    )
+    without_slot = jnp.sum(both.valid, axis=0, dtype=jnp.int32) - jnp.sum(
+        merged.valid, axis=0, dtype=jnp.int32
+    )
     return merged._replace(overflow=more + without_slot)

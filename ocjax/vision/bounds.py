@@ -18,7 +18,9 @@ from ocjax.vision.rules import Bounds, Gauge
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 STRIP = 8  # rows that are or-ed into one; at most 32, a bit each in `_marks`
-LOW = 40  # rows of a region up to which gathering several regions at once takes no more time than slicing them one by one
+# rows of a region up to which gathering several regions at once takes no more time than slicing
+# them one by one
+LOW = 40
 
 
 def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -26,7 +28,8 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
 
     Args:
         rules: each with its regions.
-        masks: for each rule the pixels that count, one bitmap `[5, H, B]` per region, of all its `parts`.
+        masks: for each rule the pixels that count, one bitmap `[5, H, B]` per region, of all its
+            `parts`.
     """
     if not rules:
         return []
@@ -35,12 +38,20 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     x, y, w, h, head = tight_boxes([mask for own in masks for mask in own], slots)
     box = boxes(x, y, w, h, _of_size(parts, w, h))
     ends = np.cumsum([0, *(len(part.slots) for part in parts)]).tolist()
-    found = iter([Detected(box[start:end], head=head[start:end]) for start, end in itertools.pairwise(ends)])
+    found = iter(
+        [Detected(box[start:end], head=head[start:end]) for start, end in itertools.pairwise(ends)]
+    )
     numbers = [
-        (digits, mask) for rule, own in zip(rules, masks, strict=True) if rule.digits for digits, mask in zip(rule.digits, own, strict=True)
+        (digits, mask)
+        for rule, own in zip(rules, masks, strict=True)
+        if rule.digits
+        for digits, mask in zip(rule.digits, own, strict=True)
     ]
     readings = iter(read_numbers(*zip(*numbers, strict=True)) if numbers else ())
-    return [_with_value(rule, [next(found) for _ in rule.parts], [next(readings) for _ in rule.digits]) for rule in rules]
+    return [
+        _with_value(rule, [next(found) for _ in rule.parts], [next(readings) for _ in rule.digits])
+        for rule in rules
+    ]
 
 
 def _of_size(parts: Sequence[Bounds], w: jax.Array, h: jax.Array) -> jax.Array:
@@ -49,7 +60,9 @@ def _of_size(parts: Sequence[Bounds], w: jax.Array, h: jax.Array) -> jax.Array:
     fits = (w >= least[:, :1]) & (h >= least[:, 1:])
     if all(part.max_size is None for part in parts):
         return fits
-    most = np.concatenate([np.broadcast_to(part.max_size or (255, 255), (len(part.slots), 2)) for part in parts])
+    most = np.concatenate(
+        [np.broadcast_to(part.max_size or (255, 255), (len(part.slots), 2)) for part in parts]
+    )
     return fits & (w <= most[:, :1]) & (h <= most[:, 1:])
 
 
@@ -73,16 +86,20 @@ def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Read
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Tight boxes of the pixels of masks inside regions.
 
-    The rows of all regions are stacked, each region in whole strips, so that a few kernels look at all of them.
+    The rows of all regions are stacked, each region in whole strips, so that a few kernels look at
+    all of them.
 
     Returns:
-        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`; w and h are not positive where there are no pixels.
+        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`; w and h are not
+        positive where there are no pixels.
     """
     groups = _groups(masks, regions)
     order = [i for group in groups for i in group]
     strips = np.array([-(-(bottom - top) // STRIP) for _, top, _, bottom in regions])
     begins = np.zeros_like(strips)
-    begins[order] = 1 + np.cumsum([0, *strips[order[:-1]]])  # an empty strip comes before all regions
+    begins[order] = 1 + np.cumsum(
+        [0, *strips[order[:-1]]]
+    )  # an empty strip comes before all regions
     stack = jnp.zeros((WIDTH // 32, STRIP * (1 + int(strips.sum())), masks[0].shape[2]), U)
     for group in groups:
         rows = _rows(masks[group[0]], [regions[i] for i in group])
@@ -99,7 +116,8 @@ def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.A
 
 
 def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
-    """The words of the rows of each strip or-ed together, uint32 `[5, strips, B]`, and which of its rows hold a pixel, `[strips, B]`.
+    """The words of the rows of each strip or-ed together, uint32 `[5, strips, B]`, and which of its
+    rows hold a pixel, `[strips, B]`.
 
     The top row is the most significant bit.
     """
@@ -115,7 +133,11 @@ def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]
     of_mask: dict[int, list[int]] = {}
     for i, (mask, (_, top, _, bottom)) in enumerate(zip(masks, regions, strict=True)):
         of_mask.setdefault(id(mask) if bottom - top <= LOW else -1 - i, []).append(i)
-    return [part for group in of_mask.values() for part in ([group] if len(group) > 2 else [[i] for i in group])]
+    return [
+        part
+        for group in of_mask.values()
+        for part in ([group] if len(group) > 2 else [[i] for i in group])
+    ]
 
 
 def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:

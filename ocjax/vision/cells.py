@@ -17,7 +17,9 @@ from ocjax.vision.rules import Cells
 def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
     """The pixels of the whole cells that are present in a mask."""
     full = bm.all_within(mask, rule.w, rule.h)
-    corners = bm.areas(mask.shape[1], ((x, y, x + 1, y + 1) for x, y in zip(rule.x, rule.y, strict=True)))
+    corners = bm.areas(
+        mask.shape[1], ((x, y, x + 1, y + 1) for x, y in zip(rule.x, rule.y, strict=True))
+    )
     return bm.any_within(full & jnp.asarray(corners), rule.w, rule.h)
 
 
@@ -32,9 +34,11 @@ def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Det
 
 
 def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, jax.Array]:
-    """The pixels in the cells' rows and columns, moved up so that the last row that has any of the anchor is where the rule says.
+    """The pixels in the cells' rows and columns, moved up so that the last row that has any of the
+    anchor is where the rule says.
 
-    Rows are looked up where they are. Moved bit by bit of the distance, whole bitmaps take Phoenix 3 us a frame more.
+    Rows are looked up where they are. Moved bit by bit of the distance, whole bitmaps take Phoenix
+    3 us a frame more.
 
     Returns:
         Them, and by how many rows they were moved, int32 `[B]`.
@@ -46,7 +50,9 @@ def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, ja
     top = max(min(rule.y) - rule.margin[1], 0)
     shown = jnp.arange(top, rule.bottom, dtype=jnp.int32)[:, None] + down[None]
     there = (shown >= 0) & (shown < height)
-    inside = jnp.where(there[None], bm.rows_at(mask, jnp.clip(shown, 0, height - 1)) & columns, U(0))
+    inside = jnp.where(
+        there[None], bm.rows_at(mask, jnp.clip(shown, 0, height - 1)) & columns, U(0)
+    )
     return jnp.pad(inside, ((0, 0), (top, 0), (0, 0))), down
 
 
@@ -61,11 +67,16 @@ def _detect(rule: Cells, mask: Bitmap) -> Detected:
     clear = jnp.all((lax.reduce(cells, U(0), lax.bitwise_or, (0,)) & around) == 0, axis=0)
     for row in margin_rows:
         clear = clear & jnp.all((row & inner) == 0, axis=0)
-    return _whole(rule, cells, inner, clear) if rule.whole else _tight(rule, cells & inner[None], clear)
+    return (
+        _whole(rule, cells, inner, clear)
+        if rule.whole
+        else _tight(rule, cells & inner[None], clear)
+    )
 
 
 def _with_margin(rule: Cells, mask: Bitmap) -> jax.Array:
-    """The rows of every cell with its margin, moved so that the first column is the top bit of the first word.
+    """The rows of every cell with its margin, moved so that the first column is the top bit of the
+    first word.
 
     uint32 `[h + 2 * margin, words, cells, B]`.
     """
@@ -98,5 +109,12 @@ def _tight(rule: Cells, cells: jax.Array, clear: jax.Array) -> Detected:
     top = jnp.min(jnp.where(used, index, rule.h), axis=0)
     bottom = jnp.max(jnp.where(used, index, -1), axis=0)
     first, last = bm.columns(lax.reduce(cells, U(0), lax.bitwise_or, (0,)))
-    base_x, base_y = (jnp.asarray(v, jnp.int32)[:, None] for v in (np.array(rule.x) - rule.margin[0], np.array(rule.y)))
-    return Detected(boxes(first + base_x, top + base_y, last - first + 1, bottom - top + 1, clear & (bottom >= 0)))
+    base_x, base_y = (
+        jnp.asarray(v, jnp.int32)[:, None]
+        for v in (np.array(rule.x) - rule.margin[0], np.array(rule.y))
+    )
+    return Detected(
+        boxes(
+            first + base_x, top + base_y, last - first + 1, bottom - top + 1, clear & (bottom >= 0)
+        )
+    )

@@ -12,16 +12,23 @@ OWN_COLOR = -1  # in place of a palette index: the category's colour
 
 
 class Detected(NamedTuple):
-    """What VEM finds of one category or in one mask, one entry per slot, batch last; `Objects` are made of these.
+    """What VEM finds of one category or in one mask, one entry per slot, batch last; `Objects` are
+    made of these.
 
-    A box is one word because the time to compile a program grows with the number of its kernels, by about 14 ms each: with an array for
-    each side of the boxes and one for their validity, Krull's VEM has 43 more.
+    A box is one word because the time to compile a program grows with the number of its kernels, by
+    about 14 ms each: with an array for each side of the boxes and one for their validity, Krull's
+    VEM has 43 more.
     """
 
-    box: jax.Array  # uint32 [count, B]: x, y, w and h in a byte each, x in the lowest; 0 where there is no object
+    # uint32 [count, B]: x, y, w and h in a byte each, x in the lowest; 0 where there is no object
+    box: jax.Array
     value: jax.Array | None = None  # int32 [count, B]; None: 0
-    head: jax.Array | None = None  # int32 [count, B], column of the first pixel in the top row; None: not known
-    color: jax.Array | None = None  # int32 [count, B], palette indices or `OWN_COLOR`; None: the latter
+    head: jax.Array | None = (
+        None  # int32 [count, B], column of the first pixel in the top row; None: not known
+    )
+    color: jax.Array | None = (
+        None  # int32 [count, B], palette indices or `OWN_COLOR`; None: the latter
+    )
     overflow: jax.Array | None = None  # int32 [B], objects for which there was no slot; None: 0
 
     @property
@@ -58,7 +65,10 @@ class Detected(NamedTuple):
 
 
 def words(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike) -> jax.Array:
-    """Boxes packed into words, uint32. Each number must be 0 to 255, because larger ones overflow into the next byte."""
+    """Boxes packed into words, uint32.
+
+    Each number must be 0 to 255, because larger ones overflow into the next byte.
+    """
     x, y, w, h = (jnp.asarray(v).astype(jnp.uint32) for v in (x, y, w, h))
     return x | (y << 8) | (w << 16) | (h << 24)
 

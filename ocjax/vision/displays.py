@@ -48,10 +48,16 @@ class NumberDisplay:
         """The tight box around a number.
 
         Args:
-            shown: the number on the screen, int32; not negative. It is the box's value, unless `fields` says otherwise.
+            shown: the number on the screen, int32; not negative. It is the box's value, unless
+                `fields` says otherwise.
             fields: `valid`, `value` and `color` of the box.
         """
-        place = {"right": self.right, "top": self.top, "digits": self.digits, "leading_zeros": self.leading_zeros}
+        place = {
+            "right": self.right,
+            "top": self.top,
+            "digits": self.digits,
+            "leading_zeros": self.leading_zeros,
+        }
         return score_box(self.font, shown, **place, **{"value": shown, **fields})
 
     def rule(self, colors: Colors, region: Area | None = None, **options: Any) -> Bounds:
@@ -62,7 +68,9 @@ class NumberDisplay:
             region: where to look; by default the cells.
             options: of `Digits`.
         """
-        return Bounds(colors, region or self.area, value=Digits(self.font, self.lefts, self.top, **options))
+        return Bounds(
+            colors, region or self.area, value=Digits(self.font, self.lefts, self.top, **options)
+        )
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """Filters of vision rules: which of the pixels that have a rule's colours count.
 
-A filter is a function of a bitmap `[words, rows, B]` (`ocjax.vision.bitmap`) and of the bits of all colours, `[7, words, rows, B]`, that
-returns the pixels of the bitmap that count. A game may define its own. The filters here are frozen dataclasses, so that rules can be
-compared and printed.
+A filter is a function of a bitmap `[words, rows, B]` (`ocjax.vision.bitmap`) and of the bits of all
+colours, `[7, words, rows, B]`, that returns the pixels of the bitmap that count. A game may define
+its own. The filters here are frozen dataclasses, so that rules can be compared and printed.
 """
 
 from __future__ import annotations
@@ -19,23 +19,38 @@ from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap
 
-__all__ = ["SLOPES", "CutOff", "Filter", "Lines", "LoneRuns", "NoLines", "NoPairs", "Searched", "ShortRuns"]
+__all__ = [
+    "SLOPES",
+    "CutOff",
+    "Filter",
+    "Lines",
+    "LoneRuns",
+    "NoLines",
+    "NoPairs",
+    "Searched",
+    "ShortRuns",
+]
 
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
 _Search = Callable[[jax.Array], Any]
-_AT_ONCE = 8  # rows that lines are followed by within words, which then hold 16 columns of their own
+_AT_ONCE = (
+    8  # rows that lines are followed by within words, which then hold 16 columns of their own
+)
 SLOPES = 0, 1, -1  # of lines: columns to the right a row
 
 
 @dataclass(frozen=True)
 class Searched:
-    """A filter that goes by what a search finds in the frames. The rules of a game that have the same search share what it finds.
+    """A filter that goes by what a search finds in the frames. The rules of a game that have the
+    same search share what it finds.
 
     Args:
         search: a function of the bits of all colours.
-        pixels: a function of a bitmap and of the search's result, that returns the pixels of the bitmap that count.
-        whole: whether those pixels follow from the search's result alone, whatever the bitmap, so that the rule's colours need not be
-            looked for. Rules that begin with the same such filter look at the same pixels, and are searched together.
+        pixels: a function of a bitmap and of the search's result, that returns the pixels of the
+            bitmap that count.
+        whole: whether those pixels follow from the search's result alone, whatever the bitmap, so
+            that the rule's colours need not be looked for. Rules that begin with the same such
+            filter look at the same pixels, and are searched together.
     """
 
     search: _Search
@@ -61,18 +76,28 @@ class ShortRuns:
 
     def __post_init__(self) -> None:
         if self.most < 1 or (self.across and self.most > 30):
-            raise ValueError(f"runs must be of at least 1 pixel, and of at most 30 across, got {self.most}")
+            raise ValueError(
+                f"runs must be of at least 1 pixel, and of at most 30 across, got {self.most}"
+            )
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
         """The pixels that count."""
-        there, back = (bm.shift_left, bm.shift_right) if self.across else (bm.shift_up, bm.shift_down)
-        long = bm.over(bm.over(mask, self.most + 1, there, jnp.bitwise_and), self.most + 1, back, jnp.bitwise_or)
+        there, back = (
+            (bm.shift_left, bm.shift_right) if self.across else (bm.shift_up, bm.shift_down)
+        )
+        long = bm.over(
+            bm.over(mask, self.most + 1, there, jnp.bitwise_and),
+            self.most + 1,
+            back,
+            jnp.bitwise_or,
+        )
         return mask & ~long
 
 
 @dataclass(frozen=True)
 class LoneRuns:
-    """The pixels of horizontal runs that touch nothing above or below, also not at their corners: flat objects in the colour of others.
+    """The pixels of horizontal runs that touch nothing above or below, also not at their corners:
+    flat objects in the colour of others.
 
     Args:
         least: pixels of a run at least.
@@ -88,12 +113,18 @@ class LoneRuns:
         """The pixels that count."""
         beside = bm.spread(bm.shift_up(mask, 1) | bm.shift_down(mask, 1))
         lone = mask & ~jnp.stack(bm.fill_rows(mask, mask & beside))
-        return bm.over(bm.over(lone, self.least, bm.shift_left, jnp.bitwise_and), self.least, bm.shift_right, jnp.bitwise_or)
+        return bm.over(
+            bm.over(lone, self.least, bm.shift_left, jnp.bitwise_and),
+            self.least,
+            bm.shift_right,
+            jnp.bitwise_or,
+        )
 
 
 @dataclass(frozen=True)
 class CutOff:
-    """The pixels from which others lead down to a row, at most a pixel aside in each row: objects that a lower edge cuts off.
+    """The pixels from which others lead down to a row, at most a pixel aside in each row: objects
+    that a lower edge cuts off.
 
     Args:
         row: the last one above the edge.
@@ -105,7 +136,10 @@ class CutOff:
 
     def __post_init__(self) -> None:
         if self.row < 0 or self.most < 1:
-            raise ValueError(f"an edge is below a row of at least 0, and objects have at least 1 row, got {self.row} and {self.most}")
+            raise ValueError(
+                "an edge is below a row of at least 0, and objects have at least 1 row, got "
+                f"{self.row} and {self.most}"
+            )
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
         """The pixels that count."""
@@ -120,9 +154,11 @@ class CutOff:
 
 @dataclass(frozen=True)
 class NoLines:
-    """The pixels that are not in lines one pixel wide, upright or slanting, of more than `most` rows: what hangs on lines of its colour.
+    """The pixels that are not in lines one pixel wide, upright or slanting, of more than `most`
+    rows: what hangs on lines of its colour.
 
-    Lines are followed within overlapping words, some rows at a time. Across those of a bitmap, Tennis takes 35 us a frame instead of 30.
+    Lines are followed within overlapping words, some rows at a time. Across those of a bitmap,
+    Tennis takes 35 us a frame instead of 30.
 
     Args:
         most: rows of the longest line that counts.
@@ -145,13 +181,17 @@ class NoLines:
         return mask & ~lines
 
 
-def _followed(step: Callable[[int, jax.Array, jax.Array], jax.Array], rows: int, thin: Bitmap, lines: Bitmap) -> Bitmap:
+def _followed(
+    step: Callable[[int, jax.Array, jax.Array], jax.Array], rows: int, thin: Bitmap, lines: Bitmap
+) -> Bitmap:
     """A step along lines, by so many rows."""
 
     def room(pixels: Bitmap) -> jax.Array:
         return jnp.pad(bm.windows(pixels, rows), ((0, 0), (rows, rows), (0, 0)))
 
-    found = materialize(functools.partial(step, rows), materialize(room, thin), materialize(room, lines))
+    found = materialize(
+        functools.partial(step, rows), materialize(room, thin), materialize(room, lines)
+    )
     return materialize(lambda words: bm.from_windows(words, rows, len(thin)), found)
 
 
@@ -180,7 +220,8 @@ def _beside(words: jax.Array) -> jax.Array:
 
 @dataclass(frozen=True)
 class NoPairs:
-    """Drops pairs of pixels in a row that have exactly `gap` blank pixels between them and no third pixel at that distance.
+    """Drops pairs of pixels in a row that have exactly `gap` blank pixels between them and no third
+    pixel at that distance.
 
     This finds a beam that touches one of two dots in a face.
     """
@@ -201,13 +242,16 @@ class NoPairs:
 
 @dataclass(frozen=True)
 class Lines:
-    """The pixels in lines of one colour, upright or slanting by a column a row: thin shots before figures whose rows differ in colour.
+    """The pixels in lines of one colour, upright or slanting by a column a row: thin shots before
+    figures whose rows differ in colour.
 
-    Each step is computed once and stored: 5 us a frame for 128 rows and 7 bits, and 30 in one kernel, which repeats all steps for each row.
+    Each step is computed once and stored: 5 us a frame for 128 rows and 7 bits, and 30 in one
+    kernel, which repeats all steps for each row.
 
     Args:
         least: rows of a line at least.
-        rows: the first row that is looked at, and the one after the last; pixels of other rows do not count.
+        rows: the first row that is looked at, and the one after the last; pixels of other rows do
+            not count.
     """
 
     least: int
@@ -222,7 +266,9 @@ class Lines:
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
         top, bottom = self.rows
-        lines = materialize(self._whole, *materialize(self._heads, *materialize(self._as_below, mask, planes)))
+        lines = materialize(
+            self._whole, *materialize(self._heads, *materialize(self._as_below, mask, planes))
+        )
         return jnp.pad(lines, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
     def _as_below(self, mask: Bitmap, planes: jax.Array) -> list[Bitmap]:
@@ -230,20 +276,32 @@ class Lines:
         top, bottom = self.rows
         mask, *own = (b[:, top:bottom] for b in (mask, *planes))
         none = jnp.zeros_like(mask[:, 1:])
-        differs = [functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ _aside(b[:, 1:], s) for b in own), none) for s in SLOPES]
-        return [mask[:, :-1] & _aside(mask[:, 1:], s) & ~d for s, d in zip(SLOPES, differs, strict=True)]
+        differs = [
+            functools.reduce(jnp.bitwise_or, (b[:, :-1] ^ _aside(b[:, 1:], s) for b in own), none)
+            for s in SLOPES
+        ]
+        return [
+            mask[:, :-1] & _aside(mask[:, 1:], s) & ~d for s, d in zip(SLOPES, differs, strict=True)
+        ]
 
     def _heads(self, *same: Bitmap) -> list[Bitmap]:
         """For each slope the pixels from which a line of `least` rows leads down."""
         rows = self.rows[1] - self.rows[0] - self.least + 1
         room = (0, 0), (self.least - 1, self.least - 1), (0, 0)
-        steps = [[_aside(b[:, i : i + rows], i * s) for i in range(self.least - 1)] for s, b in zip(SLOPES, same, strict=True)]
+        steps = [
+            [_aside(b[:, i : i + rows], i * s) for i in range(self.least - 1)]
+            for s, b in zip(SLOPES, same, strict=True)
+        ]
         return [jnp.pad(functools.reduce(jnp.bitwise_and, of_slope), room) for of_slope in steps]
 
     def _whole(self, *heads: Bitmap) -> Bitmap:
         """The pixels of all lines, from their first ones."""
         height, least = self.rows[1] - self.rows[0], self.least
-        pixels = (_aside(b[:, least - 1 - i :][:, :height], -i * s) for s, b in zip(SLOPES, heads, strict=True) for i in range(least))
+        pixels = (
+            _aside(b[:, least - 1 - i :][:, :height], -i * s)
+            for s, b in zip(SLOPES, heads, strict=True)
+            for i in range(least)
+        )
         return functools.reduce(jnp.bitwise_or, pixels)
 
 

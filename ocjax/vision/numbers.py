@@ -14,14 +14,21 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
-EMPTY, UNREADABLE = -1, -2  # in place of a digit: nothing is in the cell, something that is no digit
+EMPTY, UNREADABLE = (
+    -1,
+    -2,
+)  # in place of a digit: nothing is in the cell, something that is no digit
 
 
 class Reading(NamedTuple):
     """What a number's cells show."""
 
-    value: jax.Array  # int32 [B], `UNKNOWN_VALUE` where a cell holds something that is no digit, or one that should be free is not
-    matched: jax.Array  # bool [B], whether the last cell matches one of the font's pictures, and cells that should be free are
+    # int32 [B], `UNKNOWN_VALUE` where a cell holds something that is no digit, or one that should
+    # be free is not
+    value: jax.Array
+    # bool [B], whether the last cell matches one of the font's pictures, and cells that should be
+    # free are
+    matched: jax.Array
 
 
 def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Reading]:
@@ -47,9 +54,13 @@ def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
     for row, own, start in zip(worth, digits, starts, strict=False):
         row[start : start + len(own.lefts)] = own.worth
     first = min(own.top for own in digits)
-    rows = mask[:, first : max(own.bottom for own in digits)]  # a mask that is not stored is computed in these rows alone
+    rows = mask[
+        :, first : max(own.bottom for own in digits)
+    ]  # a mask that is not stored is computed in these rows alone
     shown = materialize(lambda m: _shown(digits, m, first), rows, small=0)
-    number = jnp.sum(worth[:, :, None] * jnp.maximum(shown, 0)[None], axis=1, dtype=jnp.int32)  # [numbers, B]
+    number = jnp.sum(
+        worth[:, :, None] * jnp.maximum(shown, 0)[None], axis=1, dtype=jnp.int32
+    )  # [numbers, B]
     readings = []
     for i, (own, start) in enumerate(zip(digits, starts, strict=False)):
         end = start + len(own.lefts)
@@ -77,12 +88,20 @@ def _shown(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
     """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`, given the rows of a mask from a first one on."""
     pictures = _pictures(digits, rows, first)
     font = digits[0].font
-    read = [d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1]  # what a picture of several digits shows stays unread
+    read = [
+        d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1
+    ]  # what a picture of several digits shows stays unread
     blank = (0,) * len(font.glyphs[0])
-    empty = font.signs if blank in font.glyphs else (*font.signs, blank)  # some fonts have an empty picture
+    empty = (
+        font.signs if blank in font.glyphs else (*font.signs, blank)
+    )  # some fonts have an empty picture
     known, shapes = [*read, *[EMPTY] * len(empty)], [*(font.glyphs[d] for d in read), *empty]
-    same = jnp.all(pictures[None] == jnp.asarray(shapes, U)[:, :, None, None], axis=1)  # [known, cells, B]
-    return UNREADABLE + jnp.sum(jnp.where(same, np.array(known)[:, None, None] - UNREADABLE, 0), axis=0, dtype=jnp.int32)
+    same = jnp.all(
+        pictures[None] == jnp.asarray(shapes, U)[:, :, None, None], axis=1
+    )  # [known, cells, B]
+    return UNREADABLE + jnp.sum(
+        jnp.where(same, np.array(known)[:, None, None] - UNREADABLE, 0), axis=0, dtype=jnp.int32
+    )
 
 
 def _pictures(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
@@ -95,7 +114,12 @@ def _pictures(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
     tops = np.concatenate([np.full(len(own.cells), own.top - first) for own in digits])
     lefts = np.concatenate([own.cells for own in digits])
     cells = bm.gather_rows(rows, lefts, tops + np.arange(font.height)[:, None], 1)[:, 0]
-    cells = lax.reduce(cells.reshape(font.height // dot_height, dot_height, *cells.shape[1:]), U(0), lax.bitwise_or, (1,))
+    cells = lax.reduce(
+        cells.reshape(font.height // dot_height, dot_height, *cells.shape[1:]),
+        U(0),
+        lax.bitwise_or,
+        (1,),
+    )
     pictures = jnp.zeros_like(cells)
     for i in range(font.dots):
         pictures = (pictures << 1) | (cells >> (31 - i * dot_width) & 1)

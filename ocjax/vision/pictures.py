@@ -10,7 +10,9 @@ __all__ = ["PICTURE_WIDTH", "Picture", "check_pictures", "largest", "picture"]
 
 PICTURE_WIDTH = 16  # columns of a picture at most
 
-Picture = tuple[int, ...]  # rows from the top, of `PICTURE_WIDTH` bits; the leftmost column is the highest one
+Picture = tuple[
+    int, ...
+]  # rows from the top, of `PICTURE_WIDTH` bits; the leftmost column is the highest one
 
 
 def picture(ink: np.ndarray) -> Picture:
@@ -20,8 +22,12 @@ def picture(ink: np.ndarray) -> Picture:
         ValueError: the picture is wider than 16 pixels.
     """
     if ink.ndim != 2 or ink.shape[1] > PICTURE_WIDTH:
-        raise ValueError(f"a picture is [rows, width] of at most {PICTURE_WIDTH} columns, got shape {ink.shape}")
-    return tuple(int("".join(map(str, row)).ljust(PICTURE_WIDTH, "0"), 2) for row in ink.astype(int).tolist())
+        raise ValueError(
+            f"a picture is [rows, width] of at most {PICTURE_WIDTH} columns, got shape {ink.shape}"
+        )
+    return tuple(
+        int("".join(map(str, row)).ljust(PICTURE_WIDTH, "0"), 2) for row in ink.astype(int).tolist()
+    )
 
 
 def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
@@ -29,14 +35,32 @@ def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
     return PICTURE_WIDTH, max(map(len, pictures))
 
 
-def check_pictures(pictures: Sequence[Picture], sizes: Sequence[tuple[int, int] | None], gap: tuple[int, int]) -> None:
+def check_pictures(
+    pictures: Sequence[Picture], sizes: Sequence[tuple[int, int] | None], gap: tuple[int, int]
+) -> None:
     """Check the pictures of a rule whose shapes have these largest sizes, and its `gap`.
 
     Raises:
-        ValueError: a picture has rows that are no 16 bits, or none at its top or bottom; or the rule cannot have pictures.
+        ValueError: a picture has rows that are no 16 bits, or none at its top or bottom; or the
+            rule cannot have pictures.
     """
     for rows in pictures:
-        if not rows or not (rows[0] and rows[-1]) or not all(0 <= row < 1 << PICTURE_WIDTH for row in rows):
-            raise ValueError(f"pictures must be rows of {PICTURE_WIDTH} bits, with pixels in the first and the last one, got {rows}")
-    if pictures and (gap != (0, 0) or not any(size is not None and np.all(np.less_equal(largest(pictures), size)) for size in sizes)):
-        raise ValueError(f"pictures need no gap, and a shape that is limited to {largest(pictures)} or more, got {gap} and {list(sizes)}")
+        if (
+            not rows
+            or not (rows[0] and rows[-1])
+            or not all(0 <= row < 1 << PICTURE_WIDTH for row in rows)
+        ):
+            raise ValueError(
+                f"pictures must be rows of {PICTURE_WIDTH} bits, with pixels in the first and "
+                f"the last one, got {rows}"
+            )
+    if pictures and (
+        gap != (0, 0)
+        or not any(
+            size is not None and np.all(np.less_equal(largest(pictures), size)) for size in sizes
+        )
+    ):
+        raise ValueError(
+            f"pictures need no gap, and a shape that is limited to {largest(pictures)} or more, "
+            f"got {gap} and {list(sizes)}"
+        )

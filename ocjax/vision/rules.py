@@ -1,6 +1,7 @@
 """The rules by which VEM finds the objects of a category, and how it reads their values.
 
-Colours are ALE palette indices (0-255), one or several. Where a rule has several regions, colours may be given for each region.
+Colours are ALE palette indices (0-255), one or several. Where a rule has several regions, colours
+may be given for each region.
 """
 
 from __future__ import annotations
@@ -34,10 +35,12 @@ class Gauge:
         start: length in pixels that stands for `base`.
         base: value at that length.
         side: which number of the box is the length: "x", "y", "w" or "h".
-        full: length at which the display is full, if that hides larger values. The value is then unknown.
+        full: length at which the display is full, if that hides larger values. The value is then
+            unknown.
         worth: what a step adds to the value.
-        of: a rule for a single box that is measured instead of the object's own, such as that of what fills a bar, or of a row of icons
-            each of which is an object. Where it finds nothing, the length is 0.
+        of: a rule for a single box that is measured instead of the object's own, such as that of
+            what fills a bar, or of a row of icons each of which is an object. Where it finds
+            nothing, the length is 0.
     """
 
     unit: int
@@ -63,8 +66,9 @@ class ByColor:
 
     Args:
         values: pairs of a palette index and the value that it stands for.
-        like: instead of `values`, an area of the screen that shows one colour on black. The value is 1 where the object has that colour,
-            and 0 where it has another one; where the area is black, it is unknown.
+        like: instead of `values`, an area of the screen that shows one colour on black. The value
+            is 1 where the object has that colour, and 0 where it has another one; where the area is
+            black, it is unknown.
     """
 
     values: tuple[tuple[int, int], ...] = ()
@@ -72,25 +76,32 @@ class ByColor:
 
     def __post_init__(self) -> None:
         if bool(self.values) == (self.like is not None):
-            raise ValueError(f"a value is read by either values or like, got {self.values} and {self.like}")
+            raise ValueError(
+                f"a value is read by either values or like, got {self.values} and {self.like}"
+            )
         if self.like is not None:
             check_area(self.like)
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """One object per region: the tight box of all pixels there that have the colours. Slot i belongs to region i.
+    """One object per region: the tight box of all pixels there that have the colours. Slot i
+    belongs to region i.
 
     Args:
         colors: for all regions, or a tuple with one entry per region.
         regions: one region, or several.
-        min_size: minimum (width, height) of an object, or one for each region; smaller boxes are not valid.
-        max_size: maximum (width, height) of every object, if there is one; larger boxes are not valid.
-        value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are several). The value is 0 without it.
+        min_size: minimum (width, height) of an object, or one for each region; smaller boxes are
+            not valid.
+        max_size: maximum (width, height) of every object, if there is one; larger boxes are not
+            valid.
+        value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are
+            several). The value is 0 without it.
         inverse: the colours are the background's; pixels of all other colours count.
         filters: which of the pixels count, one after the other (`ocjax.vision.filters`).
         ignore: areas of the screen whose pixels do not count.
-        exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes do not count.
+        exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes do not
+            count.
         then: steps after the boxes are found (`ocjax.vision.steps`), such as `SideBySide`.
     """
 
@@ -107,11 +118,16 @@ class Bounds:
 
     def __post_init__(self) -> None:
         if self.value is not None and not _keep_slots(self.then):
-            raise ValueError(f"a value is read of the object of each region, but objects leave their slots in {self.then}")
+            raise ValueError(
+                "a value is read of the object of each region, but objects leave their slots in "
+                f"{self.then}"
+            )
         for area in (*(region for region, _ in self.slots), *self.ignore):
             check_area(area)
         if self.digits and len(self.digits) != len(self.slots):
-            raise ValueError(f"digits for {len(self.digits)} regions, but {len(self.slots)} regions")
+            raise ValueError(
+                f"digits for {len(self.digits)} regions, but {len(self.slots)} regions"
+            )
         if (sizes := len(np.atleast_2d(self.min_size))) not in (1, len(self.slots)):
             raise ValueError(f"min_size for {sizes} regions, but {len(self.slots)} regions")
 
@@ -123,12 +139,22 @@ class Bounds:
     @property
     def digits(self) -> tuple[Digits, ...]:
         """The digits of each region, if any."""
-        return self.value if isinstance(self.value, tuple) else (self.value,) if isinstance(self.value, Digits) else ()
+        return (
+            self.value
+            if isinstance(self.value, tuple)
+            else (self.value,)
+            if isinstance(self.value, Digits)
+            else ()
+        )
 
     @property
     def parts(self) -> tuple[Bounds, ...]:
         """This rule and the one that its gauge measures."""
-        return (self, self.value.of) if isinstance(self.value, Gauge) and self.value.of is not None else (self,)
+        return (
+            (self, self.value.of)
+            if isinstance(self.value, Gauge) and self.value.of is not None
+            else (self,)
+        )
 
     @property
     def slots(self) -> tuple[tuple[Area, tuple[int, ...]], ...]:
@@ -148,7 +174,11 @@ class Bounds:
     @property
     def bottom(self) -> int:
         """The row below everything that the rule looks at."""
-        return max(*(region[3] for part in self.parts for region, _ in part.slots), *(d.bottom for d in self.digits), 0)
+        return max(
+            *(region[3] for part in self.parts for region, _ in part.slots),
+            *(d.bottom for d in self.digits),
+            0,
+        )
 
     def check(self, rules: Mapping[str, Rule]) -> None:
         """Check the names of other categories, given the rules of all; raises ValueError."""
@@ -160,27 +190,32 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Blobs:
-    """Connected components of the pixels that have the colours, in raster order of their first pixels.
+    """Connected components of the pixels that have the colours, in raster order of their first
+    pixels.
 
     Args:
         colors: palette indices; pixels of different colours of the rule connect.
         region: where to look; pixels outside do not count.
-        shapes: what an object is like, or several shapes, of which the first that a component has counts. Other components are no objects.
+        shapes: what an object is like, or several shapes, of which the first that a component has
+            counts. Other components are no objects.
         connectivity: 8 (pixels whose corners touch are connected) or 4.
-        gap: parts that are at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
-        pictures: of the objects, for those that touch or overlap, larger ones first (`ocjax.vision.pictures`). A component larger than
-            all of them is split where one fits at its first pixel: all its pixels are in the component or beyond the region. Its box and
-            that of what is left are tight. Where none fits, `Shape.split` applies. Pictures need a shape that is limited to 16 columns and
-            their height, or more, and no `gap`.
-        first: colours that the object's first pixel (in raster order) must have. This tells apart objects that share some of their colours.
+        gap: parts that are at most (dx, dy) blank pixels apart are one object; needs connectivity
+            8.
+        pictures: of the objects, for those that touch or overlap, larger ones first
+            (`ocjax.vision.pictures`). A component larger than all of them is split where one fits
+            at its first pixel: all its pixels are in the component or beyond the region. Its box
+            and that of what is left are tight. Where none fits, `Shape.split` applies. Pictures
+            need a shape that is limited to 16 columns and their height, or more, and no `gap`.
+        first: colours that the object's first pixel (in raster order) must have. This tells apart
+            objects that share some of their colours.
         filters: which of the pixels count, one after the other (`ocjax.vision.filters`).
         ignore: areas of the screen whose pixels do not count.
         exclude: categories of whole `Cells`; pixels of their objects do not count.
         then: steps after the boxes are found (`ocjax.vision.steps`).
-        also: further rules, without steps; what they find belongs to the category, too. They look at other pixels: of other colours, in
-            another region, or with another filter.
-        frames: a search, such as those of filters, that tells on which frames the rule holds, bool `[B]`. Rules of different screens that
-            look at the same pixels are searched together.
+        also: further rules, without steps; what they find belongs to the category, too. They look
+            at other pixels: of other colours, in another region, or with another filter.
+        frames: a search, such as those of filters, that tells on which frames the rule holds, bool
+            `[B]`. Rules of different screens that look at the same pixels are searched together.
     """
 
     colors: Colors
@@ -210,7 +245,9 @@ class Blobs:
     @property
     def palette(self) -> tuple[int, ...]:
         """All colours, also those of further rules."""
-        return tuple(dict.fromkeys(color for rule in self.rules for color in color_set(rule.colors)))
+        return tuple(
+            dict.fromkeys(color for rule in self.rules for color in color_set(rule.colors))
+        )
 
     @property
     def own_palette(self) -> tuple[int, ...]:
@@ -249,7 +286,9 @@ class Blobs:
         for shape in self.all_shapes if self.gap == (0, 0) else ():
             most = None if shape.pixels is None else limits(shape.pixels)[1]
             if most is not None and shape.most_pixels is not None and most > shape.most_pixels:
-                raise ValueError(f"pixels must be at most {shape.most_pixels}, all of its box, in {shape}")
+                raise ValueError(
+                    f"pixels must be at most {shape.most_pixels}, all of its box, in {shape}"
+                )
         check_pictures(self.pictures, [shape.max_size for shape in self.all_shapes], self.gap)
         if any(rule.also or rule.then for rule in self.also):
             raise ValueError("a rule of also must have no also and no steps of its own")
@@ -267,20 +306,25 @@ class Blobs:
 
 @dataclass(frozen=True)
 class Cells:
-    """Objects on a fixed grid, one slot per cell: present where all (or any) of the cell's pixels have the colours.
+    """Objects on a fixed grid, one slot per cell: present where all (or any) of the cell's pixels
+    have the colours.
 
     Args:
         colors: palette indices.
         x, y: left and top of each cell, one entry per slot.
         w, h: size of every cell.
-        whole: whether all pixels of the cell must have the colours. Otherwise any pixel is enough, and the box fits tightly around those
-            that have them.
-        margin: (columns, rows) beside, and above and below, the cell that must be free of the colours. This tells a pellet from a wall.
-        exclude: categories of `Blobs`; pixels inside their objects' boxes do not count, except for rules that exclude these cells.
-        floats: whether the grid moves up and down as a whole. The last row that has pixels of the colours in the cells' columns is then the
-            last row of the grid. Slots stand for no places, because the last cells may be gone.
-        anchor: where the grid floats with something that stays whole: that thing's colours, and the row below its last pixel in the cells'
-            columns while the grid is at its own place. It then tells how far the grid has moved.
+        whole: whether all pixels of the cell must have the colours. Otherwise any pixel is enough,
+            and the box fits tightly around those that have them.
+        margin: (columns, rows) beside, and above and below, the cell that must be free of the
+            colours. This tells a pellet from a wall.
+        exclude: categories of `Blobs`; pixels inside their objects' boxes do not count, except for
+            rules that exclude these cells.
+        floats: whether the grid moves up and down as a whole. The last row that has pixels of the
+            colours in the cells' columns is then the last row of the grid. Slots stand for no
+            places, because the last cells may be gone.
+        anchor: where the grid floats with something that stays whole: that thing's colours, and the
+            row below its last pixel in the cells' columns while the grid is at its own place. It
+            then tells how far the grid has moved.
     """
 
     colors: Colors
@@ -312,12 +356,23 @@ class Cells:
     def __post_init__(self) -> None:
         color_set(self.colors)
         if len(self.x) != len(self.y) or not self.x:
-            raise ValueError(f"x and y need one entry per slot each, got {len(self.x)} and {len(self.y)}")
-        if not (min(self.x) >= 0 and max(self.x) + self.w <= WIDTH and min(self.y) >= 0 and self.w > 0 and self.h > 0):
+            raise ValueError(
+                f"x and y need one entry per slot each, got {len(self.x)} and {len(self.y)}"
+            )
+        if not (
+            min(self.x) >= 0
+            and max(self.x) + self.w <= WIDTH
+            and min(self.y) >= 0
+            and self.w > 0
+            and self.h > 0
+        ):
             raise ValueError("every cell must lie on the screen")
         if self.anchor is not None:
             if not self.floats or self.anchor[1] < 0:
-                raise ValueError(f"an anchor needs a grid that floats, and a row of at least 0, got {self.anchor}")
+                raise ValueError(
+                    "an anchor needs a grid that floats, and a row of at least 0, got "
+                    f"{self.anchor}"
+                )
             color_set(self.anchor[0])
 
     def check(self, rules: Mapping[str, Rule]) -> None:
@@ -339,8 +394,8 @@ class Run:
         left: column in which the run begins.
         width: of the run in pixels.
         height: rows of the object's box from `row` down.
-        before, above, after: columns on the left, rows above and columns on the right by which the box is larger, for objects of known
-            shape that the row crosses at their tip.
+        before, above, after: columns on the left, rows above and columns on the right by which the
+            box is larger, for objects of known shape that the row crosses at their tip.
     """
 
     colors: Colors
@@ -367,24 +422,31 @@ class Run:
         for name in ("left", "width"):
             least, most = limits(getattr(self, name))
             if not 0 <= least <= most:
-                raise ValueError(f"{name} must be a number of pixels or (least, most), got {getattr(self, name)}")
+                raise ValueError(
+                    f"{name} must be a number of pixels or (least, most), got {getattr(self, name)}"
+                )
         check_area((limits(self.left)[0], self.row, limits(self.left)[0] + 1, self.bottom))
         if self.above > self.row or limits(self.width)[0] + self.before + self.after < 1:
             margins = f"before={self.before}, above={self.above}, after={self.after}"
-            raise ValueError(f"{margins} must leave boxes on the screen, for row {self.row} and width {self.width}")
+            raise ValueError(
+                f"{margins} must leave boxes on the screen, for row {self.row} and width "
+                f"{self.width}"
+            )
 
 
 @dataclass(frozen=True)
 class Runs:
     """Walls and floors of known height, by the horizontal runs of pixels in one of their rows.
 
-    A run of pixels belongs to the first `Run` of its row and colours that allows its place and width. Each row has `most` slots, from the
-    left, unless a step such as `Packed` moves the objects.
+    A run of pixels belongs to the first `Run` of its row and colours that allows its place and
+    width. Each row has `most` slots, from the left, unless a step such as `Packed` moves the
+    objects.
 
     Args:
         runs: from the top row down.
         most: runs of pixels that are looked at in each row.
-        gap: pieces of a run that are at most so many blank pixels apart are one run, such as a floor behind a figure.
+        gap: pieces of a run that are at most so many blank pixels apart are one run, such as a
+            floor behind a figure.
         columns: left and right edge of what is looked at; pixels outside do not count.
         then: steps after the boxes are found (`ocjax.vision.steps`).
     """
@@ -422,7 +484,10 @@ class Runs:
 
     def __post_init__(self) -> None:
         if not self.runs or self.most < 1:
-            raise ValueError(f"at least one run is needed, and most must be at least 1, got {len(self.runs)} and {self.most}")
+            raise ValueError(
+                f"at least one run is needed, and most must be at least 1, got {len(self.runs)} "
+                f"and {self.most}"
+            )
         if not 0 <= self.gap < 32:
             raise ValueError(f"gap must be 0 to 31 pixels, got {self.gap}")
         check_area((self.columns[0], 0, self.columns[1], 1))

@@ -28,7 +28,9 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
     """
     if not rules:
         return []
-    rows = jnp.concatenate([_rows(rule, own) for rule, own in zip(rules, masks, strict=True)], axis=1)
+    rows = jnp.concatenate(
+        [_rows(rule, own) for rule, own in zip(rules, masks, strict=True)], axis=1
+    )
     runs = lax.scan(_next_run, rows, length=max(rule.most for rule in rules))[1]
     x, end = (jnp.moveaxis(v, 0, 1) for v in runs)  # [rows, most, B]
     boxes = materialize(functools.partial(_boxes, _regions(rules)), x, end, small=0)
@@ -42,7 +44,9 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
 def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
     """The rows that a rule looks at, between its columns, with the gaps bridged that it allows."""
     parts = []
-    for _, neighbours in itertools.groupby(zip(rule.rows, masks, strict=True), key=lambda row: id(row[1])):
+    for _, neighbours in itertools.groupby(
+        zip(rule.rows, masks, strict=True), key=lambda row: id(row[1])
+    ):
         rows, (mask, *_) = zip(*neighbours, strict=True)
         parts.append(mask[:, np.array([top for top, _ in rows])])
     left, right = rule.columns
@@ -87,7 +91,11 @@ def _regions(rules: Sequence[Runs]) -> list[_Region]:
 
 def _region(run: Run) -> _Region:
     (left, last), (least, most) = limits(run.left), limits(run.width)
-    return _Region(*np.array([left, last + 1, least, most, run.before, run.after, run.row - run.above, run.bottom]))
+    return _Region(
+        *np.array(
+            [left, last + 1, least, most, run.before, run.after, run.row - run.above, run.bottom]
+        )
+    )
 
 
 def _boxes(regions: Sequence[_Region], x: jax.Array, end: jax.Array) -> jax.Array:

@@ -1,4 +1,5 @@
-"""`Scene`: a batch of frames, the masks of colours computed from it so far, and the objects found so far.
+"""`Scene`: a batch of frames, the masks of colours computed from it so far, and the objects found
+so far.
 
 Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, rows, B]`, the batch last.
 """
@@ -25,11 +26,15 @@ from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs
 from ocjax.vision.shades import Shades
 from ocjax.vision.steps import Context, Step
 
-FEW = 2  # regions with the same colours up to which their mask is computed for each, in its rows only
-# Boxes from which the pixels inside them are stored: Road Runner, with 13, takes 24 us a frame instead of 30, games with fewer take longer.
+FEW = (
+    2  # regions with the same colours up to which their mask is computed for each, in its rows only
+)
+# Boxes from which the pixels inside them are stored: Road Runner, with 13, takes 24 us a frame
+# instead of 30, games with fewer take longer.
 MANY_BOXES = 12
-# Colours from which the first mask is stored. The board's empty rows are written in the loop that computes it, which XLA then does not
-# vectorise: Freeway, with 11 colours, takes 18 us a frame instead of 15.
+# Colours from which the first mask is stored. The board's empty rows are written in the loop that
+# computes it, which XLA then does not vectorise: Freeway, with 11 colours, takes 18 us a frame
+# instead of 15.
 MANY_COLORS = 10
 
 
@@ -52,9 +57,17 @@ class Scene:
         self.height = _rows_looked_at(rules.values(), frames.shape[1])
         self.shades = shades
         self.found: dict[str, Detected] = {}
-        self._shade_bits = None if shades is None else kernels.materialize(functools.partial(_shade_bits, shades), frames)
+        self._shade_bits = (
+            None
+            if shades is None
+            else kernels.materialize(functools.partial(_shade_bits, shades), frames)
+        )
         self._bounds = Counter(
-            colors for rule in rules.values() if isinstance(rule, Bounds) for part in rule.parts for _, colors in part.slots
+            colors
+            for rule in rules.values()
+            if isinstance(rule, Bounds)
+            for part in rule.parts
+            for _, colors in part.slots
         )
         self._planes = bm.planes(frames[:, : self.height])
         self._masks: dict[tuple[int, ...], Bitmap] = {}
@@ -67,7 +80,9 @@ class Scene:
         if not materialize and colors not in self._masks:
             return self._mask(self._planes, colors)
         if colors not in self._masks:
-            self._masks[colors] = kernels.materialize(lambda planes: self._mask(planes, colors), self._planes)
+            self._masks[colors] = kernels.materialize(
+                lambda planes: self._mask(planes, colors), self._planes
+            )
         return self._masks[colors]
 
     def shifts(self, colors: tuple[int, ...]) -> bool:
@@ -82,12 +97,17 @@ class Scene:
         return self._counted[key]
 
     def cut(self, rule: Blobs) -> Bitmap:
-        """The pixels that count for a rule, in the rows of its region. Rules that look at the same pixels have one array."""
+        """The pixels that count for a rule, in the rows of its region.
+
+        Rules that look at the same pixels have one array.
+        """
         key = _counts_alike(rule, rule.own_palette), self.region(rule)
         if key not in self._cuts:
             pixels = bm.cut(self.counted(rule, rule.own_palette), self.region(rule))
             is_slow = not self._cuts and len(rule.own_palette) >= MANY_COLORS
-            self._cuts[key] = kernels.materialize(lambda pixels: pixels, pixels) if is_slow else pixels
+            self._cuts[key] = (
+                kernels.materialize(lambda pixels: pixels, pixels) if is_slow else pixels
+            )
         return self._cuts[key]
 
     def cell_mask(self, rule: Cells) -> Bitmap:
@@ -108,7 +128,11 @@ class Scene:
         region = self.region(rule) if isinstance(rule, Blobs) else (0, 0, WIDTH, self.height)
 
         def pixels() -> Bitmap:
-            return self.cut(rule) if isinstance(rule, Blobs) else bm.cut(self.mask(rule.palette), region)
+            return (
+                self.cut(rule)
+                if isinstance(rule, Blobs)
+                else bm.cut(self.mask(rule.palette), region)
+            )
 
         context = Context(pixels, region[1], self.found, count)
         for step in steps:
@@ -148,7 +172,11 @@ class Scene:
         if blobs := tuple(name for name in rule.exclude if not isinstance(self.rules[name], Cells)):
             mask = mask & ~self._inside(blobs)
         for only in rule.filters:
-            mask = only.pixels(mask, self.search(only.search)) if isinstance(only, Searched) else only(mask, self._planes)
+            mask = (
+                only.pixels(mask, self.search(only.search))
+                if isinstance(only, Searched)
+                else only(mask, self._planes)
+            )
         return mask
 
     def search(self, search: Callable[[jax.Array], Any]) -> Any:
@@ -161,12 +189,19 @@ class Scene:
         """Whether a mask is better computed where it is read than stored."""
         if isinstance(rule, Blobs):
             return rule.gap == (0, 0) and not rule.filters
-        reads_color = len(colors) > 1  # of single pixels, for which a mask that isn't stored would be computed again
-        return self._bounds[colors] <= FEW and not rule.filters and not (rule.digits and reads_color)
+        reads_color = (
+            len(colors) > 1
+        )  # of single pixels, for which a mask that isn't stored would be computed again
+        return (
+            self._bounds[colors] <= FEW and not rule.filters and not (rule.digits and reads_color)
+        )
 
 
 def _rows_looked_at(rules: Iterable[Rule | None], height: int) -> int:
-    """The rows of the screen above which all is that rules look at. Most games leave a tenth of them, and take so much less time."""
+    """The rows of the screen above which all is that rules look at.
+
+    Most games leave a tenth of them, and take so much less time.
+    """
     return min(max((_end(rule, height) for rule in rules if rule is not None), default=1), height)
 
 
@@ -177,7 +212,9 @@ def _end(rule: Rule, height: int) -> int:
     if isinstance(rule, Runs):
         return rule.bottom
     parts = rule.parts if isinstance(rule, Bounds) else rule.rules
-    searches = isinstance(rule, Blobs) and any(own.region is None or own.frames is not None for own in rule.rules)
+    searches = isinstance(rule, Blobs) and any(
+        own.region is None or own.frames is not None for own in rule.rules
+    )
     filters = [only for part in parts for only in part.filters]
     ends = [only.rows[1] if isinstance(only, Lines) else height for only in filters]
     return max(rule.bottom, *ends, height if searches else 0)

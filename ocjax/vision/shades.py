@@ -19,7 +19,8 @@ class Shades:
     Args:
         pixel: (x, y) of a pixel whose colour tells the level.
         keys: its colour at each level; at any other colour the first level's colours count.
-        levels: the colours at each level, always in the same order. An odd index stands for a colour that the level does not have.
+        levels: the colours at each level, always in the same order. An odd index stands for a
+            colour that the level does not have.
     """
 
     pixel: tuple[int, int]
@@ -27,7 +28,11 @@ class Shades:
     levels: tuple[tuple[int, ...], ...]
 
     def __post_init__(self) -> None:
-        if not self.levels or len(self.keys) != len(self.levels) or len({len(colors) for colors in self.levels}) != 1:
+        if (
+            not self.levels
+            or len(self.keys) != len(self.levels)
+            or len({len(colors) for colors in self.levels}) != 1
+        ):
             raise ValueError("each level needs a key and as many colors as the first one")
         for colors in (self.keys, *self.levels):
             color_set(colors)
@@ -35,7 +40,8 @@ class Shades:
 
 @dataclass(frozen=True)
 class Saver:
-    """The screen saver that a game shows after some 32,768 or 65,536 frames: each colour is shown as `(color ^ key) & mask`.
+    """The screen saver that a game shows after some 32,768 or 65,536 frames: each colour is shown
+    as `(color ^ key) & mask`.
 
     The key changes every few seconds. REM knows it from the RAM, and VEM reads it off a pixel.
 
@@ -43,11 +49,14 @@ class Saver:
         key: function of the address map: the key, int32; -1 while the colours are those of play.
         pixel: (x, y) of a pixel that has one colour in play, but for moments.
         color: that colour, or all that it has in play, the usual one first.
-        mask: bits of a colour that the saver keeps. Colours that differ in the others alone are shown as one.
-        taken: the colours for which VEM takes what is shown as one; without an entry, that is the first colour that a rule names.
+        mask: bits of a colour that the saver keeps. Colours that differ in the others alone are
+            shown as one.
+        taken: the colours for which VEM takes what is shown as one; without an entry, that is the
+            first colour that a rule names.
         changed: the colours that the saver changes; all without it.
-        beside: (x, y) of a second pixel, for games that change all colours in play, too. Then `color` is the pixel's usual colour, and the
-            saver is on where neither pixel has a bit that `mask` drops: whatever the change, one of the two has it in play.
+        beside: (x, y) of a second pixel, for games that change all colours in play, too. Then
+            `color` is the pixel's usual colour, and the saver is on where neither pixel has a bit
+            that `mask` drops: whatever the change, one of the two has it in play.
     """
 
     key: Callable[[Any], jax.Array]

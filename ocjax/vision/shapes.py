@@ -21,14 +21,17 @@ def limits(of: int | tuple[int, Most]) -> tuple[int, int | Most]:
 class Shape:
     """What a connected component is like that is an object.
 
-    Each range is a number, or the least and the most. The most of the width and of the height may be None: no limit, at some cost in time.
+    Each range is a number, or the least and the most. The most of the width and of the height may
+    be None: no limit, at some cost in time.
 
     Args:
         w, h: width and height in pixels.
-        pixels: number of pixels, those included that `Blobs.gap` bridges from the left and from above. This tells pictures of the same size
-            apart. Without it, any number will do. Without a gap, there are never more than `w` times `h`.
-        split: (width, height) of one object, for objects that touch. A larger component is split into as many objects as cover it (4 at
-            most), evenly spaced from edge to edge. `w` and `h` then limit the whole component.
+        pixels: number of pixels, those included that `Blobs.gap` bridges from the left and from
+            above. This tells pictures of the same size apart. Without it, any number will do.
+            Without a gap, there are never more than `w` times `h`.
+        split: (width, height) of one object, for objects that touch. A larger component is split
+            into as many objects as cover it (4 at most), evenly spaced from edge to edge. `w` and
+            `h` then limit the whole component.
     """
 
     w: Range = (1, None)
@@ -39,7 +42,9 @@ class Shape:
     def __post_init__(self) -> None:
         for name in ("w", "h", "pixels"):
             _check_range(name, getattr(self, name))
-        if (self.max_size is None) and (limits(self.w)[1] is not None or limits(self.h)[1] is not None):
+        if (self.max_size is None) and (
+            limits(self.w)[1] is not None or limits(self.h)[1] is not None
+        ):
             raise ValueError(f"w and h need a limit both, or none, got {self.w} and {self.h}")
         if self.pixels is not None and (self.max_size is None or limits(self.pixels)[1] is None):
             raise ValueError("pixels must have a limit, and so must w and h")
@@ -66,7 +71,12 @@ class Shape:
 def _check_range(name: str, value: Range | None) -> None:
     if value is None or (isinstance(value, int) and value >= 0):
         return
-    numbers = isinstance(value, tuple) and len(value) == 2 and isinstance(value[0], int) and isinstance(value[1], int | None)
+    numbers = (
+        isinstance(value, tuple)
+        and len(value) == 2
+        and isinstance(value[0], int)
+        and isinstance(value[1], int | None)
+    )
     if not numbers or value[0] < 0 or (value[1] is not None and value[1] < value[0]):  # pyright: ignore
         raise ValueError(f"{name} must be a number of pixels or (least, most), got {value!r}")
 

@@ -1,6 +1,7 @@
 """Steps: what is done with the objects that a rule has found, before their colours are read.
 
-A step is a function of the objects and of their `Context`. A game may define its own, as a subclass of `Step`.
+A step is a function of the objects and of their `Context`. A game may define its own, as a subclass
+of `Step`.
 """
 
 from __future__ import annotations
@@ -60,9 +61,11 @@ class Tight(Step):
 
 @dataclass(frozen=True)
 class EndsAbove(Step):
-    """A box ends above the objects of another category that begin inside it, and fits tightly around the pixels that are left.
+    """A box ends above the objects of another category that begin inside it, and fits tightly
+    around the pixels that are left.
 
-    This is for a driver above the car of which he has a colour. The limits of the rule's shapes count for the whole box.
+    This is for a driver above the car of which he has a colour. The limits of the rule's shapes
+    count for the whole box.
 
     Args:
         name: the other category, of `Blobs`.
@@ -125,7 +128,9 @@ class SideBySide(Step):
         before, box = _pick(rank, upto - parts, upto, upto - parts, found.box)
         row = Detected(box)
         left = self.width * (rank - before)
-        cut = boxes(row.x + left, row.y, jnp.minimum(self.width, row.w - left), row.h, rank < upto[-1:])
+        cut = boxes(
+            row.x + left, row.y, jnp.minimum(self.width, row.w - left), row.h, rank < upto[-1:]
+        )
         return Detected(cut, overflow=jnp.maximum(upto[-1] - context.slots, 0))
 
 
@@ -142,7 +147,9 @@ class Packed(Step):
         """The objects after the step."""
         one = found.valid.astype(jnp.int32)
         upto = jnp.cumsum(one, axis=0)
-        (box,) = _pick(jnp.arange(context.slots, dtype=jnp.int32)[:, None], upto - one, upto, found.box)
+        (box,) = _pick(
+            jnp.arange(context.slots, dtype=jnp.int32)[:, None], upto - one, upto, found.box
+        )
         return Detected(box, overflow=jnp.maximum(upto[-1] - context.slots, 0))
 
 
@@ -157,16 +164,23 @@ def tight(found: Detected, context: Context, which: jax.Array) -> Detected:
     top = context.top
     rows, columns = kernels.materialize(functools.partial(_marks, top), context.pixels(), found.box)
     (first, last), (upper, lower) = bm.columns(columns), bm.rows(rows)
-    around = boxes(first, top + upper, last - first + 1, lower - upper + 1, found.valid & (lower >= 0))
+    around = boxes(
+        first, top + upper, last - first + 1, lower - upper + 1, found.valid & (lower >= 0)
+    )
     return found._replace(box=jnp.where(which, around, found.box), head=None)
 
 
 def _marks(top: int, pixels: Bitmap, box: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The words of each row of each box or-ed together, uint32 `[rows, n, B]`, and those of its rows, `[5, n, B]`.
+    """The words of each row of each box or-ed together, uint32 `[rows, n, B]`, and those of its
+    rows, `[5, n, B]`.
 
     `top` is the row of the screen where `pixels` begin.
     """
     found, row = Detected(box), top + jnp.arange(pixels.shape[1], dtype=jnp.int32)[:, None, None]
     inside = (row >= found.y[None]) & (row < (found.y + found.h)[None])
-    within = jnp.where(inside[None], pixels[:, :, None] & bm.columns_between(found.x, found.x + found.w)[:, None], U(0))
+    within = jnp.where(
+        inside[None],
+        pixels[:, :, None] & bm.columns_between(found.x, found.x + found.w)[:, None],
+        U(0),
+    )
     return bm.any_of(within), bm.or_rows(within)

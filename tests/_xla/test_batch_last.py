@@ -21,8 +21,14 @@ FUNCTIONS = {
     "repeated": lambda x: (jnp.repeat(x, 2), jnp.tile(x, 3)),
     "reduced": lambda x: (x.sum(), x.max(), jnp.argmax(x), jnp.any(x > 8), jnp.cumsum(x)),
     "broadcast": lambda x: x[:, None] * jnp.array([1, 10, 100])[None],
-    "gathered": lambda x: (jnp.array([5, 6, 7, 8, 9, 10])[x % 6], jnp.arange(30).reshape(5, 6)[x % 5]),
-    "static gather": lambda x: (x.at[np.array([4, 0, 3])].get(mode="promise_in_bounds"), x.reshape(2, 3)[:, np.array([2, 0])]),
+    "gathered": lambda x: (
+        jnp.array([5, 6, 7, 8, 9, 10])[x % 6],
+        jnp.arange(30).reshape(5, 6)[x % 5],
+    ),
+    "static gather": lambda x: (
+        x.at[np.array([4, 0, 3])].get(mode="promise_in_bounds"),
+        x.reshape(2, 3)[:, np.array([2, 0])],
+    ),
     "rows gathered": lambda x: jnp.arange(30).reshape(5, 6)[x % 5, 1:3],
     "own gather": lambda x: x[x % 6],
     "padded": lambda x: (jnp.pad(x, (1, 2)), jnp.pad(x, 1, constant_values=x[0])),

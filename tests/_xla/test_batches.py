@@ -11,7 +11,9 @@ from ocjax._xla import batches
 @pytest.mark.parametrize("n", [1, 4, 5, 8, 11])
 def test_chunks(n):
     x = np.arange(3 * n, dtype=np.int32).reshape(n, 3)
-    got = jax.jit(lambda v: batches.in_chunks(lambda c: {"sum": c.sum(axis=1), "twice": 2 * c}, v, 4))(x)
+    got = jax.jit(
+        lambda v: batches.in_chunks(lambda c: {"sum": c.sum(axis=1), "twice": 2 * c}, v, 4)
+    )(x)
     np.testing.assert_array_equal(got["sum"], x.sum(axis=1))
     np.testing.assert_array_equal(got["twice"], 2 * x)
 

@@ -1,4 +1,5 @@
-"""The compiler tricks give what the plain operations give, on all inputs and under JAX's transformations."""
+"""The compiler tricks give what the plain operations give, on all inputs and under JAX's
+transformations."""
 
 import jax
 import jax.numpy as jnp
@@ -31,7 +32,8 @@ def test_materialize(values):
 
 
 def test_materialize_stores():
-    """The call survives the compiler: without it, the computation would be fused into its consumers again."""
+    """The call survives the compiler: without it, the computation would be fused into its consumers
+    again."""
     f = jax.jit(lambda x: kernels.materialize(lambda y: y * 3, x) + 1)
     assert " call(" in f.lower(jnp.zeros(LARGE, jnp.int32)).compile().as_text()
 

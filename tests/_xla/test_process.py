@@ -8,14 +8,29 @@ from ocjax._xla import process
 
 
 def test_compilation_cache(tmp_path):
-    program = "import jax, ocjax; print(ocjax.use_compilation_cache(), jax.config.jax_compilation_cache_dir)"
-    for variables, folder in (({"XDG_CACHE_HOME": str(tmp_path)}, f"{tmp_path}/ocjax/xla"), ({"JAX_COMPILATION_CACHE_DIR": "B"}, "B")):
-        run = subprocess.run([sys.executable, "-c", program], env=_without_cache(os.environ) | variables, capture_output=True, text=True)
+    program = (
+        "import jax, ocjax; print(ocjax.use_compilation_cache(), "
+        "jax.config.jax_compilation_cache_dir)"
+    )
+    for variables, folder in (
+        ({"XDG_CACHE_HOME": str(tmp_path)}, f"{tmp_path}/ocjax/xla"),
+        ({"JAX_COMPILATION_CACHE_DIR": "B"}, "B"),
+    ):
+        run = subprocess.run(
+            [sys.executable, "-c", program],
+            env=_without_cache(os.environ) | variables,
+            capture_output=True,
+            text=True,
+        )
         assert run.stdout.split() == [folder, folder], run.stderr
 
 
 def _without_cache(variables):
-    return {k: v for k, v in variables.items() if k not in ("XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR")}
+    return {
+        k: v
+        for k, v in variables.items()
+        if k not in ("XDG_CACHE_HOME", "JAX_COMPILATION_CACHE_DIR")
+    }
 
 
 def test_retained_memory_is_asked_for(monkeypatch):
@@ -26,8 +41,17 @@ def test_retained_memory_is_asked_for(monkeypatch):
 
 
 def test_retained_memory_is_asked_for_by_the_environment():
-    code = "import ocjax; ocjax.load('Pong'); from ocjax._xla import process; print(process.retain_freed_memory.cache_info().currsize)"
+    code = (
+        "import ocjax; ocjax.load('Pong'); from ocjax._xla import process; "
+        "print(process.retain_freed_memory.cache_info().currsize)"
+    )
     for value, calls in (("1", "1"), ("0", "0")):
         environment = os.environ | {"OCJAX_RETAIN_MEMORY": value}
-        run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         assert run.stdout.strip() == calls

@@ -41,7 +41,8 @@ QUIET = Console(quiet=True)
 
 
 def test_advantages():
-    """Against the sum over later steps in its definition, through terminated and truncated episodes."""
+    """Against the sum over later steps in its definition, through terminated and truncated
+    episodes."""
     rng, (t, b), gamma, decay = np.random.default_rng(0), (9, 40), 0.9, 0.8
     reward, value = rng.normal(size=(t, b)), rng.normal(size=(t + 1, b))
     terminated = rng.random((t, b)) < 0.15
@@ -51,11 +52,15 @@ def test_advantages():
         for i in range(t):
             weight = 1.0
             for k in range(i, t):
-                want[i, j] += weight * (reward[k, j] + gamma * value[k + 1, j] * (not terminated[k, j]) - value[k, j])
+                want[i, j] += weight * (
+                    reward[k, j] + gamma * value[k + 1, j] * (not terminated[k, j]) - value[k, j]
+                )
                 if ended[k, j]:
                     break
                 weight *= gamma * decay
-    reward, value, terminated, ended = (jnp.asarray(a) for a in (np.float32(reward), np.float32(value), terminated, ended))
+    reward, value, terminated, ended = (
+        jnp.asarray(a) for a in (np.float32(reward), np.float32(value), terminated, ended)
+    )
     got = ppo.advantages(reward, value, terminated, ended, gamma, decay)
     assert np.allclose(got, want, atol=1e-5)
 
@@ -108,23 +113,32 @@ def test_updates_prefer_what_is_rewarded(learner):
     losses = ppo.NO_LOSSES
     for _ in range(12):
         state, losses = update(state, fixed, bandit(rng, TINY), jnp.float32(1))
-    probabilities = jax.nn.softmax(network.apply(state.params, jnp.asarray(rng.normal(size=(50, 4)), jnp.float32))[0])
+    probabilities = jax.nn.softmax(
+        network.apply(state.params, jnp.asarray(rng.normal(size=(50, 4)), jnp.float32))[0]
+    )
     assert np.asarray(probabilities).mean(0)[1] > 0.5
     assert all(np.isfinite(v) for v in losses)
     assert float(state.inputs.total) == 12 * TINY.num_envs * TINY.horizon
 
 
 def test_nothing_is_learned_from_steps_that_only_begin_an_episode(learner):
-    """Their actions and rewards have no effect on the parameters, and neither has anything once nothing of the training is left."""
+    """Their actions and rewards have no effect on the parameters, and neither has anything once
+    nothing of the training is left."""
     _, update, state = learner
     fixed = statistics.initial_moments((4,))
     resets = np.random.default_rng(1).random((TINY.horizon, TINY.num_envs)) < 0.3
     a = bandit(np.random.default_rng(2), TINY, resets)
     b = a._replace(action=np.where(resets, 2 - a.action, a.action))
     one, other = (update(state, fixed, r, jnp.float32(1))[0].params for r in (a, b))
-    assert all(np.array_equal(p, q) for p, q in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True))
+    assert all(
+        np.array_equal(p, q)
+        for p, q in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True)
+    )
     still = update(state, fixed, a, jnp.float32(0))[0].params
-    assert all(np.array_equal(p, q) for p, q in zip(jax.tree.leaves(still), jax.tree.leaves(state.params), strict=True))
+    assert all(
+        np.array_equal(p, q)
+        for p, q in zip(jax.tree.leaves(still), jax.tree.leaves(state.params), strict=True)
+    )
 
 
 @pytest.mark.parametrize("drawn", [False, pytest.param(True, marks=pytest.mark.slow)])
@@ -133,11 +147,15 @@ def test_convolutional_network(drawn):
     if drawn:
         params = network.init(jax.random.key(0))
     else:  # drawing orthogonal matrices takes seconds
-        params = jax.tree.map(lambda p: jnp.zeros(p.shape, p.dtype), jax.eval_shape(network.init, jax.random.key(0)))
+        params = jax.tree.map(
+            lambda p: jnp.zeros(p.shape, p.dtype), jax.eval_shape(network.init, jax.random.key(0))
+        )
     logits, value = network.apply(params, jnp.zeros((2, 4, 84, 84), jnp.uint8))
     assert logits.shape == (2, 6)
     assert value.shape == (2,)
-    assert sum(p.size for p in jax.tree.leaves(params)) == 1_687_719  # 1,684,128 up to the dense layer, 7 * 513 in the heads
+    assert (
+        sum(p.size for p in jax.tree.leaves(params)) == 1_687_719
+    )  # 1,684,128 up to the dense layer, 7 * 513 in the heads
 
 
 @pytest.mark.parametrize("change", [{"num_envs": 5}, {"minibatch": 100}, {"clip": 0.0}])
@@ -149,15 +167,23 @@ def test_hyperparameters(change):
 def metrics(folder):
     """The rows of the file without the columns of time."""
     with (folder / "metrics.csv").open() as file:
-        return [{k: v for k, v in row.items() if k != "seconds" and not k.endswith("_share")} for row in csv.DictReader(file)]
+        return [
+            {k: v for k, v in row.items() if k != "seconds" and not k.endswith("_share")}
+            for row in csv.DictReader(file)
+        ]
 
 
 def test_games_do_not_stay_in_step():
-    """Each of the first rollouts restarts one environment, in either half, and no game that was cut short is reported."""
-    halves = [make_vec("Pong", 2, mode="rem", obs="vector", preset="dqn", num_workers=0) for _ in range(2)]
+    """Each of the first rollouts restarts one environment, in either half, and no game that was cut
+    short is reported."""
+    halves = [
+        make_vec("Pong", 2, mode="rem", obs="vector", preset="dqn", num_workers=0) for _ in range(2)
+    ]
     collector = Collector(*halves, horizon=16, seed=0)
     for _ in range(6):
-        rollout = collector.collect(lambda obs, step: (np.zeros(len(obs), np.int32), np.zeros(len(obs), np.float32)))
+        rollout = collector.collect(
+            lambda obs, step: (np.zeros(len(obs), np.int32), np.zeros(len(obs), np.float32))
+        )
         assert collector.games == []
         assert not rollout.resets.any()
     lengths = np.concatenate([envs.pool.arrays.episode_length for envs in halves])
@@ -166,7 +192,8 @@ def test_games_do_not_stay_in_step():
 
 
 def games_by_their_successors(monkeypatch, envs):
-    """A list that gets the last return of each game when the next one has begun: no game has steps after 0 steps."""
+    """A list that gets the last return of each game when the next one has begun: no game has steps
+    after 0 steps."""
     found, last, step_wait = [], np.zeros(envs.num_envs), envs.step_wait
 
     def wait():
@@ -181,15 +208,25 @@ def games_by_their_successors(monkeypatch, envs):
     return found
 
 
-@pytest.mark.parametrize("options", slow_but([{}], [{}, {"max_episode_steps": 40}, {"max_episode_frames": 300}]), ids=str)
+@pytest.mark.parametrize(
+    "options", slow_but([{}], [{}, {"max_episode_steps": 40}, {"max_episode_frames": 300}]), ids=str
+)
 def test_returns_of_complete_games(monkeypatch, options):
-    """With an episode per life and next-step autoreset, each game is reported once, with its complete return, and no life is."""
-    halves = [make_vec("Breakout", 3, mode="raw", preset="dqn", num_workers=0, clip_rewards=False, **options) for _ in range(2)]
+    """With an episode per life and next-step autoreset, each game is reported once, with its
+    complete return, and no life is."""
+    halves = [
+        make_vec(
+            "Breakout", 3, mode="raw", preset="dqn", num_workers=0, clip_rewards=False, **options
+        )
+        for _ in range(2)
+    ]
     found = [games_by_their_successors(monkeypatch, envs) for envs in halves]
     rng, reported, lives = np.random.default_rng(0), [], 0
     collector = Collector(*halves, horizon=20, seed=0)
     for _ in range(30):
-        rollout = collector.collect(lambda obs, step: (rng.integers(4, size=len(obs)), np.zeros(len(obs), np.float32)))
+        rollout = collector.collect(
+            lambda obs, step: (rng.integers(4, size=len(obs)), np.zeros(len(obs), np.float32))
+        )
         reported += collector.games
         lives += int((rollout.terminated | rollout.truncated).sum())
     over = sum(int(envs.pool.game_over.sum()) for envs in halves)  # whose successors have not begun
@@ -239,7 +276,9 @@ def test_a_killed_training_goes_on_to_the_same_numbers(tmp_path):
     resumed = Trainer(config, tmp_path / "killed")
     assert resumed.updates == 3
     resumed.run(6 * UPDATE, QUIET)
-    assert all(np.array_equal(a, b) for a, b in zip(parameters(whole), parameters(resumed), strict=True))
+    assert all(
+        np.array_equal(a, b) for a, b in zip(parameters(whole), parameters(resumed), strict=True)
+    )
     assert metrics(tmp_path / "whole") == metrics(tmp_path / "killed")
     assert len(metrics(tmp_path / "whole")) == 6
     for trainer in (whole, resumed):
@@ -255,7 +294,11 @@ def test_more_frames_continue_a_training(tmp_path):
     second = Trainer(config, tmp_path / "run")
     second.run(3 * UPDATE, QUIET)
     assert second.frames == 3 * UPDATE
-    assert [int(row["frames"]) for row in metrics(tmp_path / "run")] == [UPDATE, 2 * UPDATE, 3 * UPDATE]
+    assert [int(row["frames"]) for row in metrics(tmp_path / "run")] == [
+        UPDATE,
+        2 * UPDATE,
+        3 * UPDATE,
+    ]
     saved = policies.read(tmp_path / "run" / "policy.npz", ocjax.load("Pong"))
     assert saved.frames == 3 * UPDATE
     assert saved.settings == second.policy().settings
@@ -272,7 +315,10 @@ def test_more_frames_continue_a_training(tmp_path):
     path.write_text(text)
     for damaged in (tmp_path / "run" / "checkpoints").rglob("*METADATA"):
         damaged.write_text("{")
-    with pytest.raises(TrainingError, match=r"the checkpoint checkpoints/\d+ .* is damaged.*Restore the folder from a copy"):
+    with pytest.raises(
+        TrainingError,
+        match=r"the checkpoint checkpoints/\d+ .* is damaged.*Restore the folder from a copy",
+    ):
         Trainer(config, tmp_path / "run")
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "file").touch()
@@ -288,7 +334,9 @@ def test_training_from_pixels(tmp_path, monkeypatch):
     trainer.run(2 * 2 * 8 * 4, QUIET)
     assert trainer.updates == 2
     assert len(metrics(tmp_path / "run")) == 2
-    params = jax.tree.map(lambda p: jnp.asarray(np.float16(p), jnp.float32), trainer._pending.result().learner.params)
+    params = jax.tree.map(
+        lambda p: jnp.asarray(np.float16(p), jnp.float32), trainer._pending.result().learner.params
+    )
     trainer.close()
     path, seen = tmp_path / "run" / "policy.npz", []
     assert path.stat().st_size < 4_000_000
@@ -319,7 +367,9 @@ def test_train_command(tmp_path, monkeypatch):
     monkeypatch.setattr("ocjax.cli.agents.EVALUATION_EPISODES", 1)
     result = CliRunner().invoke(app, arguments, terminal_width=200)
     assert result.exit_code == 0, result.output
-    assert {"config.json", "metrics.csv", "policy.npz", "agent.gif"} <= {p.name for p in folder.iterdir()}
+    assert {"config.json", "metrics.csv", "policy.npz", "agent.gif"} <= {
+        p.name for p in folder.iterdir()
+    }
     assert list((folder / "tensorboard").iterdir())
     again = CliRunner().invoke(app, arguments, terminal_width=200)
     assert again.exit_code == 0, again.output
@@ -329,7 +379,18 @@ def test_train_command(tmp_path, monkeypatch):
     assert "objects or pixels" in wrong.output
 
 
-@pytest.mark.parametrize("entry", ["config.json", "metrics.csv", "policy.npz", "agent.gif", "tensorboard", "checkpoints", "checkpoints/5"])
+@pytest.mark.parametrize(
+    "entry",
+    [
+        "config.json",
+        "metrics.csv",
+        "policy.npz",
+        "agent.gif",
+        "tensorboard",
+        "checkpoints",
+        "checkpoints/5",
+    ],
+)
 def test_links_in_a_training(tmp_path, entry):
     outside, run = tmp_path / "outside", tmp_path / "run"
     outside.mkdir()
@@ -339,7 +400,9 @@ def test_links_in_a_training(tmp_path, entry):
     (run / "config.json").write_text(config.to_json())
     (run / entry).unlink(missing_ok=True)
     (run / entry).symlink_to(outside if "." not in entry else outside / "file")
-    with pytest.raises(TrainingError, match=rf"{entry} is a link: a training must consist of files and folders"):
+    with pytest.raises(
+        TrainingError, match=rf"{entry} is a link: a training must consist of files and folders"
+    ):
         Trainer(config, run)
     assert {path.name: path.read_text() for path in outside.iterdir()} == {"file": "own"}
 
@@ -368,7 +431,8 @@ app(["train", "Pong", "--frames", "2048", "--out", str(folder), *sys.argv[3:]])
 
 @pytest.mark.parametrize("stage", slow_but(["space"], ["metrics", "policy", "space", "Orbax"]))
 def test_a_full_disk(tmp_path, stage):
-    """A limit on the size of files stands for the full disk: writing beyond it is an error of the system, too."""
+    """A limit on the size of files stands for the full disk: writing beyond it is an error of the
+    system, too."""
     folder = tmp_path / "run"
     done = subprocess.run(
         [sys.executable, "-c", FULL, str(folder), stage, *TINY_OPTIONS],
@@ -401,28 +465,48 @@ def test_a_file_instead_of_checkpoints(tmp_path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "config.json").write_text(Config("Pong", 0, hyperparameters=TINY).to_json())
     (tmp_path / "run" / "checkpoints").write_text("a file")
-    with pytest.raises(TrainingError, match=r"run: the folder checkpoints is damaged, .*FileExistsError"):
+    with pytest.raises(
+        TrainingError, match=r"run: the folder checkpoints is damaged, .*FileExistsError"
+    ):
         Trainer(Config("Pong", 0, hyperparameters=TINY), tmp_path / "run")
 
 
-WRONG = [..., 0, -3, 10**12, 10**40, "two", "2", 2.5, float("nan"), float("inf"), None, True, [[]], {"a": []}]
+WRONG = [
+    ...,
+    0,
+    -3,
+    10**12,
+    10**40,
+    "two",
+    "2",
+    2.5,
+    float("nan"),
+    float("inf"),
+    None,
+    True,
+    [[]],
+    {"a": []},
+]
 
 
 @pytest.mark.parametrize("value", WRONG, ids=str)
 @pytest.mark.parametrize("name", ["rows", "seconds", "recent", "one of recent"])
 def test_progress_of_a_training(tmp_path, name, value):
-    """A count, a time or returns that no training has are errors, and the file of metrics stays as it is."""
+    """A count, a time or returns that no training has are errors, and the file of metrics stays as
+    it is."""
     text = "frames,return\n256,nan\n512,-20.0\n"
     (tmp_path / "metrics.csv").write_text(text)
     progress = {"rows": 2, "seconds": 1.5, "recent": [-20.0, 3]}
     if name == "one of recent":
         progress["recent"] = [1.0, None if value is ... else value]
     else:
-        progress = {k: v for k, v in progress.items() if k != name} | ({} if value is ... else {name: value})
+        progress = {k: v for k, v in progress.items() if k != name} | (
+            {} if value is ... else {name: value}
+        )
     kept = Metrics(tmp_path)
-    right = (name in ("seconds", "one of recent") and value in (0, 2.5, 10**12) and value is not True) or (
-        name == "one of recent" and value == -3
-    )
+    right = (
+        name in ("seconds", "one of recent") and value in (0, 2.5, 10**12) and value is not True
+    ) or (name == "one of recent" and value == -3)
     if right and not isinstance(value, bool):
         kept.restore(progress, 2)
         assert kept.save() == progress
@@ -456,9 +540,13 @@ def test_metrics_of_a_training(tmp_path, text):
 
 
 def test_environments_of_a_training():
-    halves = [make_vec("Pong", 2, mode="rem", obs="vector", preset="dqn", num_workers=0) for _ in range(2)]
+    halves = [
+        make_vec("Pong", 2, mode="rem", obs="vector", preset="dqn", num_workers=0) for _ in range(2)
+    ]
     collector = Collector(*halves, horizon=4, seed=0)
-    collector.collect(lambda obs, step: (np.zeros(len(obs), np.int32), np.zeros(len(obs), np.float32)))
+    collector.collect(
+        lambda obs, step: (np.zeros(len(obs), np.int32), np.zeros(len(obs), np.float32))
+    )
     saved = collector.save()
     wrong = [
         (name, value)
@@ -471,7 +559,11 @@ def test_environments_of_a_training():
         for value in values
     ]
     for name, value in wrong:
-        change = {name: value} if name in saved else {"halves": [saved["halves"][0], saved["halves"][1] | {name: value}]}
+        change = (
+            {name: value}
+            if name in saved
+            else {"halves": [saved["halves"][0], saved["halves"][1] | {name: value}]}
+        )
         with pytest.raises((ValueError, TypeError)):
             collector.restore(saved | change, 1)
     collector.restore(saved, 1)
@@ -480,7 +572,8 @@ def test_environments_of_a_training():
 
 
 def test_strange_entries_among_checkpoints(tmp_path):
-    """Unfinished checkpoints are deleted, and others are an error or left alone; a damaged one is an error."""
+    """Unfinished checkpoints are deleted, and others are an error or left alone; a damaged one is
+    an error."""
     config, run = Config("Pong", 0, hyperparameters=TINY), tmp_path / "run"
     first = Trainer(config, run)
     first.run(UPDATE, QUIET)
@@ -496,15 +589,23 @@ def test_strange_entries_among_checkpoints(tmp_path):
     again.close()
     assert {path.name for path in folder.iterdir()} == {"1", ".DS_Store", "notes"}
     (folder / "7").mkdir()
-    with pytest.raises(TrainingError, match=r"the checkpoint checkpoints/7 or metrics.csv is damaged"):
+    with pytest.raises(
+        TrainingError, match=r"the checkpoint checkpoints/7 or metrics.csv is damaged"
+    ):
         Trainer(config, run)
     (folder / "7").rmdir()
     (folder / "1").rename(folder / ("9" * 12))
-    with pytest.raises(TrainingError, match=r"the number of updates must be an integer of at least 999,999,999,999"):
+    with pytest.raises(
+        TrainingError, match=r"the number of updates must be an integer of at least 999,999,999,999"
+    ):
         Trainer(config, run)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{", "[" * 100_000, "\udcff"], ids=["empty", "list", "brace", "deep", "bytes"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{", "[" * 100_000, "\udcff"],
+    ids=["empty", "list", "brace", "deep", "bytes"],
+)
 def test_configurations_of_a_training(tmp_path, text):
     (tmp_path / "config.json").write_text(text, errors="surrogateescape")
     with pytest.raises(TrainingError, match=r"config\.json is damaged: "):

@@ -31,6 +31,10 @@ def test_program(library, tmp_path):
         pytest.skip(f"{library} is not installed")
     # Warnings of other projects are none of ours.
     done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", PROGRAMS[library]], cwd=tmp_path, capture_output=True, text=True, check=False
+        [sys.executable, "-W", "ignore", "-c", PROGRAMS[library]],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr

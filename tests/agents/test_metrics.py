@@ -21,7 +21,9 @@ def rows(folder):
 def events(folder):
     """The events of all files of TensorBoard, in the order in which they were written."""
     out = []
-    for path in sorted((folder / "tensorboard").iterdir(), key=lambda path: path.stat().st_mtime_ns):
+    for path in sorted(
+        (folder / "tensorboard").iterdir(), key=lambda path: path.stat().st_mtime_ns
+    ):
         data = path.read_bytes()
         while data:
             size = int.from_bytes(data[:8], "little")
@@ -42,17 +44,32 @@ def test_each_update_is_in_the_files_at_once(tmp_path):
         assert [row["frames"] for row in rows(tmp_path)] == [str(100 * j) for j in range(1, i + 1)]
         steps = [event.step for event in events(tmp_path) if event.HasField("summary")]
         assert max(steps) == 100 * i
-    assert rows(tmp_path)[-1] == {"frames": "300", "seconds": "1.5", "games": "1", "return": "2.0", "loss": "0.3"}
+    assert rows(tmp_path)[-1] == {
+        "frames": "300",
+        "seconds": "1.5",
+        "games": "1",
+        "return": "2.0",
+        "loss": "0.3",
+    }
     metrics.close()
 
 
 ROW = "300,1.5,1,2.0,0.3"
-ENDS = {"none": "", "half": ROW[:9], "no end": ROW, "row": f"{ROW}\n", "two": f"{ROW}\n400,", "empty": "\n\n", "zeros": "\0" * 20_000}
+ENDS = {
+    "none": "",
+    "half": ROW[:9],
+    "no end": ROW,
+    "row": f"{ROW}\n",
+    "two": f"{ROW}\n400,",
+    "empty": "\n\n",
+    "zeros": "\0" * 20_000,
+}
 
 
 @pytest.mark.parametrize("end", ENDS.values(), ids=ENDS)
 def test_rows_after_the_checkpoint_are_dropped(tmp_path, end):
-    """Whatever a killed run has written after its checkpoint, the file continues after the checkpoint's row."""
+    """Whatever a killed run has written after its checkpoint, the file continues after the
+    checkpoint's row."""
     first = Metrics(tmp_path)
     add(first, 1, 2)
     saved, kept = first.save(), (tmp_path / "metrics.csv").read_text()
@@ -102,6 +119,9 @@ def test_a_file_with_other_columns(tmp_path):
     (tmp_path / "metrics.csv").write_text("frames,return\n100,1.0\n")
     metrics = Metrics(tmp_path)
     metrics.restore({"rows": 1, "seconds": 0.5, "recent": []}, 1)
-    with pytest.raises(ValueError, match=r"metrics.csv must have the columns frames, seconds, .* got frames, return"):
+    with pytest.raises(
+        ValueError,
+        match=r"metrics.csv must have the columns frames, seconds, .* got frames, return",
+    ):
         add(metrics, 2)
     assert (tmp_path / "metrics.csv").read_text() == "frames,return\n100,1.0\n"

@@ -1,4 +1,5 @@
-"""Training code of other projects on the environments; skipped unless the extra `sb3` is installed."""
+"""Training code of other projects on the environments; skipped unless the extra `sb3` is
+installed."""
 
 import os
 import subprocess
@@ -27,7 +28,9 @@ def check_learning(model, steps):
 def test_stable_baselines3_on_vectors():
     from stable_baselines3.common.env_util import make_vec_env
 
-    envs = make_vec_env("ocjax/Pong-v5", n_envs=2, seed=0, env_kwargs={"obs": "vector", "hud": False})
+    envs = make_vec_env(
+        "ocjax/Pong-v5", n_envs=2, seed=0, env_kwargs={"obs": "vector", "hud": False}
+    )
     model = sb3.PPO("MlpPolicy", envs, n_steps=256, batch_size=64, n_epochs=1, device="cpu")
     check_learning(model, 2_048)
     envs.close()
@@ -43,11 +46,14 @@ def test_stable_baselines3_on_objects():
 
 @pytest.mark.filterwarnings("default")  # warnings of other projects
 def test_stable_baselines3_with_its_atari_wrapper():
-    """Stable-Baselines3's wrappers, which use the emulator, add no-ops, frame skip, lives, FIRE and grey frames."""
+    """Stable-Baselines3's wrappers, which use the emulator, add no-ops, frame skip, lives, FIRE and
+    grey frames."""
     pytest.importorskip("cv2", reason="Stable-Baselines3's Atari wrapper needs OpenCV")
     from stable_baselines3.common.env_util import make_atari_env
 
-    envs = make_atari_env("ocjax/Breakout-v5", n_envs=2, seed=0, env_kwargs={"obs": "pixels", "preset": "noframeskip"})
+    envs = make_atari_env(
+        "ocjax/Breakout-v5", n_envs=2, seed=0, env_kwargs={"obs": "pixels", "preset": "noframeskip"}
+    )
     model = sb3.PPO("CnnPolicy", envs, n_steps=64, batch_size=64, n_epochs=1, device="cpu")
     check_learning(model, 256)
     envs.close()
@@ -64,14 +70,33 @@ def test_cleanrl(request, tmp_path):
     """CleanRL's ppo.py runs with only the call that makes the environments replaced."""
     checkout = request.config.getoption("--cleanrl")
     if checkout is None:
-        pytest.skip("needs --cleanrl with the path of a checkout, as CleanRL's scripts are not in a package")
+        pytest.skip(
+            "needs --cleanrl with the path of a checkout, as CleanRL's scripts are not in a package"
+        )
     text = (checkout / "cleanrl" / "ppo.py").read_text()
     start = text.index("    envs = gym.vector.SyncVectorEnv(")
     end = text.index("    assert isinstance(envs.single_action_space")
-    made = "    import ocjax; envs = ocjax.make_vec('Pong', args.num_envs, obs='vector', hud=False)\n"
+    made = (
+        "    import ocjax; envs = ocjax.make_vec('Pong', args.num_envs, obs='vector', hud=False)\n"
+    )
     (tmp_path / "ppo.py").write_text(text[:start] + made + text[end:])
-    command = [sys.executable, "ppo.py", "--total-timesteps", "4096", "--num-envs", "8", "--no-cuda"]
+    command = [
+        sys.executable,
+        "ppo.py",
+        "--total-timesteps",
+        "4096",
+        "--num-envs",
+        "8",
+        "--no-cuda",
+    ]
     path = os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])  # noqa: PTH109
-    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path})
+    run = subprocess.run(
+        command,
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": path},
+    )
     assert run.returncode == 0, run.stderr
     assert "SPS:" in run.stdout

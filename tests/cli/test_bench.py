@@ -26,8 +26,14 @@ def test_bench(tmp_path):
     result = run("bench", "Pong", "--envs", 2, "--seconds", 0.01, "--json", out)
     assert result.exit_code == 0, result.output
     found = [json.loads(line) for line in out.read_text().splitlines()]
-    environments = {f"environment {objects}" for objects in ("without objects", "with REM", "with VEM")}
-    assert {m["what"] for m in found} >= {"REM", "VEM", "ale-py's vector environment"} | environments
+    environments = {
+        f"environment {objects}" for objects in ("without objects", "with REM", "with VEM")
+    }
+    assert {m["what"] for m in found} >= {
+        "REM",
+        "VEM",
+        "ale-py's vector environment",
+    } | environments
     assert all(0 < m["low"] <= m["median"] <= m["high"] for m in found)
     assert all(m["processor"] and m["jax"] for m in found)
     if hasattr(os, "sched_getaffinity"):
@@ -44,7 +50,9 @@ def test_opencv_is_timed_where_it_is_installed():
     game = ocjax.load("Pong")
     _, frames = states(game, 10, seed=0)
     found = list(timing.opencv(game, frames, 0.01))
-    assert [m.what for m in found] == (["OpenCV's contours"] if importlib.util.find_spec("cv2") else [])
+    assert [m.what for m in found] == (
+        ["OpenCV's contours"] if importlib.util.find_spec("cv2") else []
+    )
     assert all(m.batch == len(frames) for m in found)
 
 
@@ -53,7 +61,12 @@ def test_figures(tmp_path):
         with pytest.raises(MissingExtraError, match="pip install matplotlib"):
             time_plots.steps_figure([measurement("Pong", "REM")])
         return
-    found = [measurement(game, what, batch) for game in ("Pong", "Skiing") for what in ("REM", "VEM") for batch in (1, 64)]
+    found = [
+        measurement(game, what, batch)
+        for game in ("Pong", "Skiing")
+        for what in ("REM", "VEM")
+        for batch in (1, 64)
+    ]
     for figure in (time_plots.steps_figure, time_plots.batches_figure):
         path = tmp_path / "figure.png"
         path.write_bytes(figure([*found, measurement("Pong", timing.WITHOUT_OBJECTS)]))

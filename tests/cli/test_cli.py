@@ -46,7 +46,13 @@ def test_a_page_of_a_game(tmp_path):
     out = tmp_path / "pong.png"
     result = run("games", "pong", "--picture", out)
     assert result.exit_code == 0, result.output
-    for text in ("modes 0, 1", "the ball, while it is in play", "ball_x", "x + 49", "identical boxes"):
+    for text in (
+        "modes 0, 1",
+        "the ball, while it is in play",
+        "ball_x",
+        "x + 49",
+        "identical boxes",
+    ):
         assert text in result.output
     with Image.open(out) as picture:
         assert picture.size[0] > 2 * 640
@@ -56,7 +62,10 @@ def test_a_page_of_a_game(tmp_path):
     assert about["variations"]["lazy_enemy"] == "The enemy stays in the middle of the court."
     assert not json.loads(run("games", "Krull", "--json").output)["agent"]
     assert "lazy_enemy" in run("games", "Pong").output
-    for wrong, message in ((("games", "Pongg"), "Pong"), (("games", "--picture", out), "needs the name of a game")):
+    for wrong, message in (
+        (("games", "Pongg"), "Pong"),
+        (("games", "--picture", out), "needs the name of a game"),
+    ):
         result = run(*wrong)
         assert result.exit_code == 2
         assert message in result.output
@@ -119,8 +128,13 @@ def test_help_is_that_of_the_commands():
 
 
 def test_help_is_quick():
-    code = "import sys; from ocjax.cli.app import app; app(['--help'], standalone_mode=False); print('jax' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.endswith("False\n")
+    code = (
+        "import sys; from ocjax.cli.app import app; app(['--help'], standalone_mode=False); "
+        "print('jax' in sys.modules)"
+    )
+    assert subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.endswith("False\n")
 
 
 @pytest.mark.parametrize(
@@ -142,7 +156,10 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
     for module, name in (*works, (ram.causal, "causes")):
         monkeypatch.setattr(module, name, work)
     (tmp_path / "folder.png").mkdir()
-    for out, message in ((tmp_path / "nowhere" / "x.png", "no folder"), (tmp_path / "folder.png", "is a folder")):
+    for out, message in (
+        (tmp_path / "nowhere" / "x.png", "no folder"),
+        (tmp_path / "folder.png", "is a folder"),
+    ):
         result = run(*command, out)
         assert result.exit_code == 2, result.output
         assert message in result.output
@@ -157,7 +174,11 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
         (("extract", DATA / "Pong.npz", "--ray", "local", "--out", "x.npz"), "ray", "'ocjax[ray]'"),
         (("extract", DATA / "Pong.npz", "--out", "x.h5"), "h5py", "'ocjax[data]'"),
         (("extract", DATA / "Pong.npz", "--out", "x.parquet"), "pyarrow", "'ocjax[data]'"),
-        (("extract", "minari:a/b-v0", "--game", "Pong", "--out", "x.npz"), "minari", "'ocjax[data]'"),
+        (
+            ("extract", "minari:a/b-v0", "--game", "Pong", "--out", "x.npz"),
+            "minari",
+            "'ocjax[data]'",
+        ),
     ],
 )
 def test_a_missing_extra_is_one_line(command, package, install, tmp_path, monkeypatch):
@@ -173,7 +194,9 @@ def test_a_missing_extra_is_one_line(command, package, install, tmp_path, monkey
     monkeypatch.setattr(importlib.metadata, "version", version)
     result = run(*command, *["folder"] * (command[-1] == "--out"))
     assert result.exit_code == 2
-    assert re.fullmatch(rf"Error: \w+ is not installed: pip install {re.escape(install)}\n", result.stderr)
+    assert re.fullmatch(
+        rf"Error: \w+ is not installed: pip install {re.escape(install)}\n", result.stderr
+    )
     assert not [path for path in tmp_path.glob("x.*") if path.is_file()]
 
 
@@ -185,18 +208,24 @@ def test_a_missing_rom_is_one_line(tmp_path, monkeypatch):
 
 
 def test_names_of_files_are_no_markup(tmp_path, capsys):
-    out = tmp_path / "a [bold]picture with a name that is longer than the eighty columns of a pipe [x].png"
+    out = (
+        tmp_path
+        / "a [bold]picture with a name that is longer than the eighty columns of a pipe [x].png"
+    )
     result = run("render", DATA / "Pong.npz", "--out", out, "--method", "rem")
     assert result.exit_code == 0, result.output
     assert f": {out}\n" in result.output
-    table = tables.Table("of [bold]a.npz[/x]", ("[red]x",), [("[/y] in a cell that is wider than the title",)])
+    table = tables.Table(
+        "of [bold]a.npz[/x]", ("[red]x",), [("[/y] in a cell that is wider than the title",)]
+    )
     tables.show(table, console)
     printed = " ".join(capsys.readouterr().out.split())
     assert all(part in printed for part in ("of [bold]a.npz[/x]", "[red]x", "[/y]"))
 
 
 def test_redirected_tables_are_whole(tmp_path):
-    """Cells of a table in a pipe are not broken into lines, whatever the width of a terminal would be."""
+    """Cells of a table in a pipe are not broken into lines, whatever the width of a terminal would
+    be."""
     lines = run("games", "FishingDerby").output.splitlines()
     for c in ocjax.load("FishingDerby").categories:
         assert any(c.name in line and c.doc in line for line in lines), c.name
@@ -243,5 +272,11 @@ cli.app(["demo", "Pong"])
 
 def test_interruption(tmp_path):
     """One line and exit status 130, while a thread of XLA still compiles."""
-    result = subprocess.run([sys.executable, "-c", INTERRUPTED], cwd=tmp_path, capture_output=True, text=True, check=False)
+    result = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert (result.returncode, result.stderr.splitlines()) == (130, ["Interrupted."])

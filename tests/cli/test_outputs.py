@@ -15,25 +15,51 @@ from ocjax.recordings import Recording
 from tests.support.command import run
 from tests.support.states import excerpt
 
-OUTPUTS = {"--out", "--markdown", "--csv", "--json", "--gif", "--latex", "--html", "--picture", "--plots"}
+OUTPUTS = {
+    "--out",
+    "--markdown",
+    "--csv",
+    "--json",
+    "--gif",
+    "--latex",
+    "--html",
+    "--picture",
+    "--plots",
+}
 HEADER = "frame_id,episode_id,score,duration(ms),unclipped_reward,action,gaze_positions"
 # Each output with arguments that read files. IN is the input, and OUT is put on top of it.
 CASES = {
     ("render", "--out"): ("render IN --out OUT.png", "render IN --out OUT.gif"),
-    ("evaluate", "--markdown"): ("evaluate IN --markdown OUT", "evaluate Pong --samples 8 --policy POLICY --markdown OUT"),
+    ("evaluate", "--markdown"): (
+        "evaluate IN --markdown OUT",
+        "evaluate Pong --samples 8 --policy POLICY --markdown OUT",
+    ),
     ("evaluate", "--csv"): ("evaluate IN --csv OUT",),
     ("evaluate", "--latex"): ("evaluate IN --latex OUT",),
     ("evaluate", "--html"): ("evaluate IN --html OUT",),
     ("extract", "--out"): ("extract IN --out OUT.npz", "extract IN --out OUT.txt"),
-    ("gaze", "--out"): ("gaze TRIAL --game Pong --out OUT.csv", "gaze TRIAL --game Pong --frames FRAMES --out OUT.csv"),
-    ("gaze", "--picture"): ("gaze TRIAL --game Pong --frames FRAMES --out NEW.csv --picture OUT.png",),
+    ("gaze", "--out"): (
+        "gaze TRIAL --game Pong --out OUT.csv",
+        "gaze TRIAL --game Pong --frames FRAMES --out OUT.csv",
+    ),
+    ("gaze", "--picture"): (
+        "gaze TRIAL --game Pong --frames FRAMES --out NEW.csv --picture OUT.png",
+    ),
     ("export", "--out"): ("export DATASET --out OUT.csv",),
     ("play", "--csv"): ("play Pong --episodes 1 --policy POLICY --csv OUT",),
     ("play", "--gif"): ("play Pong --episodes 1 --policy POLICY --gif OUT.gif",),
-    ("play", "--markdown"): ("play Pong --episodes 1 --policy POLICY --variations all --markdown OUT",),
+    ("play", "--markdown"): (
+        "play Pong --episodes 1 --policy POLICY --variations all --markdown OUT",
+    ),
     ("play", "--json"): ("play Pong --episodes 1 --policy POLICY --variations all --json OUT",),
-    ("ram correlate", "--markdown"): ("ram correlate IN --markdown OUT", "ram correlate Pong --policy POLICY --markdown OUT"),
-    ("ram residual", "--markdown"): ("ram residual IN Ball x --markdown OUT", "ram residual Pong Ball x --policy POLICY --markdown OUT"),
+    ("ram correlate", "--markdown"): (
+        "ram correlate IN --markdown OUT",
+        "ram correlate Pong --policy POLICY --markdown OUT",
+    ),
+    ("ram residual", "--markdown"): (
+        "ram residual IN Ball x --markdown OUT",
+        "ram residual Pong Ball x --policy POLICY --markdown OUT",
+    ),
     ("ram control", "--markdown"): ("ram control Pong --json JSON --markdown OUT",),
 }
 READ_NOTHING = {  # or update their own file or folder
@@ -52,9 +78,12 @@ READ_NOTHING = {  # or update their own file or folder
 
 
 def options(command, name):
-    """The options of a command and of its subcommands that take a value and are named like an output."""
+    """The options of a command and of its subcommands that take a value and are named like an
+    output."""
     if isinstance(command, typer.core.TyperGroup):
-        return {pair for sub, own in command.commands.items() for pair in options(own, f"{name} {sub}")}
+        return {
+            pair for sub, own in command.commands.items() for pair in options(own, f"{name} {sub}")
+        }
     taking = [p for p in command.params if not getattr(p, "is_flag", False)]
     return {(name, option) for p in taking for option in p.opts if option in OUTPUTS}
 
@@ -76,12 +105,17 @@ def inputs(tmp_path_factory):
     Image.fromarray(np.asarray(game.palette)[data["screens"][0]]).save(folder / "FRAMES" / "0.png")
     (folder / "TRIAL").symlink_to(folder / "FRAMES")
     (folder / "JSON.json").write_text("{}\n")
-    words = {word: folder / f"{word}.{suffix}" for word, suffix in (("IN", "npz"), ("POLICY", "npz"), ("TRIAL", "txt"), ("JSON", "json"))}
+    words = {
+        word: folder / f"{word}.{suffix}"
+        for word, suffix in (("IN", "npz"), ("POLICY", "npz"), ("TRIAL", "txt"), ("JSON", "json"))
+    }
     return words | {"FRAMES": folder / "FRAMES", "NEW": folder / "NEW"}
 
 
 @pytest.mark.parametrize("link", [os.symlink, os.link])
-@pytest.mark.parametrize("case", [case for cases in CASES.values() for case in cases if "DATASET" not in case])
+@pytest.mark.parametrize(
+    "case", [case for cases in CASES.values() for case in cases if "DATASET" not in case]
+)
 def test_commands(case, inputs, tmp_path, link):
     words = case.split()
     word = next(word for word in ("IN", "POLICY", "JSON", "FRAMES", "TRIAL") if word in words)

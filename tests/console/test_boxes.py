@@ -37,7 +37,12 @@ def test_trimmed():
 def test_table_of_boxes():
     table = BoxTable([(1, 2, 3, 4), (255, 255, 255, 255), (0, 0, 0, 0)])
     b = table.at(jnp.array([1, 0, 2, -1, 9], jnp.int32), x=10, y=np.array([0, 1, 0, 0, 0]), color=5)
-    assert fields(b) == [[265, 11, 10, 11, 10], [255, 3, 0, 2, 0], [255, 3, 0, 3, 0], [255, 4, 0, 4, 0]]
+    assert fields(b) == [
+        [265, 11, 10, 11, 10],
+        [255, 3, 0, 2, 0],
+        [255, 3, 0, 3, 0],
+        [255, 4, 0, 4, 0],
+    ]
     assert int(b.color) == 5
 
 
@@ -60,7 +65,11 @@ def test_extremes():
 
 
 def test_pictures_with_axes():
-    pictures = Pictures.of([np.array([1 << look + 3 * page, 0]) for page in range(2) for look in range(3)], page=2, look=3)
+    pictures = Pictures.of(
+        [np.array([1 << look + 3 * page, 0]) for page in range(2) for look in range(3)],
+        page=2,
+        look=3,
+    )
     index = pictures.index(page=jnp.array([1, 0], jnp.int32), look=jnp.array([2, 1], jnp.int32))
     assert index.tolist() == [5, 1]
     with pytest.raises(TypeError, match="pictures differ in page, look, got page, cut"):

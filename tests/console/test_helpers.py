@@ -10,9 +10,16 @@ from ocjax.console.boxes import box
 
 def test_operations_on_integers():
     x = np.arange(-3, 400, dtype=np.int32)
-    assert np.array_equal(ops.among(jnp.asarray(x), range(5, 9)), [v in range(5, 9) for v in x.tolist()])
-    assert np.array_equal(ops.among(jnp.asarray(x), (300, 0, 7)), [v in (300, 0, 7) for v in x.tolist()])
-    assert np.array_equal(ops.reached(jnp.asarray(x), (0, 7, 300)), [sum(v >= limit for limit in (0, 7, 300)) for v in x.tolist()])
+    assert np.array_equal(
+        ops.among(jnp.asarray(x), range(5, 9)), [v in range(5, 9) for v in x.tolist()]
+    )
+    assert np.array_equal(
+        ops.among(jnp.asarray(x), (300, 0, 7)), [v in (300, 0, 7) for v in x.tolist()]
+    )
+    assert np.array_equal(
+        ops.reached(jnp.asarray(x), (0, 7, 300)),
+        [sum(v >= limit for limit in (0, 7, 300)) for v in x.tolist()],
+    )
     table = np.arange(50) ** 2
     assert np.array_equal(ops.lookup(table, jnp.asarray(x)), table[np.clip(x, 0, 49)])
     assert ops.lookup(table, jnp.int32(7)) == 49
@@ -29,13 +36,23 @@ def test_the_first_condition_that_holds():
     assert ops.when(x > 3, x).tolist() == [0, 0, 0, 0, 4]
 
 
-@pytest.mark.parametrize(("x", "width", "left"), [(10, 8, 10), (156, 8, 156), (157, 8, -3), (-4, 8, -4), (-5, 8, 155), (158, 5, -2)])
+@pytest.mark.parametrize(
+    ("x", "width", "left"),
+    [(10, 8, 10), (156, 8, 156), (157, 8, -3), (-4, 8, -4), (-5, 8, 155), (158, 5, -2)],
+)
 def test_the_larger_part_of_what_an_edge_cuts(x, width, left):
     assert int(registers.larger_part(jnp.int32(x), width)) == left
 
 
 def test_some_of_the_slots_of_boxes():
-    whole = box(np.arange(5), 7, np.arange(5) + 10, 2, np.arange(5) > 1, color=np.array([30, 32, 34, 36, 38]))
+    whole = box(
+        np.arange(5),
+        7,
+        np.arange(5) + 10,
+        2,
+        np.arange(5) > 1,
+        color=np.array([30, 32, 34, 36, 38]),
+    )
     part = whole[1:3]
     assert np.array_equal(part.x, [1, 2])
     assert np.array_equal(part.w, [11, 12])

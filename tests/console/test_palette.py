@@ -15,7 +15,9 @@ def test_there_and_back(table):
     assert back.dtype == np.uint8
     assert np.array_equal(table[back], table[index])
     assert np.array_equal(palette.to_rgb(index, table), table[index])
-    hues = slice(2, 14) if table is palette.PAL else slice(None)  # PAL consoles have four hues of grey, of which the first counts
+    hues = (
+        slice(2, 14) if table is palette.PAL else slice(None)
+    )  # PAL consoles have four hues of grey, of which the first counts
     assert np.array_equal(back[hues], index[hues])
     assert palette.is_color(table[index], table).all()
 
@@ -45,7 +47,12 @@ def test_grey_frames_of_a_pal_console():
     screen, rgb = ale.getScreen(), ale.getScreenRGB()
     odd = screen % 2 == 1
     assert np.array_equal(game.palette[screen][~odd], rgb[~odd])
-    assert np.array_equal(rgb[odd], np.rint(game.palette[screen][odd] @ (0.2989, 0.587, 0.114)).astype(np.uint8)[:, None].repeat(3, axis=1))
+    assert np.array_equal(
+        rgb[odd],
+        np.rint(game.palette[screen][odd] @ (0.2989, 0.587, 0.114))
+        .astype(np.uint8)[:, None]
+        .repeat(3, axis=1),
+    )
     palette.check_rgb(rgb, game.palette)
     for a, b in zip(jax.tree.leaves(game.vem(screen)), jax.tree.leaves(game.vem(rgb)), strict=True):
         assert np.array_equal(a, b)

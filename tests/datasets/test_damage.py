@@ -1,4 +1,5 @@
-"""Datasets of others: every field of every file, with every kind of wrong content, is an error that names the file."""
+"""Datasets of others: every field of every file, with every kind of wrong content, is an error that
+names the file."""
 
 import io
 import json
@@ -56,7 +57,9 @@ def dataset(made, tmp_path):
 
 
 def changed(known, name, value):
-    return {key: v for key, v in known.items() if key != name} | ({} if value is ... else {name: value})
+    return {key: v for key, v in known.items() if key != name} | (
+        {} if value is ... else {name: value}
+    )
 
 
 NUMBERS = ("states", "shard_states", "sequence_states")
@@ -77,7 +80,9 @@ def test_fields_of_the_plan(made, tmp_path, name, kind):
     plan = json.loads((made / "dataset.json").read_text())
     (tmp_path / "data").mkdir()
     (tmp_path / "dataset.json").write_text(json.dumps(changed(plan, name, WRONG[kind])))
-    with pytest.raises(DatasetError, match=r"dataset\.json is damaged|is not complete: it lacks data/train-0") as caught:
+    with pytest.raises(
+        DatasetError, match=r"dataset\.json is damaged|is not complete: it lacks data/train-0"
+    ) as caught:
         generation.open_dataset(tmp_path)
     assert "\n" not in str(caught.value)
     if name not in NUMBERS:
@@ -85,12 +90,16 @@ def test_fields_of_the_plan(made, tmp_path, name, kind):
 
 
 @pytest.mark.parametrize("kind", WRONG)
-@pytest.mark.parametrize("path", ["seeds", "policies", "policies 0", "starts", "settings", "policy_settings"])
+@pytest.mark.parametrize(
+    "path", ["seeds", "policies", "policies 0", "starts", "settings", "policy_settings"]
+)
 def test_entries_of_the_plan(made, tmp_path, path, kind):
     plan = json.loads((made / "dataset.json").read_text())
     value = None if WRONG[kind] is ... else WRONG[kind]
     name, _, place = path.partition(" ")
-    if (name, kind) in {("seeds", "zero"), ("starts", "object")} or (name == "settings" and kind == "zero"):
+    if (name, kind) in {("seeds", "zero"), ("starts", "object")} or (
+        name == "settings" and kind == "zero"
+    ):
         return
     if name == "settings":
         plan["settings"]["frame_skip"] = value
@@ -107,7 +116,17 @@ def test_entries_of_the_plan(made, tmp_path, path, kind):
 
 @pytest.mark.parametrize(
     "text",
-    [b"", b"[]", b"5", b"null", b"{", b'{"states": ' + b"9" * 5000 + b"}", b"[" * 100_000, b"\xff\xfe", b" " * (2**24 + 1)],
+    [
+        b"",
+        b"[]",
+        b"5",
+        b"null",
+        b"{",
+        b'{"states": ' + b"9" * 5000 + b"}",
+        b"[" * 100_000,
+        b"\xff\xfe",
+        b" " * (2**24 + 1),
+    ],
     ids=["empty", "list", "number", "null", "brace", "digits", "deep", "bytes", "long"],
 )
 @pytest.mark.parametrize("way", ["open", "again"])
@@ -137,7 +156,19 @@ def rewritten(dataset, change_table=lambda table: table, facts=None, metadata=No
 
 
 @pytest.mark.parametrize("kind", WRONG)
-@pytest.mark.parametrize("name", ["code", "states", "sequences", "sequences_left_out", "states_left_out", "counts", "Player", "Ball 3"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "code",
+        "states",
+        "sequences",
+        "sequences_left_out",
+        "states_left_out",
+        "counts",
+        "Player",
+        "Ball 3",
+    ],
+)
 def test_metadata_of_shards(dataset, name, kind):
     category, _, place = name.partition(" ")
 
@@ -149,17 +180,37 @@ def test_metadata_of_shards(dataset, name, kind):
             return facts | {"counts": changed(facts["counts"], category, WRONG[kind])}
         return changed(facts, name, WRONG[kind])
 
-    if (name, kind) in {(n, "zero") for n in ("sequences", "sequences_left_out", "states_left_out", "Ball 3")}:
+    if (name, kind) in {
+        (n, "zero") for n in ("sequences", "sequences_left_out", "states_left_out", "Ball 3")
+    }:
         return
-    if (name, kind) in {("code", "text"), ("code", "number as text"), ("sequences", "huge"), ("Ball 3", "huge"), ("Ball 3", "fraction")}:
+    if (name, kind) in {
+        ("code", "text"),
+        ("code", "number as text"),
+        ("sequences", "huge"),
+        ("Ball 3", "huge"),
+        ("Ball 3", "fraction"),
+    }:
         return
     rewritten(dataset, facts=change)
-    with pytest.raises(DatasetError, match=r"train-00000-of-00001\.parquet cannot be read: ") as caught:
+    with pytest.raises(
+        DatasetError, match=r"train-00000-of-00001\.parquet cannot be read: "
+    ) as caught:
         datasets.relabel(dataset)
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("metadata", [{}, {"ocjax": "{"}, {"ocjax": "[" * 100_000}, {"ocjax": b"\xff"}, {"ocjax": "[]"}, {"other": "x"}])
+@pytest.mark.parametrize(
+    "metadata",
+    [
+        {},
+        {"ocjax": "{"},
+        {"ocjax": "[" * 100_000},
+        {"ocjax": b"\xff"},
+        {"ocjax": "[]"},
+        {"other": "x"},
+    ],
+)
 def test_shards_without_metadata(dataset, metadata):
     rewritten(dataset, metadata=metadata)
     with pytest.raises(DatasetError, match=r"train-00000-of-00001\.parquet cannot be read: "):
@@ -184,9 +235,17 @@ TABLES = {
     "of lists": lambda table, name: replaced(table, name, pa.array([[1]] * len(table))),
     "of words": lambda table, name: replaced(table, name, pa.array(["a"] * len(table))),
     "of nan": lambda table, name: replaced(table, name, pa.array([float("nan")] * len(table))),
-    "of large numbers": lambda table, name: replaced(table, name, pa.array([2**63 - 1] * len(table))),
+    "of large numbers": lambda table, name: replaced(
+        table, name, pa.array([2**63 - 1] * len(table))
+    ),
 }
-RIGHT = {("policy", "of words"), ("policy", "of nan"), ("policy", "of large numbers"), ("reward", "of nan"), ("reward", "of large numbers")}
+RIGHT = {
+    ("policy", "of words"),
+    ("policy", "of nan"),
+    ("policy", "of large numbers"),
+    ("reward", "of nan"),
+    ("reward", "of large numbers"),
+}
 RIGHT |= {(name, "of large numbers") for name in ("index", "seed", "terminated", "truncated")}
 RIGHT |= {(name, "of nan") for name in ("terminated", "truncated")}
 
@@ -194,11 +253,14 @@ RIGHT |= {(name, "of nan") for name in ("terminated", "truncated")}
 @pytest.mark.parametrize("kind", TABLES)
 @pytest.mark.parametrize("name", columns.schema({}).names)
 def test_columns_of_shards(dataset, name, kind):
-    """Those that an export reads are checked in it, the others when the dataset is labelled again."""
+    """Those that an export reads are checked in it, the others when the dataset is labelled
+    again."""
     if (name, kind) in RIGHT:
         return
     rewritten(dataset, lambda table: TABLES[kind](table, name))
-    with pytest.raises(DatasetError, match=r"train-00000-of-00001\.parquet cannot be read: .*") as caught:
+    with pytest.raises(
+        DatasetError, match=r"train-00000-of-00001\.parquet cannot be read: .*"
+    ) as caught:
         list(shards.rows(dataset / SHARD))
     assert name in str(caught.value)
     if kind in ("missing", "doubled") and name in ("image", "rem"):
@@ -227,9 +289,17 @@ PICTURES = {
 @pytest.mark.parametrize("kind", PICTURES)
 @pytest.mark.parametrize("name", columns.PICTURES)
 def test_pictures_of_shards(dataset, name, kind):
-    pictures = pa.array([{"bytes": PICTURES[kind], "path": "/etc/passwd"}] * 20, columns.schema({}).field(name).type)
-    rewritten(dataset, lambda table: replaced(table, name, pictures), facts=lambda facts: facts | {"code": "old"})
-    with pytest.raises(DatasetError, match=r"train-00000-of-00001\.parquet cannot be read: the picture of row 0 "):
+    pictures = pa.array(
+        [{"bytes": PICTURES[kind], "path": "/etc/passwd"}] * 20, columns.schema({}).field(name).type
+    )
+    rewritten(
+        dataset,
+        lambda table: replaced(table, name, pictures),
+        facts=lambda facts: facts | {"code": "old"},
+    )
+    with pytest.raises(
+        DatasetError, match=r"train-00000-of-00001\.parquet cannot be read: the picture of row 0 "
+    ):
         datasets.relabel(dataset)
     if name == "image":
         with pytest.raises(DatasetError, match=r"the picture of row 0 "):
@@ -237,7 +307,16 @@ def test_pictures_of_shards(dataset, name, kind):
 
 
 @pytest.mark.parametrize(
-    ("category", "index"), [("Ghost", 0), ("", 0), ("Ball", 1), ("Ball", -1), ("Ball", 2**31 - 1), (None, 0), ("Ball", None)]
+    ("category", "index"),
+    [
+        ("Ghost", 0),
+        ("", 0),
+        ("Ball", 1),
+        ("Ball", -1),
+        ("Ball", 2**31 - 1),
+        (None, 0),
+        ("Ball", None),
+    ],
 )
 def test_objects_of_shards(dataset, category, index, monkeypatch, tmp_path):
     pytest.importorskip("minari")
@@ -257,13 +336,22 @@ def test_objects_of_shards(dataset, category, index, monkeypatch, tmp_path):
     assert not (tmp_path / "minari" / "pong" / "x-v0").exists()
 
 
-@pytest.mark.parametrize(("name", "value"), [("action", 6), ("action", -2), ("reward", float("nan")), ("reward", float("inf"))])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("action", 6), ("action", -2), ("reward", float("nan")), ("reward", float("inf"))],
+)
 def test_steps_of_shards(dataset, name, value, monkeypatch, tmp_path):
     pytest.importorskip("minari")
     pytest.importorskip("h5py")
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "minari"))
-    rewritten(dataset, lambda table: replaced(table, name, pa.array([value] * len(table), table[name].type)))
-    with pytest.raises(DatasetError, match=r"parquet cannot be read: actions must be from 0 to 5, and rewards finite"):
+    rewritten(
+        dataset,
+        lambda table: replaced(table, name, pa.array([value] * len(table), table[name].type)),
+    )
+    with pytest.raises(
+        DatasetError,
+        match=r"parquet cannot be read: actions must be from 0 to 5, and rewards finite",
+    ):
         datasets.export(dataset, "minari:pong/x-v0")
 
 
@@ -271,7 +359,9 @@ def test_objects_of_other_decoders_are_written_again(dataset, made):
     """Their categories may have had other names."""
 
     def change(table):
-        rows = [[record | {"category": "Old"} for record in row] for row in table["rem"].to_pylist()]
+        rows = [
+            [record | {"category": "Old"} for record in row] for row in table["rem"].to_pylist()
+        ]
         return replaced(table, "rem", pa.array(rows, table["rem"].type))
 
     rewritten(dataset, change, facts=lambda facts: facts | {"code": "old", "counts": {"Old": [1]}})
@@ -287,7 +377,11 @@ def test_damaged_parquet_files(dataset, kind):
         flipped = np.frombuffer(data, np.uint8).copy()
         flipped[rng.integers(len(flipped), size=20)] ^= 0xFF
         cut = data[: rng.integers(len(data))]
-        (dataset / SHARD).write_bytes({"cut off": cut, "empty": b"", "zeros": bytes(len(data)), "flipped": flipped.tobytes()}[kind])
+        (dataset / SHARD).write_bytes(
+            {"cut off": cut, "empty": b"", "zeros": bytes(len(data)), "flipped": flipped.tobytes()}[
+                kind
+            ]
+        )
         try:
             for part in shards.rows(dataset / SHARD):
                 columns.frames(part["image"], ocjax.load("Pong"))
@@ -307,13 +401,24 @@ except shards.DatasetError as error:
 """
 
 
-@pytest.mark.skipif(not hasattr(resource, "RLIMIT_AS") or sys.platform == "darwin", reason="memory cannot be limited")
+@pytest.mark.skipif(
+    not hasattr(resource, "RLIMIT_AS") or sys.platform == "darwin",
+    reason="memory cannot be limited",
+)
 def test_large_pictures_take_no_memory(dataset):
     """Eight rows with a picture of 150 MB each, in a small file."""
-    picture = pa.array([{"bytes": bytes(150_000_000), "path": None}], columns.schema({}).field("image").type)
+    picture = pa.array(
+        [{"bytes": bytes(150_000_000), "path": None}], columns.schema({}).field("image").type
+    )
     table = parquet.read_table(dataset / SHARD).slice(0, 8)
     table = replaced(table, "image", picture.take(pa.array([0] * 8)))
     parquet.write_table(table, dataset / SHARD, compression="zstd")
     assert (dataset / SHARD).stat().st_size < 1_000_000
-    done = subprocess.run([sys.executable, "-c", BOMB, dataset / SHARD], capture_output=True, text=True, timeout=300, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", BOMB, dataset / SHARD],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+    )
     assert "too many for 8 rows" in done.stdout

@@ -29,7 +29,9 @@ parquet = pytest.importorskip("pyarrow.parquet")
 
 def small_plan(game, *args, **options):
     """A plan with files and sequences of a few states."""
-    return dataclasses.replace(datasets.plan(game, *args, **options), shard_states=20, sequence_states=2)
+    return dataclasses.replace(
+        datasets.plan(game, *args, **options), shard_states=20, sequence_states=2
+    )
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +91,11 @@ def test_states_and_objects(folder, pong):
 
 def plain(stored):
     """A stored object as `Objects.to_list` has it."""
-    record = {"category": stored["category"], "slot": stored["index"], **{k: stored[k] for k in "xywh"}}
+    record = {
+        "category": stored["category"],
+        "slot": stored["index"],
+        **{k: stored[k] for k in "xywh"},
+    }
     record |= {"rgb": tuple(stored[k] for k in "rgb"), "hud": stored["hud"]}
     return record | {k: stored[k] for k in ("value", "orientation") if stored[k] is not None}
 
@@ -110,7 +116,10 @@ def test_actions_led_to_the_states(plan, folder, pong):
 
 def test_policies_play_with_their_own_settings(tmp_path, pong):
     trained = policies.read(policies.find("trained", pong), pong)
-    file, settings = str(tmp_path / "other.npz"), ocjax.envs.Settings(frame_skip=2, repeat_action_probability=0.5, clip_rewards=True)
+    file, settings = (
+        str(tmp_path / "other.npz"),
+        ocjax.envs.Settings(frame_skip=2, repeat_action_probability=0.5, clip_rewards=True),
+    )
     dataclasses.replace(trained, settings=settings).write(Path(file))
     plan = datasets.plan(pong, 60, seeds=[3], policies={"random": 30, file: 70})
     own = dataclasses.replace(settings, clip_rewards=False)
@@ -138,20 +147,33 @@ def test_policies_with_other_actions_are_refused(tmp_path, pong):
     trained = policies.read(policies.find("trained", pong), pong)
     other = dataclasses.replace(trained, settings=ocjax.envs.Settings(full_action_space=True))
     other.write(tmp_path / "other.npz")
-    with pytest.raises(ValueError, match="must have the same actions, but full_action_space differs"):
+    with pytest.raises(
+        ValueError, match="must have the same actions, but full_action_space differs"
+    ):
         datasets.plan(pong, 60, policies={"random": 30, str(tmp_path / "other.npz"): 70})
 
 
 # The games in which the OCAtari paper trains object-centric agents.
-PAPER_AGENTS = ("Asterix", "Boxing", "Breakout", "Freeway", "Pong", "Skiing", "SpaceInvaders", "Tennis")
-# Steps of four emulated frames within which the ball must have been seen. Tennis shows none for 33 steps after each point.
+PAPER_AGENTS = (
+    "Asterix",
+    "Boxing",
+    "Breakout",
+    "Freeway",
+    "Pong",
+    "Skiing",
+    "SpaceInvaders",
+    "Tennis",
+)
+# Steps of four emulated frames within which the ball must have been seen. Tennis shows none for 33
+# steps after each point.
 BALLS = {"Breakout": 15, "Pong": 15, "Tennis": 33}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PAPER_AGENTS)
 def test_states_are_in_play(name):
-    """No policy waits for FIRE: 95 % of the states show the player (the first category), and the ball now or within the last second."""
+    """No policy waits for FIRE: 95 % of the states show the player (the first category), and the
+    ball now or within the last second."""
     game = ocjax.load(name)
     plan = datasets.plan(game, 10_000, seeds=[0])
     played: dict[int, list[np.ndarray]] = {}
@@ -165,7 +187,8 @@ def test_states_are_in_play(name):
 
 
 def share_seen(episodes, category, steps):
-    """The share of states in which an object of a category is valid, or was within so many steps."""
+    """The share of states in which an object of a category is valid, or was within so many
+    steps."""
     seen = []
     for objects in episodes:
         valid = np.asarray(objects.of(category).valid).any(axis=-1)
@@ -175,9 +198,14 @@ def share_seen(episodes, category, steps):
 
 def test_previous_frames_show_the_state_before(folder, pong):
     row = rows_of(folder)[1]
-    image, previous = (np.asarray(Image.open(io.BytesIO(row[name]["bytes"]))) for name in columns.PICTURES)
+    image, previous = (
+        np.asarray(Image.open(io.BytesIO(row[name]["bytes"]))) for name in columns.PICTURES
+    )
     assert image.shape == previous.shape == pong.screen
-    assert np.array_equal(np.asarray(Image.open(io.BytesIO(row["image"]["bytes"])).convert("RGB")), pong.palette[image])
+    assert np.array_equal(
+        np.asarray(Image.open(io.BytesIO(row["image"]["bytes"])).convert("RGB")),
+        pong.palette[image],
+    )
 
 
 def test_starts(tmp_path, pong):
@@ -190,7 +218,10 @@ def test_starts(tmp_path, pong):
         values = [o["value"] for o in row["hud"]]
         assert values == ([7, 2] if row["instance"] % 2 else [0, 0])
         assert values == [o["value"] for o in row["vem"] if o["hud"]]
-    assert "its RAM, in turn for the instances: `none`; `player_score=7,13=2`." in (tmp_path / "one" / "README.md").read_text()
+    assert (
+        "its RAM, in turn for the instances: `none`; `player_score=7,13=2`."
+        in (tmp_path / "one" / "README.md").read_text()
+    )
     old = json.loads(plan.to_json())
     del old["starts"]
     assert datasets.Plan.from_json(json.dumps(old)) == dataclasses.replace(plan, starts=())
@@ -205,12 +236,27 @@ def test_starts(tmp_path, pong):
         ("Amidar", "level=8", None, "level of Amidar must be from 0 to 7, got 8"),
         ("Amidar", "gained=42", {115: 0x42}, {115: 255}),
         ("Asteroids", "ship_x=-2", {73: 254}, {73: 255}),
-        ("SpaceInvaders", "rows=0x3F", dict.fromkeys(range(18, 24), 63), dict.fromkeys(range(18, 24), 255)),
-        ("Qbert", "score=100", None, "a number of several bytes: write the bytes 89, 90, 91 by their numbers"),
+        (
+            "SpaceInvaders",
+            "rows=0x3F",
+            dict.fromkeys(range(18, 24), 63),
+            dict.fromkeys(range(18, 24), 255),
+        ),
+        (
+            "Qbert",
+            "score=100",
+            None,
+            "a number of several bytes: write the bytes 89, 90, 91 by their numbers",
+        ),
         ("Qbert", "rund=1", None, r"the RAM of Qbert has no field 'rund': did you mean round"),
         ("Qbert", "128=1", None, "has no field '128'.*a byte is a number up to 127"),
         ("Qbert", "99=256", None, "99 of Qbert must be from 0 to 255, got 256"),
-        ("Qbert", "round", None, "must have the form NAME=VALUE,NAME=VALUE or be none, got 'round'"),
+        (
+            "Qbert",
+            "round",
+            None,
+            "must have the form NAME=VALUE,NAME=VALUE or be none, got 'round'",
+        ),
         ("Qbert", "round=1,round=2", None, "has a name twice"),
         ("Qbert", "none", {}, {}),
     ],
@@ -249,17 +295,23 @@ def test_killed_and_resumed_equals_uninterrupted(tmp_path, folder, plan):
     with pytest.raises(DatasetError, match=r"is not complete: .*00001-of-00002"):
         datasets.relabel(out)
     datasets.generate(plan, out)
-    assert {p: p.stat().st_mtime_ns for p in kept} == kept, "shards that were complete are not made again"
+    assert {p: p.stat().st_mtime_ns for p in kept} == kept, (
+        "shards that were complete are not made again"
+    )
     assert contents(out) == contents(folder)
 
 
 def test_sequences_that_disagree_are_left_out(tmp_path, pong, monkeypatch):
     def disagree(*args):
         found = labels.label(*args)
-        found.counts.found[:3] = found.counts.confirmed[:3] = 0  # the first sequence, and half of the second
+        found.counts.found[:3] = found.counts.confirmed[:3] = (
+            0  # the first sequence, and half of the second
+        )
         return found
 
-    monkeypatch.setattr(shards, "labels", type("Labels", (), {**vars(labels), "label": staticmethod(disagree)}))
+    monkeypatch.setattr(
+        shards, "labels", type("Labels", (), {**vars(labels), "label": staticmethod(disagree)})
+    )
     datasets.generate(small_plan(pong, 20, seeds=[7], policies={"random": 100}), tmp_path / "out")
     rows = rows_of(tmp_path / "out")
     assert [row["index"] for row in rows] == list(range(4, 20))
@@ -292,9 +344,18 @@ def test_csv(folder, tmp_path, pong, monkeypatch):
         lines = list(csv.DictReader(file))
     rows = rows_of(folder)
     assert list(lines[0]) == ["INDEX", "OBS", "HUD", "RAM", "VIS"]
-    assert [line["INDEX"] for line in lines[:4]] == ["00000_00000", "00000_00001", "00001_00000", "00001_00001"]
-    pixels = np.array([int(x) for x in lines[1]["OBS"][1:-1].split(",")], np.uint8).reshape(210, 160, 3)
-    assert np.array_equal(pixels, np.asarray(Image.open(io.BytesIO(rows[1]["image"]["bytes"])).convert("RGB")))
+    assert [line["INDEX"] for line in lines[:4]] == [
+        "00000_00000",
+        "00000_00001",
+        "00001_00000",
+        "00001_00001",
+    ]
+    pixels = np.array([int(x) for x in lines[1]["OBS"][1:-1].split(",")], np.uint8).reshape(
+        210, 160, 3
+    )
+    assert np.array_equal(
+        pixels, np.asarray(Image.open(io.BytesIO(rows[1]["image"]["bytes"])).convert("RGB"))
+    )
     player = next(o for o in rows[1]["rem"] if o["category"] == "Player")
     assert f"Player at (140, {player['y']}), (4, 16)" in lines[1]["RAM"]
     assert "Score" not in lines[1]["RAM"]
@@ -326,7 +387,10 @@ def test_minari(folder, pong, minari, monkeypatch, block_rows):
     datasets.export(folder, "minari:pong/oda-v0")
     rows = rows_of(folder)
     dataset = minari.load_dataset("pong/oda-v0")
-    assert (dataset.total_episodes, dataset.total_steps) == (10, 10)  # those of one state have no step
+    assert (dataset.total_episodes, dataset.total_steps) == (
+        10,
+        10,
+    )  # those of one state have no step
     episode = dataset[1]
     assert episode.observations["ram"].tolist() == [row["ram"] for row in rows[2:4]]
     frame = np.asarray(Image.open(io.BytesIO(rows[3]["image"]["bytes"])))
@@ -341,7 +405,9 @@ def test_minari(folder, pong, minari, monkeypatch, block_rows):
             assert np.array_equal(original.infos["rem"][name], getattr(rem, name))
         vem = pong.vem(original.observations["screen"])
         assert np.array_equal(original.infos["vem"]["xywh"], vem.xywh)
-        assert np.array_equal(copied_episode.observations["screen"], original.observations["screen"])
+        assert np.array_equal(
+            copied_episode.observations["screen"], original.observations["screen"]
+        )
         assert np.array_equal(copied_episode.actions, original.actions)
         assert np.array_equal(copied_episode.infos["rem"]["value"], original.infos["rem"]["value"])
 
@@ -363,7 +429,9 @@ else:
 
 
 @pytest.mark.parametrize("stage", slow_but(["extracting"], ["extracting", "copying"]))
-def test_minari_killed_and_resumed_equals_uninterrupted(folder, minari, monkeypatch, tmp_path, stage):
+def test_minari_killed_and_resumed_equals_uninterrupted(
+    folder, minari, monkeypatch, tmp_path, stage
+):
     monkeypatch.setitem(pipeline.BLOCK_ROWS, "rem", 4)
     datasets.export(folder, "minari:pong/oda-v0")
     files.extract("minari:pong/oda-v0", "minari:pong/whole-v0")
@@ -380,7 +448,11 @@ def test_minari_killed_and_resumed_equals_uninterrupted(folder, minari, monkeypa
 
     files.extract("minari:pong/oda-v0", "minari:pong/parts-v0", report=report)
     assert kept.items() <= last.items(), "finished blocks are not extracted again"
-    assert sorted(p.name for p in work.parent.iterdir() if p.is_dir()) == ["oda-v0", "parts-v0", "whole-v0"]
+    assert sorted(p.name for p in work.parent.iterdir() if p.is_dir()) == [
+        "oda-v0",
+        "parts-v0",
+        "whole-v0",
+    ]
     assert stored(work.with_name("parts-v0")) == stored(work.with_name("whole-v0"))
 
 
@@ -389,7 +461,11 @@ def stored(folder):
     h5py = pytest.importorskip("h5py")
     found = {}
     with h5py.File(folder / "data" / "main_data.hdf5") as file:
-        file.visititems(lambda name, item: found.update({name: (dict(item.attrs), item[()].tolist() if hasattr(item, "dtype") else None)}))
+        file.visititems(
+            lambda name, item: found.update(
+                {name: (dict(item.attrs), item[()].tolist() if hasattr(item, "dtype") else None)}
+            )
+        )
     return found
 
 
@@ -417,7 +493,9 @@ def test_minari_errors(folder, minari, tmp_path, monkeypatch):
 
 
 def test_loadable_with_datasets(folder, tmp_path):
-    loaded = pytest.importorskip("datasets").load_dataset(str(folder), cache_dir=str(tmp_path), split="train")
+    loaded = pytest.importorskip("datasets").load_dataset(
+        str(folder), cache_dir=str(tmp_path), split="train"
+    )
     assert len(loaded) == 30
     assert loaded[3]["image"].mode == "P"
     assert loaded[3]["rem"] == rows_of(folder)[3]["rem"]
@@ -427,16 +505,26 @@ def test_shards_are_inputs(folder, tmp_path, pong):
     path = folder / "data" / "train-00000-of-00002.parquet"
     files.extract(path, tmp_path / "rem.npz")
     files.extract(path, tmp_path / "vem.npz", array="image")
-    assert np.load(tmp_path / "rem.npz")["valid"].shape == np.load(tmp_path / "vem.npz")["valid"].shape == (15, pong.num_slots)
+    assert (
+        np.load(tmp_path / "rem.npz")["valid"].shape
+        == np.load(tmp_path / "vem.npz")["valid"].shape
+        == (15, pong.num_slots)
+    )
 
 
 def test_shards_of_older_versions(copy, folder, tmp_path, pong):
     """Their metadata do not tell the game: it is asked for, and labelling again adds it."""
     path = copy / "data" / "train-00000-of-00002.parquet"
     table = parquet.read_table(path)
-    facts = {columns.FACTS: json.dumps(shards.facts(path) | {"code": "old"}), b"huggingface": table.schema.metadata[b"huggingface"]}
+    facts = {
+        columns.FACTS: json.dumps(shards.facts(path) | {"code": "old"}),
+        b"huggingface": table.schema.metadata[b"huggingface"],
+    }
     parquet.write_table(table.replace_schema_metadata(facts), path)
-    with pytest.raises(ocjax.UnknownGameError, match=r"train-00000-of-00002\.parquet, ram does not tell its game.*\(--game\)"):
+    with pytest.raises(
+        ocjax.UnknownGameError,
+        match=r"train-00000-of-00002\.parquet, ram does not tell its game.*\(--game\)",
+    ):
         files.extract(path, tmp_path / "rem.npz")
     files.extract(path, tmp_path / "rem.npz", "Pong")
     datasets.relabel(copy)
@@ -457,7 +545,10 @@ def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
         datasets.plan(pong, 10, [1, 1])
     with pytest.raises(ValueError, match="states must be"):
         datasets.plan(pong, 0)
-    with pytest.raises(DatasetError, match=r"holds another dataset.*differs in states, shard_states, sequence_states\."):
+    with pytest.raises(
+        DatasetError,
+        match=r"holds another dataset.*differs in states, shard_states, sequence_states\.",
+    ):
         datasets.generate(datasets.plan(pong, 57), copy)
     (tmp_path / "file.csv").touch()
     with pytest.raises(DatasetError, match=r"file\.csv is a file, and a dataset is a folder"):
@@ -483,7 +574,18 @@ def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
 
 def test_commands(tmp_path):
     run, out = CliRunner().invoke, str(tmp_path / "out")
-    arguments = ["dataset", "Pong", "--states", "10", "--seed", "3", "--policy", "repeat", "--out", out]
+    arguments = [
+        "dataset",
+        "Pong",
+        "--states",
+        "10",
+        "--seed",
+        "3",
+        "--policy",
+        "repeat",
+        "--out",
+        out,
+    ]
     done = run(app, arguments)
     assert done.exit_code == 0, done.output
     again = run(app, arguments)
@@ -491,7 +593,10 @@ def test_commands(tmp_path):
     assert f"Complete already: {out}\n" in again.output
     assert {row["policy"] for row in rows_of(tmp_path / "out")} == {"repeat"}
     assert {row["seed"] for row in rows_of(tmp_path / "out")} == {3}
-    assert run(app, [*arguments[:-1], f"{out}2", "--start", "none", "--start", "ball_x=80"]).exit_code == 0
+    assert (
+        run(app, [*arguments[:-1], f"{out}2", "--start", "none", "--start", "ball_x=80"]).exit_code
+        == 0
+    )
     assert '"starts": [{}, {"ball_x": 80}]' in (tmp_path / "out2" / "README.md").read_text()
     assert run(app, ["relabel", out]).exit_code == 0
     assert run(app, ["export", out, "--out", str(tmp_path / "pong.csv")]).exit_code == 0

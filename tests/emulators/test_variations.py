@@ -21,8 +21,11 @@ ORANGE, GREEN = (213, 130, 74), (92, 186, 92)  # Pong's enemy and player
 
 @functools.cache
 def play(game, name=None):
-    """The frames of a game, uint8 [STEPS, H, 160, 3], with a variation or without, by the same random actions."""
-    env = make(game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=name)
+    """The frames of a game, uint8 [STEPS, H, 160, 3], with a variation or without, by the same
+    random actions."""
+    env = make(
+        game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=name
+    )
     env.reset(seed=0)
     rng, frames = np.random.default_rng(1), []
     for _ in range(STEPS):
@@ -57,7 +60,8 @@ def ends(mask, axis):
     ],
 )
 def test_objects_vanish(game_name, name, color, region):
-    """Each has a colour of its own in its region; shots of the invisible player have its colour, too, and are small."""
+    """Each has a colour of its own in its region; shots of the invisible player have its colour,
+    too, and are small."""
     assert (count(game_name, None, color, region) > 12).sum() > 20
     assert (count(game_name, name, color, region) <= 12).all()
 
@@ -65,10 +69,16 @@ def test_objects_vanish(game_name, name, color, region):
 def test_colors():
     rows = np.s_[20:, 57:93, 8:152]
     assert len(np.unique(play("Breakout")[rows].reshape(-1, 3), axis=0)) == 7
-    assert np.unique(play("Breakout", "color_all_blocks_red")[rows].reshape(-1, 3), axis=0).tolist() == [[0, 0, 0], [*DARK_RED]]
+    assert np.unique(
+        play("Breakout", "color_all_blocks_red")[rows].reshape(-1, 3), axis=0
+    ).tolist() == [[0, 0, 0], [*DARK_RED]]
     river = np.s_[60:62, 60:62]
     assert count("Riverraid", None, BLUE, river).sum() > 50
-    assert count("Riverraid", None, RED, river).sum() == count("Riverraid", "red_river", BLUE, river).sum() == 0
+    assert (
+        count("Riverraid", None, RED, river).sum()
+        == count("Riverraid", "red_river", BLUE, river).sum()
+        == 0
+    )
     assert count("Riverraid", "red_river", RED, river).sum() > 50
 
 
@@ -87,29 +97,49 @@ def test_enemy_of_pong():
     assert np.ptp(paddles("lazy_enemy")[0]) <= 8
     enemy, player = paddles("parallel_enemy")
     assert np.ptp(enemy) > 30
-    assert np.abs(enemy - player).max() <= 10  # the enemy is written before a frame in which the player still moves
+    assert (
+        np.abs(enemy - player).max() <= 10
+    )  # the enemy is written before a frame in which the player still moves
 
 
 def test_positions():
-    shields = [ends((play("SpaceInvaders", n)[20:, 157:160] == (181, 83, 40)).all(-1), 1) for n in (None, "relocate_shields_right")]
+    shields = [
+        ends((play("SpaceInvaders", n)[20:, 157:160] == (181, 83, 40)).all(-1), 1)
+        for n in (None, "relocate_shields_right")
+    ]
     assert (shields[1] == [53, 122]).all()
     assert (shields[0][:, 1] == 112).all()
-    parts = np.s_[:, 26:182, [*range(40), *range(56, 100), *range(120, 150)]]  # without the chickens
+    parts = np.s_[
+        :, 26:182, [*range(40), *range(56, 100), *range(120, 150)]
+    ]  # without the chickens
     assert np.ptp(play("Freeway")[parts][60:], axis=0).any()
     assert not np.ptp(play("Freeway", "stopped_cars")[parts][60:], axis=0).any()
     for rows in (slice(100, 107), slice(126, 133), slice(151, 158), slice(177, 183)):
-        floes = [ends((play("Frostbite", n)[20:, rows] == WHITE).all(-1), 1)[:, 0] for n in (None, "reposition_floes_easy")]
+        floes = [
+            ends((play("Frostbite", n)[20:, rows] == WHITE).all(-1), 1)[:, 0]
+            for n in (None, "reposition_floes_easy")
+        ]
         assert (floes[1] == 72).all()
         assert len(set(floes[0].tolist())) > 3
 
 
 def test_players():
-    halves = [ends((play("Tennis", n)[20:, 20:190] == (240, 128, 128)).all(-1), 2)[:, 0] for n in (None, "always_lower_player")]
+    halves = [
+        ends((play("Tennis", n)[20:, 20:190] == (240, 128, 128)).all(-1), 2)[:, 0]
+        for n in (None, "always_lower_player")
+    ]
     assert (halves[0] < 40).all()
     assert (halves[1] > 75).all()
     asterix, obelix = (play("Asterix", n)[3, 20:150] for n in (None, "obelix"))
-    yellow, shield, pink = (187, 187, 53), (184, 50, 50), (198, 89, 179)  # the player, and what Asterix and Obelix collect at first
-    counts = [[int((frame == color).all(-1).sum()) for color in (yellow, shield, pink)] for frame in (asterix, obelix)]
+    yellow, shield, pink = (
+        (187, 187, 53),
+        (184, 50, 50),
+        (198, 89, 179),
+    )  # the player, and what Asterix and Obelix collect at first
+    counts = [
+        [int((frame == color).all(-1).sum()) for color in (yellow, shield, pink)]
+        for frame in (asterix, obelix)
+    ]
     assert counts == [[34, 216, 0], [38, 0, 224]]
 
 
@@ -132,7 +162,9 @@ def test_declarations():
 def test_the_documentation_lists_them():
     page = (Path(__file__).parents[2] / "docs" / "neighbours.md").read_text()
     for game in dict.fromkeys(v.game for v in variations.ALL.values()):
-        assert f"| {game} | {', '.join(f'`{name}`' for name in sorted(variations.of(game)))} |" in page
+        assert (
+            f"| {game} | {', '.join(f'`{name}`' for name in sorted(variations.of(game)))} |" in page
+        )
     assert f"{len(variations.ALL)} variations of" in page
 
 
@@ -150,17 +182,33 @@ def test_bytes(v):
         ram = before.copy()
         pickle.loads(pickle.dumps(v))(ram)
         assert set(np.flatnonzero(ram != before).tolist()) <= written(v)
-        if v.choices or any(part.keeps or part.draws or part.parts or part.frames or part.before for part in (v, *v.parts)):
+        if v.choices or any(
+            part.keeps or part.draws or part.parts or part.frames or part.before
+            for part in (v, *v.parts)
+        ):
             continue
-        parts = [part for part in (v, *v.parts) if all(before[a] in values for a, values in part.when.items())]
+        parts = [
+            part
+            for part in (v, *v.parts)
+            if all(before[a] in values for a, values in part.when.items())
+        ]
         for part in parts:
             assert all(ram[a] == value for a, value in part.writes.items() if a not in part.masks)
             assert all(ram[a] == before[source] for a, source in part.copies.items())
-            assert all(ram[a] == new.get(int(before[a]), before[a]) for a, new in part.replaces.items())
+            assert all(
+                ram[a] == new.get(int(before[a]), before[a]) for a, new in part.replaces.items()
+            )
 
 
 def test_conditions_and_bits():
-    v = variations.Variation("Pong", "An example.", {3: 255}, masks={3: 15}, replaces={4: {7: 8}}, when={5: range(0, 256, 8)})
+    v = variations.Variation(
+        "Pong",
+        "An example.",
+        {3: 255},
+        masks={3: 15},
+        replaces={4: {7: 8}},
+        when={5: range(0, 256, 8)},
+    )
     ram = np.zeros(128, np.uint8)
     ram[4:6] = 7, 1
     v(ram)
@@ -181,7 +229,8 @@ def drawn(v, seed, frames=40):
 
 
 def test_random_numbers():
-    """They depend on the RAM, the frame and the seed, are independent of each other, and have the probabilities that are declared."""
+    """They depend on the RAM, the frame and the seed, are independent of each other, and have the
+    probabilities that are declared."""
     part = variations.Variation("Pong", "One byte.", draws={4: range(8)})
     v = variations.Variation("Pong", "An example.", draws={3: (10, 20)}, parts=(part,))
     first = drawn(v, 5, 4000)
@@ -192,15 +241,30 @@ def test_random_numbers():
     table = np.histogram2d(first[:, 3], first[:, 4], (2, 8))[0]
     assert abs(table - 250).max() < 5 * 250**0.5
     often, seldom = (variations.Variation("Pong", "One.", {3: value}) for value in (1, 2))
-    choices = drawn(variations.Variation("Pong", "An example.", choices=(often, often, often, seldom)), 5, 4000)
+    choices = drawn(
+        variations.Variation("Pong", "An example.", choices=(often, often, often, seldom)), 5, 4000
+    )
     assert abs((choices[:, 3] == 1).mean() - 0.75) < 0.05
 
 
 def test_conditions_on_time_and_the_last_frame():
-    v = variations.Variation("Pong", "An example.", {3: 9}, keeps=(4,), before={5: (1,)}, changed=(6,), frames=range(2, 4))
+    v = variations.Variation(
+        "Pong",
+        "An example.",
+        {3: 9},
+        keeps=(4,),
+        before={5: (1,)},
+        changed=(6,),
+        frames=range(2, 4),
+    )
     before = np.arange(128, dtype=np.uint8)
     before[5] = 1
-    for frame, changes, written in ((2, {5: 1, 6: 7, 4: 0}, True), (4, {6: 7}, False), (3, {}, False), (3, {6: 8}, True)):
+    for frame, changes, written in (
+        (2, {5: 1, 6: 7, 4: 0}, True),
+        (4, {6: 7}, False),
+        (3, {}, False),
+        (3, {6: 8}, True),
+    ):
         ram = before.copy()
         for address, value in changes.items():
             ram[address] = value
@@ -215,11 +279,20 @@ def test_conditions_on_time_and_the_last_frame():
 
 def is_timed(v):
     """Whether a variation needs more than the present RAM."""
-    return v.draws or v.choices or v.keeps or v.before or v.changed or v.frames or any(map(is_timed, v.parts))
+    return (
+        v.draws
+        or v.choices
+        or v.keeps
+        or v.before
+        or v.changed
+        or v.frames
+        or any(map(is_timed, v.parts))
+    )
 
 
 def test_wind():
-    """In half of the frames the ball and its shadow move by a pixel, while the ball is over the court."""
+    """In half of the frames the ball and its shadow move by a pixel, while the ball is over the
+    court."""
     wind = variations.find("Tennis:wind_effect")
     for shadow, moves in ((60, True), (150, False)):
         before = np.zeros(128, np.uint8)
@@ -229,7 +302,9 @@ def test_wind():
             ram = before.copy()
             wind(ram, Moment(before, 0, frame, frame))
             moved.append((ram.astype(int) - before)[[15, 16, 54, 55]].tolist())
-        assert {tuple(m) for m in moved} == ({(0, 0, 0, 0), (0, 1, 1, 1)} if moves else {(0, 0, 0, 0)})
+        assert {tuple(m) for m in moved} == (
+            {(0, 0, 0, 0), (0, 1, 1, 1)} if moves else {(0, 0, 0, 0)}
+        )
         assert not moves or 150 < sum(m[1] for m in moved) < 250
 
 
@@ -247,8 +322,15 @@ def trajectory(envs, seed, steps):
 
 @pytest.mark.parametrize("key", some(5, TIMED))
 def test_restored_states_continue_identically(key):
-    """In environments of another seed and with another past, too; and a seed gives the same episodes again."""
-    options = {"num_workers": 0, "mode": "raw", "obs": "ram", "full_action_space": True, "hook": key}
+    """In environments of another seed and with another past, too; and a seed gives the same
+    episodes again."""
+    options = {
+        "num_workers": 0,
+        "mode": "raw",
+        "obs": "ram",
+        "full_action_space": True,
+        "hook": key,
+    }
     game = variations.ALL[key].game
     envs, others = (ocjax.make_vec(game, 2, **options) for _ in range(2))
     envs.reset(seed=3)
@@ -277,7 +359,10 @@ def test_ocatari_restores_what_hooks_know():
         return np.stack(out)
 
     play(40)
-    for save, restore in ((env._clone_state, env._restore_state), (env.unwrapped.clone_state, env.unwrapped.restore_state)):
+    for save, restore in (
+        (env._clone_state, env._restore_state),
+        (env.unwrapped.clone_state, env.unwrapped.restore_state),
+    ):
         state = pickle.loads(pickle.dumps(save())) if save == env._clone_state else save()
         future = play(50)
         play(13)
@@ -296,7 +381,15 @@ def test_seeds_give_other_random_numbers():
 
 def city(hook, action, place):
     """The cities that a player drives through who leaves each at the side of this place."""
-    env = make("BankHeist", mode="raw", obs="ram", preset="noframeskip", repeat_action_probability=0, full_action_space=True, hook=hook)
+    env = make(
+        "BankHeist",
+        mode="raw",
+        obs="ram",
+        preset="noframeskip",
+        repeat_action_probability=0,
+        full_action_space=True,
+        hook=hook,
+    )
     env.reset(seed=0)
     found = [0]
     for step in range(600):
@@ -321,7 +414,13 @@ def test_cities():
 
 
 def test_several_hooks_in_workers():
-    envs = ocjax.make_vec("SpaceInvaders", 2, num_workers=1, ram_info=True, hook=[variations.no_shields, variations.relocate_shields_right])
+    envs = ocjax.make_vec(
+        "SpaceInvaders",
+        2,
+        num_workers=1,
+        ram_info=True,
+        hook=[variations.no_shields, variations.relocate_shields_right],
+    )
     envs.reset(seed=0)
     for _ in range(5):
         info = envs.step(np.zeros(2, int))[-1]
@@ -337,7 +436,15 @@ def test_rewards_of_objects():
         return (current.x[0] - previous.x[0]) * 10 + current.y[1] + action.astype(np.int16)
 
     for mode in ("NextStep", "SameStep"):
-        envs = ocjax.make_vec("Pong", 2, num_workers=0, autoreset_mode=mode, max_episode_frames=100, reward_fn=reward, clip_rewards=True)
+        envs = ocjax.make_vec(
+            "Pong",
+            2,
+            num_workers=0,
+            autoreset_mode=mode,
+            max_episode_frames=100,
+            reward_fn=reward,
+            clip_rewards=True,
+        )
         envs.reset(seed=0)
         ends_seen = 0
         for _ in range(60):
@@ -349,7 +456,11 @@ def test_rewards_of_objects():
             if mode == "SameStep":
                 for i in np.flatnonzero(truncated):
                     final = {o.category: o for o in info["final_info"]["objects"][i]}
-                    expected[i] = 10 * final["Player"].dx + (final["Enemy"].y if "Enemy" in final else 0) + [2, 3][i]
+                    expected[i] = (
+                        10 * final["Player"].dx
+                        + (final["Enemy"].y if "Enemy" in final else 0)
+                        + [2, 3][i]
+                    )
             else:
                 expected = np.where(began, 0, expected)
             assert got.tolist() == expected.tolist()
@@ -364,7 +475,12 @@ def test_rewards_of_objects():
     [
         (3, {}, TypeError, "reward_fn must be a function"),
         (lambda p, c, a: a, {"mode": "raw"}, ValueError, "mode 'raw' does not extract"),
-        (lambda p, c, a: a, {"backend": "envpool"}, ValueError, "backend 'envpool' has no reward_fn"),
+        (
+            lambda p, c, a: a,
+            {"backend": "envpool"},
+            ValueError,
+            "backend 'envpool' has no reward_fn",
+        ),
     ],
 )
 def test_wrong_reward_functions(reward_fn, options, error, message):
@@ -375,25 +491,41 @@ def test_wrong_reward_functions(reward_fn, options, error, message):
 def test_rewards_that_are_not_numbers():
     envs = ocjax.make_vec("Pong", 2, num_workers=0, reward_fn=lambda p, c, a: c.x)
     envs.reset(seed=0)
-    with pytest.raises(ValueError, match=r"must return one number for one environment, got shape \[5\]"):
+    with pytest.raises(
+        ValueError, match=r"must return one number for one environment, got shape \[5\]"
+    ):
         envs.step(np.zeros(2, int))
     envs.close()
 
 
 def test_a_variation_of_another_game_is_refused():
     for refused in (variations.red_river, [variations.lazy_enemy, variations.red_river]):
-        with pytest.raises(ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"):
+        with pytest.raises(
+            ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"
+        ):
             make("Pong", hook=refused)
-    with pytest.raises(ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"):
+    with pytest.raises(
+        ValueError, match=r"the hook is a variation of Riverraid .*, but the game is Pong"
+    ):
         make("Pong", hook="Riverraid:red_river")
     with pytest.raises(TypeError, match="got 3"):
         make("Pong", hook=["lazy_enemy", 3])
 
 
 def test_names():
-    assert variations.find("pong:lazy_enemy") is variations.find("lazy_enemy", "Pong") is variations.lazy_enemy
+    assert (
+        variations.find("pong:lazy_enemy")
+        is variations.find("lazy_enemy", "Pong")
+        is variations.lazy_enemy
+    )
     for wrong in ("lazy_enemi", "Pong:lazy_enemi"):
-        with pytest.raises(ValueError, match=r"Pong has no variation 'lazy_enemi'; it has .*up_drift.* Did you mean 'lazy_enemy'"):
+        with pytest.raises(
+            ValueError,
+            match=(
+                r"Pong has no variation 'lazy_enemi'; it has .*up_drift.* Did you mean "
+                r"'lazy_enemy'"
+            ),
+        ):
             make("Pong", hook=wrong)
     with pytest.raises(ValueError, match=r"Pitfall has no variation 'gravity'; it has none"):
         ocjax.make_vec("Pitfall", 1, num_workers=0, hook="gravity")

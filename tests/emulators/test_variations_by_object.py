@@ -18,8 +18,18 @@ KNOWN = [(game, name) for game in ocjax.games() for name in variations.names(gam
 
 
 def seen(game, hook, *, mode="vem", hud=False):
-    """The objects in each frame of random play with a frame skip that covers both phases of flickering objects."""
-    env = make(game, mode=mode, obs="objects", frame_skip=3, repeat_action_probability=0.0, hook=hook, hud=hud, render_mode="rgb_array")
+    """The objects in each frame of random play with a frame skip that covers both phases of
+    flickering objects."""
+    env = make(
+        game,
+        mode=mode,
+        obs="objects",
+        frame_skip=3,
+        repeat_action_probability=0.0,
+        hook=hook,
+        hud=hud,
+        render_mode="rgb_array",
+    )
     env.reset(seed=5)
     rng = np.random.default_rng(5)
     for _ in range(STEPS):
@@ -34,20 +44,36 @@ def seen(game, hook, *, mode="vem", hud=False):
 
 def places(game, hook, category):
     """Where objects of a category are seen, and in how many frames any is."""
-    frames = [[(o.x, o.y) for o in found if o.category == category] for found, _ in seen(game, hook)]
+    frames = [
+        [(o.x, o.y) for o in found if o.category == category] for found, _ in seen(game, hook)
+    ]
     return [place for frame in frames for place in frame], sum(map(bool, frames))
 
 
 def check(game, name):
-    """A variation does on the screen what it says, in other play than the one that it was found in."""
+    """A variation does on the screen what it says, in other play than the one that it was found
+    in."""
     kind, category = name.split(" ", 1)
     if kind == "recolor":
         name = f"{name} {0x9A}"
-        boxes = [(frame, o) for found, frame in seen(game, f"{game}:{name}", mode="rem") for o in found if o.category == category]
-        drawn = [(frame[o.y : o.y + o.h, o.x : o.x + o.w] == ocjax.load(game).palette[0x9A]).all(-1).any() for frame, o in boxes]
+        boxes = [
+            (frame, o)
+            for found, frame in seen(game, f"{game}:{name}", mode="rem")
+            for o in found
+            if o.category == category
+        ]
+        drawn = [
+            (frame[o.y : o.y + o.h, o.x : o.x + o.w] == ocjax.load(game).palette[0x9A])
+            .all(-1)
+            .any()
+            for frame, o in boxes
+        ]
         assert np.mean(drawn) > 0.9
         return
-    (before, _), (after, frames) = places(game, None, category), places(game, f"{game}:{name}", category)
+    (before, _), (after, frames) = (
+        places(game, None, category),
+        places(game, f"{game}:{name}", category),
+    )
     assert len(before) > 10
     if kind == "remove":
         assert len(after) <= 0.05 * len(before)
@@ -57,7 +83,10 @@ def check(game, name):
         assert len(after) > 0.3 * len(before)
 
 
-@pytest.mark.parametrize(("title", "name"), [("Pong", "remove Enemy"), ("Freeway", "freeze Car"), ("Boxing", "recolor Player")])
+@pytest.mark.parametrize(
+    ("title", "name"),
+    [("Pong", "remove Enemy"), ("Freeway", "freeze Car"), ("Boxing", "recolor Player")],
+)
 def test_on_the_screen(title, name):
     assert (title, name) in KNOWN
     check(title, name)
@@ -73,7 +102,11 @@ def test_declarations():
     for game, name in KNOWN:
         spec, (kind, category) = ocjax.load(game), name.split(" ", 1)
         assert category in spec.slices
-        found = variations.recolor(game, category, "red") if kind == "recolor" else getattr(variations, kind)(game, category)
+        found = (
+            variations.recolor(game, category, "red")
+            if kind == "recolor"
+            else getattr(variations, kind)(game, category)
+        )
         assert found.game == game
         assert found.writes
         assert found.doc.endswith(".")
@@ -81,7 +114,9 @@ def test_declarations():
 
 def test_names():
     assert variations.find("Pong:remove Enemy") == variations.remove("Pong", "Enemy")
-    assert variations.find("recolor Player red", "Boxing") == variations.recolor("Boxing", "Player", objects.COLORS["red"])
+    assert variations.find("recolor Player red", "Boxing") == variations.recolor(
+        "Boxing", "Player", objects.COLORS["red"]
+    )
     assert variations.find("Boxing:recolor Player 70").writes == {1: 70}
     assert "PlayerScore" in variations.recolor("Boxing", "Player", 70).doc
 
@@ -91,7 +126,10 @@ def test_names():
     [
         ("Pong:remove Wall", "Pong has no category 'Wall'; it has Player"),
         ("Pong:recolor Ball red", "no bytes are known that recolor Ball; known: .*remove Enemy"),
-        ("Boxing:recolor Player purple", "the colour must be a palette index from 0 to 255, or one of black, .*'purple'"),
+        (
+            "Boxing:recolor Player purple",
+            "the colour must be a palette index from 0 to 255, or one of black, .*'purple'",
+        ),
         ("Boxing:recolor Player 256", "the colour must be a palette index .* got 256"),
     ],
 )

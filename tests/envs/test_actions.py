@@ -22,7 +22,9 @@ def polar(rng, space, n):
     """Random actions, among them those at the thresholds and the bounds."""
     actions = np.array([space.sample() for _ in range(n)])
     actions[::7, 0] = rng.choice(np.float32([0, 0.5, 1]), len(actions[::7]))
-    actions[::5, 1] = rng.choice(space.high[1] * np.float32([-1, -0.5, 0, 0.5, 1]), len(actions[::5]))
+    actions[::5, 1] = rng.choice(
+        space.high[1] * np.float32([-1, -0.5, 0, 0.5, 1]), len(actions[::5])
+    )
     return actions
 
 
@@ -31,14 +33,22 @@ def polar(rng, space, n):
     [
         ("Pong", {}),  # paddles
         ("Alien", {"continuous_action_threshold": 0.3}),
-        *slow_but([], [("Breakout", {"continuous_action_threshold": 0.1}), ("Seaquest", {"repeat_action_probability": 0.0})]),
+        *slow_but(
+            [],
+            [
+                ("Breakout", {"continuous_action_threshold": 0.1}),
+                ("Seaquest", {"repeat_action_probability": 0.0}),
+            ],
+        ),
     ],
 )
 def test_continuous_actions_are_those_of_ale_py(name, options):
     """RAM, rewards and ends are equal, step by step, in single environments and in vectors."""
     reference = gymnasium.make(f"ALE/{name}-v5", obs_type="ram", continuous=True, **options)
     env = gymnasium.make(f"ocjax/{name}-v5", mode="raw", continuous=True, **options)
-    envs = ocjax.make_vec(name, 2, mode="raw", continuous=True, autoreset_mode="Disabled", num_workers=1, **options)
+    envs = ocjax.make_vec(
+        name, 2, mode="raw", continuous=True, autoreset_mode="Disabled", num_workers=1, **options
+    )
     assert env.action_space == reference.action_space == envs.single_action_space
     assert envs.action_space.shape == (2, 3)
     env.action_space.seed(0)
@@ -58,7 +68,9 @@ def test_continuous_actions_are_those_of_ale_py(name, options):
 
 
 def test_continuous_states_and_specs_continue():
-    envs = ocjax.make_vec("Breakout", 2, mode="raw", continuous=True, num_workers=0, repeat_action_probability=0.7)
+    envs = ocjax.make_vec(
+        "Breakout", 2, mode="raw", continuous=True, num_workers=0, repeat_action_probability=0.7
+    )
     envs.reset(seed=0)
     envs.action_space.seed(0)
     actions = [envs.action_space.sample() for _ in range(40)]
@@ -69,13 +81,18 @@ def test_continuous_states_and_specs_continue():
         assert other.action_space == envs.action_space
         other.reset(seed=5)
         other.unwrapped.restore_state(state)
-        assert all(np.array_equal(other.step(some)[0], expected) for some, expected in zip(actions[20:], want, strict=True))
+        assert all(
+            np.array_equal(other.step(some)[0], expected)
+            for some, expected in zip(actions[20:], want, strict=True)
+        )
     envs.close()
 
 
 def test_rewards_are_functions_of_continuous_actions():
     options = {"continuous": True, "num_workers": 0}
-    with closing(ocjax.make_vec("Pong", 2, reward_fn=lambda before, after, action: action[0], **options)) as envs:
+    with closing(
+        ocjax.make_vec("Pong", 2, reward_fn=lambda before, after, action: action[0], **options)
+    ) as envs:
         envs.reset(seed=0)
         assert np.allclose(envs.step(np.float32([[0.25, 0, 0], [1, 0, 0]]))[1], [0.25, 1])
 
@@ -84,7 +101,10 @@ def test_wrong_continuous_actions_are_refused():
     with closing(ocjax.make_vec("Pong", 2, mode="raw", continuous=True, num_workers=0)) as envs:
         ram = envs.reset(seed=0)[0]
         for wrong, message in (
-            (np.zeros(2, int), r"actions must be floats of shape \(2, 3\), got int64 of shape \(2,\)"),
+            (
+                np.zeros(2, int),
+                r"actions must be floats of shape \(2, 3\), got int64 of shape \(2,\)",
+            ),
             (np.zeros((2, 3), int), "actions must be floats"),
             (np.zeros((3, 3)), "actions must be floats"),
             (np.full((2, 3), np.nan), "actions must be from"),
@@ -100,8 +120,14 @@ def test_wrong_continuous_actions_are_refused():
             env.step(3)
     for options, message in (
         ({"continuous": 1}, "continuous must be True or False, got 1"),
-        ({"continuous_action_threshold": 2}, "continuous_action_threshold must be a number from 0 to 1, got 2"),
-        ({"continuous_action_threshold": "0.5"}, "continuous_action_threshold must be a number from 0 to 1, got '0.5'"),
+        (
+            {"continuous_action_threshold": 2},
+            "continuous_action_threshold must be a number from 0 to 1, got 2",
+        ),
+        (
+            {"continuous_action_threshold": "0.5"},
+            "continuous_action_threshold must be a number from 0 to 1, got '0.5'",
+        ),
     ):
         with pytest.raises(ValueError, match=message):
             ocjax.make_vec("Pong", 1, **options)
@@ -110,15 +136,24 @@ def test_wrong_continuous_actions_are_refused():
 @pytest.mark.parametrize("options", [{}, {"full_action_space": True}])
 @pytest.mark.parametrize("name", ["Pong", "Seaquest", "Freeway"])
 def test_keys_are_those_of_ale_py(name, options):
-    with closing(make(name, mode="raw", **options)) as env, closing(gymnasium.make(f"ALE/{name}-v5", **options)) as reference:
+    with (
+        closing(make(name, mode="raw", **options)) as env,
+        closing(gymnasium.make(f"ALE/{name}-v5", **options)) as reference,
+    ):
         assert env.get_keys_to_action() == reference.unwrapped.get_keys_to_action()
         assert env.get_action_meanings() == reference.unwrapped.get_action_meanings()
-    with closing(make(name, mode="raw", continuous=True)) as env, pytest.raises(AttributeError, match="continuous actions have no keys"):
+    with (
+        closing(make(name, mode="raw", continuous=True)) as env,
+        pytest.raises(AttributeError, match="continuous actions have no keys"),
+    ):
         env.get_keys_to_action()
 
 
 def test_gymnasium_plays_environments():
-    """`gymnasium.utils.play` finds the keys through all wrappers. The key d is pressed, then the window is closed."""
+    """`gymnasium.utils.play` finds the keys through all wrappers.
+
+    The key d is pressed, then the window is closed.
+    """
     pytest.importorskip("pygame", reason="pygame is not installed")
     program = """
         import gymnasium, pygame, ocjax
@@ -139,5 +174,7 @@ def test_gymnasium_plays_environments():
     """
     command = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(program)]
     environment = {**os.environ, "SDL_VIDEODRIVER": "dummy", "SDL_AUDIODRIVER": "dummy"}
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=True)
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=300, env=environment, check=True
+    )
     assert done.stdout.splitlines()[-1] == "actions [0, 0, 0, 2, 2, 2]"

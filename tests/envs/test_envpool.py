@@ -17,14 +17,24 @@ def rows(tree, i):
     return jax.tree.map(lambda a: a[i], tree)
 
 
-@pytest.mark.parametrize("name", ["Breakout", *(pytest.param(name, marks=pytest.mark.slow) for name in ("MsPacman", "SpaceInvaders"))])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Breakout",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("MsPacman", "SpaceInvaders")),
+    ],
+)
 def test_envpool_equals_the_ale_backend(name):
-    """RAM, observations, rewards, ends and info of every step agree, across the ends of episodes and inside `lax.scan`."""
+    """RAM, observations, rewards, ends and info of every step agree, across the ends of episodes
+    and inside `lax.scan`."""
     options = {"obs": ["ram", "vector", "objects"], **PLAIN}
     a, b = ocjax.make_vec(name, 3, **options), ocjax.make_vec(name, 3, backend="envpool", **options)
     first = a.reset(seed=1), b.reset(seed=1)
     assert jax.tree.all(jax.tree.map(np.array_equal, first[0][0], first[1][0]))
-    actions, ends = np.random.default_rng(0).integers(a.single_action_space.n, size=(1300, 3)).astype(np.int32), 0
+    actions, ends = (
+        np.random.default_rng(0).integers(a.single_action_space.n, size=(1300, 3)).astype(np.int32),
+        0,
+    )
     for some in actions[:1200]:
         (*left, info), (*right, other) = a.step(some), b.step(some)
         assert jax.tree.all(jax.tree.map(np.array_equal, left, right))
@@ -33,7 +43,9 @@ def test_envpool_equals_the_ale_backend(name):
         ends += (left[2] | left[3]).sum()
     assert ends >= 3
     state, step = b.xla()
-    _, (observed, reward, terminated, truncated, info) = jax.jit(lambda s, x: jax.lax.scan(step, s, x))(state, actions[1200:])
+    _, (observed, reward, terminated, truncated, info) = jax.jit(
+        lambda s, x: jax.lax.scan(step, s, x)
+    )(state, actions[1200:])
     for t, some in enumerate(actions[1200:]):
         *left, other = a.step(some)
         right = rows((observed, reward, terminated, truncated), t)
@@ -46,9 +58,13 @@ def test_envpool_equals_the_ale_backend(name):
 
 
 def test_asynchronous_environments_keep_their_identity():
-    """Results in any order, sorted by env_id, equal those of synchronous environments, including the movement of objects."""
+    """Results in any order, sorted by env_id, equal those of synchronous environments, including
+    the movement of objects."""
     options = {"obs": ["ram", "vector"], **PLAIN}
-    a, b = ocjax.make_vec("Pong", 5, **options), ocjax.make_vec("Pong", 5, backend="envpool", batch_size=2, **options)
+    a, b = (
+        ocjax.make_vec("Pong", 5, **options),
+        ocjax.make_vec("Pong", 5, backend="envpool", batch_size=2, **options),
+    )
     actions = np.random.default_rng(0).integers(6, size=(200, 5))
     want = [[a.reset(seed=4)[0]]]
     for some in actions:
@@ -59,9 +75,13 @@ def test_asynchronous_environments_keep_their_identity():
         observed, reward, terminated, truncated, info = b.recv()
         for k, i in enumerate(info["env_id"]):
             expected = want[at[i]]
-            assert jax.tree.all(jax.tree.map(np.array_equal, rows(observed, k), rows(expected[0], i)))
+            assert jax.tree.all(
+                jax.tree.map(np.array_equal, rows(observed, k), rows(expected[0], i))
+            )
             if at[i]:
-                assert (reward[k], terminated[k], truncated[k]) == tuple(e[i] for e in expected[1:4])
+                assert (reward[k], terminated[k], truncated[k]) == tuple(
+                    e[i] for e in expected[1:4]
+                )
         b.send(actions[at[info["env_id"]], info["env_id"]], info["env_id"])
         at[info["env_id"]] += 1
     assert at.min() > 10
@@ -84,10 +104,14 @@ def test_vision_without_frame_skip():
 
 def test_wrong_calls_are_refused_and_change_nothing():
     """Envpool itself would crash, or wait for ever."""
-    envs = ocjax.make_vec("Pong", 3, backend="envpool", obs=["ram", "vector"], batch_size=2, **PLAIN)
+    envs = ocjax.make_vec(
+        "Pong", 3, backend="envpool", obs=["ram", "vector"], batch_size=2, **PLAIN
+    )
     with pytest.raises(ValueError, match=r"call reset\(\) before the first step"):
         envs.send(np.zeros(1, int), np.zeros(1, int))
-    with pytest.raises(NoAsyncCallError, match="0 environments are stepping, and results come for 2 together"):
+    with pytest.raises(
+        NoAsyncCallError, match="0 environments are stepping, and results come for 2 together"
+    ):
         envs.recv()
     with pytest.raises(ValueError, match=r"a seed below 2\*\*31 for every environment"):
         envs.async_reset(seed=2**31)
@@ -97,13 +121,31 @@ def test_wrong_calls_are_refused_and_change_nothing():
     *_, info = envs.recv()
     ids = info["env_id"]
     (busy,) = set(range(3)) - set(ids.tolist())
-    for env_id in (ids + 3, -1 - ids, ids[[0, 0]], ids.astype(float), ids[:, None], ids[:0], ids.astype(int) + 10**12, "all"):
+    for env_id in (
+        ids + 3,
+        -1 - ids,
+        ids[[0, 0]],
+        ids.astype(float),
+        ids[:, None],
+        ids[:0],
+        ids.astype(int) + 10**12,
+        "all",
+    ):
         with pytest.raises(ValueError, match="env_id must be distinct integers from 0 to 2"):
             envs.send(np.zeros(2, int), env_id)
-    for actions in (np.zeros(3, int), np.zeros(2), np.full(2, 6), np.full(2, -1), np.zeros((2, 1), int), 0):
+    for actions in (
+        np.zeros(3, int),
+        np.zeros(2),
+        np.full(2, 6),
+        np.full(2, -1),
+        np.zeros((2, 1), int),
+        0,
+    ):
         with pytest.raises(ValueError, match="actions must be"):
             envs.send(actions, ids)
-    with pytest.raises(AlreadyPendingCallError, match=rf"a step of environments \[{busy}\] is pending"):
+    with pytest.raises(
+        AlreadyPendingCallError, match=rf"a step of environments \[{busy}\] is pending"
+    ):
         envs.send(np.zeros(1, int), np.array([busy]))
     with pytest.raises(NoAsyncCallError, match="1 environments are stepping"):
         envs.recv()
@@ -121,7 +163,11 @@ def test_the_order_of_calls_is_checked():
     with pytest.raises(NoAsyncCallError, match=r"call step_async\(\)"):
         envs.step_wait()
     envs.step_async(np.zeros(2, int))
-    for refused in (lambda: envs.step_async(np.zeros(2, int)), envs.reset, lambda: envs.step(np.zeros(2, int))):
+    for refused in (
+        lambda: envs.step_async(np.zeros(2, int)),
+        envs.reset,
+        lambda: envs.step(np.zeros(2, int)),
+    ):
         with pytest.raises(AlreadyPendingCallError, match="a step is pending"):
             refused()
     assert (envs.step_wait()[-1]["episode_length"] == 1).all()
@@ -145,7 +191,10 @@ def test_an_interrupted_step_asks_for_a_reset(name, monkeypatch):
     monkeypatch.setattr(envs.pool.env, name, interrupt)
     with pytest.raises(KeyboardInterrupt):
         envs.step(np.zeros(2, int))
-    with pytest.raises(ValueError, match=r"call reset\(\) before the first step, and after a call that was interrupted"):
+    with pytest.raises(
+        ValueError,
+        match=r"call reset\(\) before the first step, and after a call that was interrupted",
+    ):
         envs.step(np.zeros(2, int))
     again, _ = envs.reset(seed=1)
     assert jax.tree.all(jax.tree.map(np.array_equal, first, again))
@@ -175,7 +224,10 @@ def test_unsupported_options_are_refused():
     envs.reset(seed=0)
     for call, reason in (
         (lambda: envs.reset(seed=1), "takes seeds when it starts"),
-        (lambda: envs.reset(options={"reset_mask": np.array([True, False])}), "all environments or none"),
+        (
+            lambda: envs.reset(options={"reset_mask": np.array([True, False])}),
+            "all environments or none",
+        ),
         (lambda: envs.clone_state(), "no access to states"),
         (lambda: envs.set_ram(np.zeros(128, np.uint8)), "no access to RAM"),
     ):

@@ -42,7 +42,8 @@ def alive(pid):
 
 
 def test_episodes_equal_those_of_ale_py(actions):
-    """RAM, rewards, lives and ends of every step equal those of ale-py's environment with the same seed, across the end of an episode."""
+    """RAM, rewards, lives and ends of every step equal those of ale-py's environment with the same
+    seed, across the end of an episode."""
     reference = gymnasium.make("ALE/Breakout-v5", obs_type="ram")
     envs = ocjax.make_vec(_breakout(), 3, mode="raw", num_workers=2)
     want, _ = reference.reset(seed=12)
@@ -57,7 +58,12 @@ def test_episodes_equal_those_of_ale_py(actions):
             done = False
         else:
             want, r, done, cut, i = reference.step(a)
-            assert (reward[1], terminated[1], truncated[1], info["lives"][1]) == (r, done, cut, i["lives"])
+            assert (reward[1], terminated[1], truncated[1], info["lives"][1]) == (
+                r,
+                done,
+                cut,
+                i["lives"],
+            )
         assert np.array_equal(observed[1], want)
         ends += done
     assert ends >= 1
@@ -69,7 +75,15 @@ def test_episodes_equal_those_of_ale_py(actions):
 def test_games_that_ale_starts_with_a_button(name):
     """ALE's own frame skip changes how these begin, and ale-py's environment does not use it."""
     reference = gymnasium.make(f"ALE/{name}-v5", obs_type="ram", repeat_action_probability=0.0)
-    envs = ocjax.make_vec(name, 1, mode="raw", obs="ram", preset="deterministic-v4", full_action_space=True, num_workers=0)
+    envs = ocjax.make_vec(
+        name,
+        1,
+        mode="raw",
+        obs="ram",
+        preset="deterministic-v4",
+        full_action_space=True,
+        num_workers=0,
+    )
     observed, want = envs.reset(seed=5)[0][0], reference.reset(seed=5)[0]
     for action in range(18):
         assert np.array_equal(observed, want)
@@ -84,7 +98,8 @@ def _breakout():
 
 
 def test_rows_are_independent(actions):
-    """An episode depends neither on the other emulators, nor on the number of workers, nor on whether frames are recorded."""
+    """An episode depends neither on the other emulators, nor on the number of workers, nor on
+    whether frames are recorded."""
 
     def step(pool, column):
         rams = []
@@ -107,7 +122,9 @@ def test_rows_are_independent(actions):
 
 def test_screens_are_the_last_two_emulated_frames(actions):
     game = ocjax.load("Pong")
-    pool = AlePool(game, 2, Settings(repeat_action_probability=0), screens=("screen",), num_workers=1)
+    pool = AlePool(
+        game, 2, Settings(repeat_action_probability=0), screens=("screen",), num_workers=1
+    )
     pool.reset([0, 0])
     ale = ale_py.ALEInterface()
     ale.setFloat("repeat_action_probability", 0)
@@ -127,11 +144,18 @@ def test_screens_are_the_last_two_emulated_frames(actions):
 
 @pytest.mark.parametrize("skip", [1, 4, (1, 3)])
 def test_pooled_frames_are_the_brighter_of_the_last_two_of_a_step(actions, skip):
-    """Also directly after a state was restored and at the beginning of an episode. Steps of one frame show that frame."""
+    """Also directly after a state was restored and at the beginning of an episode.
+
+    Steps of one frame show that frame.
+    """
     most = 25 * np.max(skip).item()
     settings = Settings(frame_skip=skip, repeat_action_probability=0.0, max_episode_frames=most)
-    pool = AlePool(ocjax.load("Asteroids"), 2, settings, screens=("screen", "pooled"), num_workers=1)  # objects flicker
-    shades = np.round(pool.game.palette @ [0.2989, 0.587, 0.114]).astype(np.uint8)  # as ALE converts colours
+    pool = AlePool(
+        ocjax.load("Asteroids"), 2, settings, screens=("screen", "pooled"), num_workers=1
+    )  # objects flicker
+    shades = np.round(pool.game.palette @ [0.2989, 0.587, 0.114]).astype(
+        np.uint8
+    )  # as ALE converts colours
 
     def check():
         frames = shades[pool.screen]
@@ -176,11 +200,15 @@ def test_vector_env(mode, actions):
         assert np.array_equal(observed["xywh"], o.xywh)
         assert np.array_equal(observed["value"], o.value)
     if mode == "both":
-        assert np.array_equal(observed["vem"]["xywh"], envs.game.vem(np.array(envs.pool.screen[:, 1])).xywh)
+        assert np.array_equal(
+            observed["vem"]["xywh"], envs.game.vem(np.array(envs.pool.screen[:, 1])).xywh
+        )
     copy = observed["rem"]["xywh"].copy() if mode == "both" else None
     envs.step(actions[9])
     if copy is not None:
-        assert np.array_equal(copy, observed["rem"]["xywh"]), "later steps must not change an observation"
+        assert np.array_equal(copy, observed["rem"]["xywh"]), (
+            "later steps must not change an observation"
+        )
     envs.close()
     envs.close()
 
@@ -217,7 +245,10 @@ def test_wrong_arguments_are_refused():
     for seed in (-1, [1], [1, 2, 3]):
         with pytest.raises(ValueError, match="seed must be"):
             envs.reset(seed=seed)
-    for options, message in (({"mask": 1}, "unknown options"), ({"reset_mask": np.ones(3, bool)}, "reset_mask must be")):
+    for options, message in (
+        ({"mask": 1}, "unknown options"),
+        ({"reset_mask": np.ones(3, bool)}, "reset_mask must be"),
+    ):
         with pytest.raises(ValueError, match=message):
             envs.reset(options=options)
     envs.reset(seed=0)
@@ -230,16 +261,22 @@ def test_wrong_arguments_are_refused():
 
 
 def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
-    """The file that an environment loads is checked, wherever it comes from; `read_rom` returns the contents of the right one."""
+    """The file that an environment loads is checked, wherever it comes from; `read_rom` returns the
+    contents of the right one."""
     game = ocjax.load("Pong")
     installed = rom.rom_path("pong")
     assert installed == ale_py.roms.get_rom_path("pong")
     assert rom.read_rom("pong", game.md5) == installed.read_bytes()
     monkeypatch.setenv("ALE_ROMS_DIR", str(tmp_path))
-    with pytest.raises(RomError, match=r"expected the ROM 'pong' at .*pong\.bin, which does not exist: install"):
+    with pytest.raises(
+        RomError, match=r"expected the ROM 'pong' at .*pong\.bin, which does not exist: install"
+    ):
         ocjax.make_vec("Pong", 1)
     (tmp_path / "pong.bin").write_bytes(b"not Pong")
-    with pytest.raises(RomError, match=r"expected the ROM 'pong' with md5 60e0ea3c.* has md5 [0-9a-f]{32}: reinstall"):
+    with pytest.raises(
+        RomError,
+        match=r"expected the ROM 'pong' with md5 60e0ea3c.* has md5 [0-9a-f]{32}: reinstall",
+    ):
         ocjax.make_vec("Pong", 1)
     monkeypatch.setattr(rom.importlib.util, "find_spec", lambda name: None)
     monkeypatch.delenv("ALE_ROMS_DIR")
@@ -248,7 +285,10 @@ def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
 
 
 def test_roms_are_found_without_importing_ale_py():
-    code = "import sys; from ocjax.console import rom; print(rom.rom_path('pong').name, 'ale_py' in sys.modules)"
+    code = (
+        "import sys; from ocjax.console import rom; print(rom.rom_path('pong').name, 'ale_py' in "
+        "sys.modules)"
+    )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["pong.bin", "False"]
 
@@ -275,7 +315,11 @@ def test_failing_worker_is_reported():
     pool.reset([0, 0])
     pool.send(np.zeros(2, int))
     with pytest.raises(
-        WorkerError, match=r"environments 0-1 failed:[\s\S]*the hook tests\.envs\.test_envs\.\S*broken failed in environment 0: IndexError"
+        WorkerError,
+        match=(
+            r"environments 0-1 failed:[\s\S]*the hook tests\.envs\.test_envs\.\S*broken failed "
+            r"in environment 0: IndexError"
+        ),
     ):
         pool.wait()
     assert pool.closed
@@ -283,7 +327,8 @@ def test_failing_worker_is_reported():
 
 @pytest.mark.parametrize("how", slow_but([signal.SIGKILL], [signal.SIGINT, signal.SIGKILL, None]))
 def test_workers_do_not_outlive_their_parent(how):
-    """No worker and no shared memory remains when the parent is interrupted, is killed, or ends without close()."""
+    """No worker and no shared memory remains when the parent is interrupted, is killed, or ends
+    without close()."""
     code = textwrap.dedent("""
         import signal, sys, time, numpy as np, ocjax
         signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests run in a shell's background
@@ -296,7 +341,9 @@ def test_workers_do_not_outlive_their_parent(how):
     """)
     before = set(Path("/dev/shm").iterdir())
     command = [sys.executable, "-c", code, *(["end"] if how is None else [])]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as parent:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as parent:
         pids = [int(p) for p in parent.stdout.readline().split()]
         assert len(pids) == 2
         if how is not None:
@@ -316,10 +363,26 @@ def test_workers_do_not_outlive_their_parent(how):
 
 @pytest.mark.parametrize("sticky", slow_but([0.25], [0.0, 0.25]))
 def test_states_are_saved_and_restored(actions, sticky):
-    """From a restored state the same actions give the same RAM, frames and rewards. Emulators outside the mask do not change."""
+    """From a restored state the same actions give the same RAM, frames and rewards.
+
+    Emulators outside the mask do not change.
+    """
     settings = Settings(repeat_action_probability=sticky)
-    pool = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "pooled", "rgb"), num_workers=2)
-    names = ("ram", "screen", "gray", "pooled", "rgb", "reward", "lives", "frame_number", "episode_return", "episode_length")
+    pool = AlePool(
+        ocjax.load("Breakout"), 4, settings, screens=("screen", "pooled", "rgb"), num_workers=2
+    )
+    names = (
+        "ram",
+        "screen",
+        "gray",
+        "pooled",
+        "rgb",
+        "reward",
+        "lives",
+        "frame_number",
+        "episode_return",
+        "episode_length",
+    )
 
     def snapshot():
         return {name: getattr(pool, name).copy() for name in names}
@@ -349,7 +412,9 @@ def test_states_are_saved_and_restored(actions, sticky):
     assert same(snapshot(), late, ~some)
     pool.restore_state(saved[2])
     assert np.array_equal(pool.ram, np.repeat(before["ram"][2:3], 4, axis=0))
-    other = AlePool(ocjax.load("Breakout"), 4, settings, screens=("screen", "pooled", "rgb"), num_workers=0)
+    other = AlePool(
+        ocjax.load("Breakout"), 4, settings, screens=("screen", "pooled", "rgb"), num_workers=0
+    )
     other.restore_state(saved)  # this pool has never been reset
     other.send(actions[100, :4] % len(pool.actions))
     assert np.array_equal(other.ram, first[0]["ram"])
@@ -359,17 +424,38 @@ def test_states_are_saved_and_restored(actions, sticky):
     with pytest.raises(ValueError, match="are of the ROM with md5"):
         AlePool(ocjax.load("Pong"), 4, num_workers=0).restore_state(saved)
     with pytest.raises(ValueError, match="saved without rgb"):
-        pool.restore_state(dataclasses.replace(saved, rows={k: v for k, v in saved.rows.items() if k != "rgb"}))
+        pool.restore_state(
+            dataclasses.replace(saved, rows={k: v for k, v in saved.rows.items() if k != "rgb"})
+        )
     pool.close()
 
 
 @pytest.mark.parametrize("settings", [Settings(max_episode_frames=120), PRESETS["dqn"]])
 def test_preparing_the_next_game_changes_nothing(settings, actions):
-    """Workers begin the next game while the pool does not wait for them. All results equal those without workers."""
-    names = ("ram", "screen", "lives", "frame_number", "episode_return", "episode_length", "terminated", "truncated", "started")
+    """Workers begin the next game while the pool does not wait for them.
+
+    All results equal those without workers.
+    """
+    names = (
+        "ram",
+        "screen",
+        "lives",
+        "frame_number",
+        "episode_return",
+        "episode_length",
+        "terminated",
+        "truncated",
+        "started",
+    )
     histories = []
     for workers in (2, 0):
-        pool = AlePool(ocjax.load("Breakout"), 2, dataclasses.replace(settings, noop_max=5), screens=("screen",), num_workers=workers)
+        pool = AlePool(
+            ocjax.load("Breakout"),
+            2,
+            dataclasses.replace(settings, noop_max=5),
+            screens=("screen",),
+            num_workers=workers,
+        )
         pool.reset([7, 8])
         history, saved = [], None
 
@@ -402,7 +488,13 @@ def test_preparing_the_next_game_changes_nothing(settings, actions):
 
 
 def test_ram_can_be_written():
-    pool = AlePool(ocjax.load("Pong"), 3, Settings(repeat_action_probability=0), screens=("screen",), num_workers=2)
+    pool = AlePool(
+        ocjax.load("Pong"),
+        3,
+        Settings(repeat_action_probability=0),
+        screens=("screen",),
+        num_workers=2,
+    )
     pool.reset([0, 0, 0])
     ram = pool.ram.copy()
     ram[:, 14] = 5, 6, 7  # the player's points
@@ -415,7 +507,11 @@ def test_ram_can_be_written():
     assert np.asarray(vem.of(pool.game, "PlayerScore").value)[:, 0].tolist() == [5, 0, 7]
     pool.set_ram(ram[0])
     assert (pool.ram == ram[0]).all()
-    for wrong, error in ((ram.astype(int), TypeError), (ram[:2], ValueError), (ram[0].tolist(), TypeError)):
+    for wrong, error in (
+        (ram.astype(int), TypeError),
+        (ram[:2], ValueError),
+        (ram[0].tolist(), TypeError),
+    ):
         with pytest.raises(error, match="ram must"):
             pool.set_ram(wrong)
     pool.close()
@@ -425,7 +521,9 @@ def test_ram_can_be_written():
 def test_games_start_with_written_ram(workers):
     points = variations.Variation("Pong", "The player has 5 points.", {14: 5})
     settings, starts = Settings(max_episode_frames=40, noop_max=8), [points, None, points]
-    pool = AlePool(ocjax.load("Pong"), 3, settings, screens=("screen",), num_workers=workers, starts=starts)
+    pool = AlePool(
+        ocjax.load("Pong"), 3, settings, screens=("screen",), num_workers=workers, starts=starts
+    )
     pool.reset([0, 1, 2])
     games = 0
     for _ in range(25):
@@ -446,9 +544,17 @@ def test_games_start_with_written_ram(workers):
 
 @pytest.mark.parametrize("workers", [0, 2])
 def test_stepping_past_an_end_is_an_error_without_autoreset(workers):
-    pool = AlePool(ocjax.load("Pong"), 2, Settings(max_episode_frames=40), autoreset="disabled", num_workers=workers)
+    pool = AlePool(
+        ocjax.load("Pong"),
+        2,
+        Settings(max_episode_frames=40),
+        autoreset="disabled",
+        num_workers=workers,
+    )
     pool.reset([0, 0])
-    with pytest.raises((WorkerError, RuntimeError), match=r"the episodes of environments \[.*\] have ended: reset"):
+    with pytest.raises(
+        (WorkerError, RuntimeError), match=r"the episodes of environments \[.*\] have ended: reset"
+    ):
         for _ in range(20):
             pool.send(np.zeros(2, int))
             pool.wait()
@@ -457,10 +563,14 @@ def test_stepping_past_an_end_is_an_error_without_autoreset(workers):
 
 
 def test_phases():
-    """Every phase but the first can be reached and left, and an event in a wrong phase is an error."""
+    """Every phase but the first can be reached and left, and an event in a wrong phase is an
+    error."""
     assert set(TRANSITIONS) == set(Event)
     assert {after for _, after in TRANSITIONS.values()} == set(Phase) - {Phase.UNLOADED}
-    assert all(any(phase in allowed and after is not phase for allowed, after in TRANSITIONS.values()) for phase in Phase)
+    assert all(
+        any(phase in allowed and after is not phase for allowed, after in TRANSITIONS.values())
+        for phase in Phase
+    )
     pool = AlePool(ocjax.load("Breakout"), 1, PRESETS["dqn"], num_workers=0)
     emulator = pool._local.emulators[0]
     assert emulator.phase is Phase.UNLOADED
@@ -472,7 +582,9 @@ def test_phases():
     for a in np.random.default_rng(0).integers(4, size=2_000):
         pool.send(np.array([a]))
         ended, over = bool(pool.terminated[0]), emulator.ale.game_over()
-        assert emulator.phase is (Phase.RUNNING if not ended else Phase.GAME_OVER if over else Phase.LIFE_LOST)
+        assert emulator.phase is (
+            Phase.RUNNING if not ended else Phase.GAME_OVER if over else Phase.LIFE_LOST
+        )
         phases.append(emulator.phase)
         if emulator.phase is Phase.GAME_OVER:
             break
@@ -502,7 +614,11 @@ def test_a_restored_end_starts_the_next_episode_with_same_step_autoreset(workers
     for length in range(3):
         pool.send(np.zeros(1, int))
         pool.wait()
-        assert (pool.truncated[0], pool.started[0], pool.episode_length[0]) == (False, length == 0, length)
+        assert (pool.truncated[0], pool.started[0], pool.episode_length[0]) == (
+            False,
+            length == 0,
+            length,
+        )
     pool.close()
 
 
@@ -531,7 +647,14 @@ def test_workers_import_neither_ocjax_nor_jax():
 
 
 def test_worker_configuration_survives_json():
-    pool = AlePool(ocjax.load("Pong"), 3, Settings(frame_skip=(2, 5)), num_workers=0, screens=("gray",), game_mode=[0, None, 1])
+    pool = AlePool(
+        ocjax.load("Pong"),
+        3,
+        Settings(frame_skip=(2, 5)),
+        num_workers=0,
+        screens=("gray",),
+        game_mode=[0, None, 1],
+    )
     config = pool._local.emulators[0].config
     assert WorkerConfig.from_json(config.to_json()) == config
     assert config.game_modes == (0, None, 1)

@@ -1,4 +1,5 @@
-"""Ends of games: `info["game_over"]`, and the lengths and limits of games whose lives are episodes."""
+"""Ends of games: `info["game_over"]`, and the lengths and limits of games whose lives are
+episodes."""
 
 import numpy as np
 import pytest
@@ -12,7 +13,8 @@ LIVES = {"mode": "raw", "preset": "dqn"}
 
 
 def single_games(name, actions, seed, **options):
-    """The facts of each step of a single environment, which is reset after each end, with the steps counted here."""
+    """The facts of each step of a single environment, which is reset after each end, with the steps
+    counted here."""
     env = make(name, **LIVES, **options)
     env.reset(seed=seed)
     facts, length = [], 0
@@ -28,7 +30,8 @@ def single_games(name, actions, seed, **options):
 
 
 def vector_games(name, actions, seed, mode, **options):
-    """The same of a vector environment, which ignores the action of each step that starts an episode."""
+    """The same of a vector environment, which ignores the action of each step that starts an
+    episode."""
     envs = ocjax.make_vec(name, 1, num_workers=0, autoreset_mode=mode, **LIVES, **options)
     envs.reset(seed=seed)
     facts, todo = [], list(actions)
@@ -62,7 +65,8 @@ def test_ignored_steps_do_not_count(mode, limit):
 
 
 def first_loss(actions):
-    """The step, counted from 0, in which the first life is lost, and the limit of steps that coincides with it."""
+    """The step, counted from 0, in which the first life is lost, and the limit of steps that
+    coincides with it."""
     facts = single_games("Breakout", actions, 3)
     return next(t for t, (terminated, *_) in enumerate(facts) if terminated)
 
@@ -78,7 +82,8 @@ def test_a_life_lost_at_the_limit_of_steps_ends_the_game(mode):
 
 
 def counted_games(pool, actions):
-    """The lengths of games by `game_over`, and by the totals that the next game does not continue."""
+    """The lengths of games by `game_over`, and by the totals that the next game does not
+    continue."""
     counted, found, last = [], [], None
     for action in actions:
         pool.step(np.array([action]))
@@ -92,7 +97,8 @@ def counted_games(pool, actions):
 
 @pytest.mark.parametrize("skip", [4, (2, 5)])
 def test_a_life_lost_just_before_the_limit_of_frames_ends_the_game(skip):
-    """The frames between two lives may reach the limit, and then the next episode begins a new game."""
+    """The frames between two lives may reach the limit, and then the next episode begins a new
+    game."""
     actions = np.random.default_rng(0).integers(4, size=300)
 
     def pool(most):

@@ -35,20 +35,30 @@ def area_average(image, size):
     """The mean over the area of each output pixel, with input pixels weighted by the overlap."""
     parts = []
     for n_in, n_out in zip(image.shape, size, strict=True):
-        fine = np.repeat(np.arange(n_in), n_out).reshape(n_out, n_in)  # the input pixel of each of n_in * n_out steps
+        fine = np.repeat(np.arange(n_in), n_out).reshape(
+            n_out, n_in
+        )  # the input pixel of each of n_in * n_out steps
         parts.append(np.stack([np.bincount(row, minlength=n_in) / n_in for row in fine]))
     return parts[0] @ image @ parts[1].T
 
 
 @pytest.mark.parametrize(
-    ("shape", "size"), [((210, 160), (84, 84)), ((250, 160), (84, 84)), ((210, 160), (105, 80)), ((214, 160), (42, 64))]
+    ("shape", "size"),
+    [
+        ((210, 160), (84, 84)),
+        ((250, 160), (84, 84)),
+        ((210, 160), (105, 80)),
+        ((214, 160), (42, 64)),
+    ],
 )
 def test_resize_averages_over_areas(shape, size):
     images = np.random.default_rng(0).integers(256, size=(3, *shape)).astype(np.uint8)
     got = np.asarray(jax.jit(lambda x: masks.resize(x, size))(images))
     want = np.stack([area_average(i.astype(float), size) for i in images])
     assert got.shape == want.shape
-    assert np.array_equal(got, np.round(np.round(want, 6))), "rounded to the nearest, halves to even"
+    assert np.array_equal(got, np.round(np.round(want, 6))), (
+        "rounded to the nearest, halves to even"
+    )
     assert np.array_equal(masks.resize(images, shape), images)
 
 
@@ -58,13 +68,22 @@ def drawn(game, objects, size):
     for o in objects.to_list():
         (y0, y1), (x0, x1) = (
             (start * n // screen, -(-(start + length) * n // screen))
-            for start, length, n, screen in zip((o["y"], o["x"]), (o["h"], o["w"]), size, game.screen, strict=True)
+            for start, length, n, screen in zip(
+                (o["y"], o["x"]), (o["h"], o["w"]), size, game.screen, strict=True
+            )
         )
         out[[c.name for c in game.categories].index(o["category"]), y0:y1, x0:x1] = True
     return out
 
 
-@pytest.mark.parametrize("size", [pytest.param((84, 84), marks=pytest.mark.slow), pytest.param(None, marks=pytest.mark.slow), (30, 40)])
+@pytest.mark.parametrize(
+    "size",
+    [
+        pytest.param((84, 84), marks=pytest.mark.slow),
+        pytest.param(None, marks=pytest.mark.slow),
+        (30, 40),
+    ],
+)
 @pytest.mark.parametrize("kind", masks.KINDS)
 def test_masks(pong, objects, gray, kind, size):
     got = np.asarray(masks.masks(objects, kind, gray=gray, size=size, pixels=True))
@@ -87,10 +106,13 @@ def test_masks(pong, objects, gray, kind, size):
 
 
 def test_masks_drawn_at_screen_size(pong, objects, gray):
-    """Masks painted at 210 x 160 are averaged by area: a box over half a pixel makes it half as bright."""
+    """Masks painted at 210 x 160 are averaged by area: a box over half a pixel makes it half as
+    bright."""
     got = np.asarray(masks.masks(objects, "planes", draw="screen"))
     for i in range(8):
-        want = np.stack([area_average(p * 255.0, (84, 84)) for p in drawn(pong, objects[i], pong.screen)])
+        want = np.stack(
+            [area_average(p * 255.0, (84, 84)) for p in drawn(pong, objects[i], pong.screen)]
+        )
         assert np.abs(got[i] - want).max() < 0.501
     full = masks.masks(objects, "object", gray=gray, size=None, draw="screen")
     assert np.array_equal(full, masks.masks(objects, "object", gray=gray, size=None))
@@ -119,29 +141,63 @@ def test_area_weights_are_a_partition(n_in, n_out):
 
 
 def test_vectors_match_their_feature_names():
-    """Every number is compared with the objects by its name, in pixels and normalised, with two states."""
-    kinds = {"plain": Vector(FEATURES, history=2, normalize=False), "unit": Vector(FEATURES, history=2)}
+    """Every number is compared with the objects by its name, in pixels and normalised, with two
+    states."""
+    kinds = {
+        "plain": Vector(FEATURES, history=2, normalize=False),
+        "unit": Vector(FEATURES, history=2),
+    }
     envs = ocjax.make_vec("Pong", 3, obs=kinds, num_workers=1, max_episode_frames=200)
     game, rng, before = envs.game, np.random.default_rng(0), None
     observed, _ = envs.reset(seed=0)
-    assert len(envs.features["plain"]) == 2 * game.num_slots * len(FEATURES) == observed["plain"].shape[1]
-    units = {"x": 160, "w": 160, "dx": 160, "y": 210, "h": 210, "dy": 210, "orientation": 16, "valid": 1}
+    assert (
+        len(envs.features["plain"])
+        == 2 * game.num_slots * len(FEATURES)
+        == observed["plain"].shape[1]
+    )
+    units = {
+        "x": 160,
+        "w": 160,
+        "dx": 160,
+        "y": 210,
+        "h": 210,
+        "dy": 210,
+        "orientation": 16,
+        "valid": 1,
+    }
     states = []
     for t in range(130):
         objects, started = jax.tree.map(np.asarray, envs.tensors), envs.pool.started.copy()
-        rows = {name: np.asarray(getattr(objects, name), float) for name in ("x", "y", "w", "h", "orientation", "value", "valid")}
+        rows = {
+            name: np.asarray(getattr(objects, name), float)
+            for name in ("x", "y", "w", "h", "orientation", "value", "valid")
+        }
         moved = np.zeros((3, game.num_slots, 2))
         if before is not None:
             both = objects.valid & before.valid & ~started[:, None]
-            moved = np.where(both[..., None], np.asarray(objects.center) - np.asarray(before.center), 0)
+            moved = np.where(
+                both[..., None], np.asarray(objects.center) - np.asarray(before.center), 0
+            )
         centers, both = np.asarray(objects.center), objects.valid & objects.valid[:, :1]
-        near, middle = (np.where(both[..., None], np.tanh((centers - centers[:, :1]) / scale), 0) for scale in (8, 32))
-        rows |= {n + axis: v[..., i] for n, v in {"d": moved, "n": near, "m": middle}.items() for i, axis in enumerate("xy")}
+        near, middle = (
+            np.where(both[..., None], np.tanh((centers - centers[:, :1]) / scale), 0)
+            for scale in (8, 32)
+        )
+        rows |= {
+            n + axis: v[..., i]
+            for n, v in {"d": moved, "n": near, "m": middle}.items()
+            for i, axis in enumerate("xy")
+        }
         earlier = states[-1] if states else rows
         states = [{f: np.where(started[:, None], rows[f], earlier[f]) for f in FEATURES}, rows]
         for k, (ago, category, i, feature) in enumerate(envs.features["plain"]):
             want = states[1 - ago][feature][:, game.slices[category].start + i]
-            assert np.allclose(observed["plain"][:, k], want, atol=1e-6), (t, ago, category, feature)
+            assert np.allclose(observed["plain"][:, k], want, atol=1e-6), (
+                t,
+                ago,
+                category,
+                feature,
+            )
             if feature == "value":
                 want = np.sign(want) * np.log1p(np.abs(want)) / np.log1p(1e6)
             assert np.allclose(observed["unit"][:, k], want / units.get(feature, 1), atol=1e-6)
@@ -151,15 +207,22 @@ def test_vectors_match_their_feature_names():
 
 
 def test_default_vectors_have_what_an_agent_can_use():
-    """Values of scores instead of their boxes, and orientations and values of the objects that have them."""
+    """Values of scores instead of their boxes, and orientations and values of the objects that have
+    them."""
     pong, kind = ocjax.load("Pong"), Vector(normalize=False)
     names = kind.features_of(pong)
     box = ("x", "y", "w", "h", "dx", "dy")
     assert [f for _, category, _, f in names if category == "Ball"] == [*box, "valid"]
     assert [f for _, category, _, f in names if category == "EnemyScore"] == ["value", "valid"]
     seaquest = Vector(history=2).features_of(ocjax.load("Seaquest"))
-    assert [f for ago, category, i, f in seaquest if (ago, category, i) == (1, "Player", 0)] == [*box, "orientation", "valid"]
-    envs = ocjax.make_vec("Pong", 2, obs={"default": kind, "all": Vector(FEATURES, normalize=False)}, num_workers=0)
+    assert [f for ago, category, i, f in seaquest if (ago, category, i) == (1, "Player", 0)] == [
+        *box,
+        "orientation",
+        "valid",
+    ]
+    envs = ocjax.make_vec(
+        "Pong", 2, obs={"default": kind, "all": Vector(FEATURES, normalize=False)}, num_workers=0
+    )
     observed, _ = envs.reset(seed=0)
     for _ in range(3):
         observed, *_ = envs.step(np.array([2, 3]))
@@ -171,7 +234,9 @@ def test_default_vectors_have_what_an_agent_can_use():
 
 def test_vectors_from_pixels_track_objects():
     """In mode "vem", too, dx and dy are the movement of one object."""
-    envs = ocjax.make_vec("Freeway", 2, mode="vem", obs=Vector(("x", "dx", "valid"), normalize=False), num_workers=1)
+    envs = ocjax.make_vec(
+        "Freeway", 2, mode="vem", obs=Vector(("x", "dx", "valid"), normalize=False), num_workers=1
+    )
     envs.reset(seed=0)
     for _ in range(40):
         observed, *_ = envs.step(np.zeros(2, int))
@@ -182,7 +247,11 @@ def test_vectors_from_pixels_track_objects():
 
 
 def test_orientations_from_pixels_are_in_the_spaces():
-    kinds = {"objects": "objects", "plain": Vector(("orientation",), normalize=False), "unit": Vector(("orientation",))}
+    kinds = {
+        "objects": "objects",
+        "plain": Vector(("orientation",), normalize=False),
+        "unit": Vector(("orientation",)),
+    }
     envs = ocjax.make_vec("MsPacman", 2, mode="vem", obs=kinds, num_workers=1)
     observed, _ = envs.reset(seed=0)
     assert observed in envs.observation_space
@@ -194,28 +263,40 @@ def test_orientations_from_pixels_are_in_the_spaces():
 
 
 def test_dqn_frames():
-    """Each frame is the brighter of the last two, or without pooling the last one; the oldest comes first."""
-    envs = ocjax.make_vec("Pong", 2, obs={"dqn": Dqn(), "one": Dqn(stack=1, max_pool=False)}, num_workers=1)
+    """Each frame is the brighter of the last two, or without pooling the last one; the oldest comes
+    first."""
+    envs = ocjax.make_vec(
+        "Pong", 2, obs={"dqn": Dqn(), "one": Dqn(stack=1, max_pool=False)}, num_workers=1
+    )
     observed, _ = envs.reset(seed=0)
     frames = [observed["dqn"][:, 3]] * 4
     for _ in range(30):
         observed, *_ = envs.step(np.array([2, 3]))
         frames = [*frames[1:], np.asarray(masks.resize(envs.pool.pooled[:, 0], (84, 84)))]
         assert np.array_equal(observed["dqn"], np.stack(frames, axis=1))
-        assert np.array_equal(observed["one"][:, 0], np.asarray(masks.resize(envs.pool.gray[:, 0], (84, 84))))
+        assert np.array_equal(
+            observed["one"][:, 0], np.asarray(masks.resize(envs.pool.gray[:, 0], (84, 84)))
+        )
     envs.close()
 
 
 def test_grids_have_features_of_their_own():
     """The others' features are the same, at other places of the vector."""
-    kinds = {"same": Vector(("y", "my", "valid")), "own": Vector(("y", "my", "valid"), grid_features=("valid",))}
+    kinds = {
+        "same": Vector(("y", "my", "valid")),
+        "own": Vector(("y", "my", "valid"), grid_features=("valid",)),
+    }
     envs = ocjax.make_vec("Breakout", 2, obs=kinds, num_workers=0)
     observed, _ = envs.reset(seed=0)
     for _ in range(5):
         observed, *_ = envs.step(np.array([1, 2]))
     names = {kind: list(envs.features[kind]) for kind in kinds}
-    assert names["own"] == [name for name in names["same"] if name[1] != "Block" or name[-1] == "valid"]
-    assert np.array_equal(observed["own"], observed["same"][:, [names["same"].index(name) for name in names["own"]]])
+    assert names["own"] == [
+        name for name in names["same"] if name[1] != "Block" or name[-1] == "valid"
+    ]
+    assert np.array_equal(
+        observed["own"], observed["same"][:, [names["same"].index(name) for name in names["own"]]]
+    )
     envs.close()
 
 

@@ -1,4 +1,5 @@
-"""Environments and extraction in processes that are forked or spawned, and environments that are pickled or copied."""
+"""Environments and extraction in processes that are forked or spawned, and environments that are
+pickled or copied."""
 
 import copy
 import pickle
@@ -16,13 +17,17 @@ from ocjax.envs import AlePool, make
 from ocjax.ocatari import OCAtari
 from tests.support.marks import slow_but
 
-COMPUTE = "import numpy as np; ocjax.load('Pong').rem(np.zeros(128, np.uint8))"  # JAX's threads run from here on
+# JAX's threads run from here on
+COMPUTE = "import numpy as np; ocjax.load('Pong').rem(np.zeros(128, np.uint8))"
 REFUSAL = "forked from one that had already computed with JAX"
 SPAWN = "context='spawn'"
 
 
 def run(code, *arguments, seconds=120):
-    """The output and the errors of a program in a process of its own, which ends in time. JAX warns about forks."""
+    """The output and the errors of a program in a process of its own, which ends in time.
+
+    JAX warns about forks.
+    """
     command = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(code), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=seconds)
     return done.stdout, done.stderr
@@ -63,7 +68,10 @@ CHILD = """
 USED = {
     "few": "ocjax.load('Pong').rem(np.zeros(128, np.uint8)).valid.block_until_ready()",
     "many": "kept = ocjax.load('Pong').rem(np.zeros((4096, 128), np.uint8))",
-    "environments": "envs = ocjax.make_vec('Pong', 64, num_workers=2); envs.reset(seed=0); envs.step(envs.action_space.sample())",
+    "environments": (
+        "envs = ocjax.make_vec('Pong', 64, num_workers=2); envs.reset(seed=0); "
+        "envs.step(envs.action_space.sample())"
+    ),
     "closed": "envs = ocjax.make_vec('Pong', 2, num_workers=0); envs.reset(seed=0); envs.close()",
 }
 
@@ -93,7 +101,14 @@ STREAMS = """
 
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&-", "<&- >&- 2>&-"])
 def test_closed_standard_streams(tmp_path, closed):
-    command = ["sh", "-c", f'exec "$0" -W ignore -c "$1" "$2" {closed}', sys.executable, textwrap.dedent(STREAMS), tmp_path / "out"]
+    command = [
+        "sh",
+        "-c",
+        f'exec "$0" -W ignore -c "$1" "$2" {closed}',
+        sys.executable,
+        textwrap.dedent(STREAMS),
+        tmp_path / "out",
+    ]
     subprocess.run(command, check=False, timeout=120, capture_output=True)
     assert (tmp_path / "out").read_text() == "stepped\n"
 
@@ -129,7 +144,16 @@ def test_hooks_that_write_to_stderr(caplog, monkeypatch):
         sizes.append(worker.stderr.seek(0, 2))
     envs.close()
     assert max(sizes) < 200_000
-    assert len([record for record in caplog.records if "wrote to its standard error" in record.getMessage()]) == 1
+    assert (
+        len(
+            [
+                record
+                for record in caplog.records
+                if "wrote to its standard error" in record.getMessage()
+            ]
+        )
+        == 1
+    )
 
 
 NO_HOME = """
@@ -145,8 +169,12 @@ NO_HOME = """
 def test_no_home_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     _, errors = run(NO_HOME + "    import ocjax; ocjax.use_compilation_cache()")
-    assert "FileNotFoundError: the user has no home folder for compiled programs: set HOME" in errors
-    out, errors = run(NO_HOME + "    from ocjax.cli.app import app; app(['games', '--suite', 'atari5'])")
+    assert (
+        "FileNotFoundError: the user has no home folder for compiled programs: set HOME" in errors
+    )
+    out, errors = run(
+        NO_HOME + "    from ocjax.cli.app import app; app(['games', '--suite', 'atari5'])"
+    )
     assert "Phoenix" in out, errors
     assert not list(tmp_path.iterdir())
 
@@ -165,7 +193,8 @@ FORKS = """
 """
 MADE = [
     "gymnasium.make_vec('ocjax/Pong-v5', num_envs=2, vectorization_mode='async', obs='vector')",
-    "AsyncVectorEnv([lambda: gymnasium.make('ocjax/Pong-v5', obs=('objects', 'dqn', 'planes'))] * 2)",
+    "AsyncVectorEnv([lambda: gymnasium.make('ocjax/Pong-v5', obs=('objects', 'dqn', 'planes'))] "
+    "* 2)",
     "AsyncVectorEnv([lambda: OCAtari('Pong', obs_mode='dqn')] * 2)",
 ]
 
@@ -185,7 +214,12 @@ def test_forked_processes_say_that_jax_does_not_work_in_them(made):
 
 
 def test_what_needs_no_jax_runs_in_forked_processes_all_the_same():
-    out, errors = run(FORKS, COMPUTE, "AsyncVectorEnv([lambda: gymnasium.make('ocjax/Pong-v5', mode='raw', obs=('pixels', 'ram'))] * 2)")
+    out, errors = run(
+        FORKS,
+        COMPUTE,
+        "AsyncVectorEnv([lambda: gymnasium.make('ocjax/Pong-v5', mode='raw', obs=('pixels', "
+        "'ram'))] * 2)",
+    )
     assert out == "stepped\n", errors
 
 
@@ -210,19 +244,37 @@ def test_extraction_is_refused_in_forked_processes():
 
 @pytest.mark.slow
 def test_environments_run_in_spawned_processes():
-    vectorized = "gymnasium.make_vec('ocjax/Pong-v5', num_envs=2, vectorization_mode='async', vector_kwargs={'context': 'spawn'})"
+    vectorized = (
+        "gymnasium.make_vec('ocjax/Pong-v5', num_envs=2, vectorization_mode='async', "
+        "vector_kwargs={'context': 'spawn'})"
+    )
     out, errors = run(FORKS, COMPUTE, vectorized)
     assert out == "stepped\n", errors
-    out, errors = run(FORKS, COMPUTE, "AsyncVectorEnv([lambda: gymnasium.make('ocjax:ocjax/Pong-v5')] * 2, context='spawn')")
+    out, errors = run(
+        FORKS,
+        COMPUTE,
+        "AsyncVectorEnv([lambda: gymnasium.make('ocjax:ocjax/Pong-v5')] * 2, context='spawn')",
+    )
     assert out == "stepped\n", errors
 
 
 def test_pickles_and_copies_of_environments_are_refused():
-    made = [ocjax.make_vec("Pong", 2, num_workers=1), make("Pong"), OCAtari("Pong"), AlePool(ocjax.load("Pong"), 1, num_workers=0)]
+    made = [
+        ocjax.make_vec("Pong", 2, num_workers=1),
+        make("Pong"),
+        OCAtari("Pong"),
+        AlePool(ocjax.load("Pong"), 1, num_workers=0),
+    ]
     for env in made:
         env.reset()
         for function in (pickle.dumps, cloudpickle.dumps, copy.deepcopy, copy.copy):
-            with pytest.raises(TypeError, match=rf"{type(env).__name__} cannot be pickled or copied.* Save instead: \w*clone_state\(\)"):
+            with pytest.raises(
+                TypeError,
+                match=(
+                    rf"{type(env).__name__} cannot be pickled or copied.* Save instead: "
+                    r"\w*clone_state\(\)"
+                ),
+            ):
                 function(env)
         env.close()
 
@@ -236,7 +288,9 @@ def test_what_to_save_instead_of_environments_restores_them():
     again.reset()
     again.unwrapped.restore_state(ocjax.envs.States.from_bytes(states))
     for _ in range(3):
-        assert np.array_equal(envs.step(np.array([2, 3]))[0]["xywh"], again.step(np.array([2, 3]))[0]["xywh"])
+        assert np.array_equal(
+            envs.step(np.array([2, 3]))[0]["xywh"], again.step(np.array([2, 3]))[0]["xywh"]
+        )
     single = OCAtari("Pong")
     single.reset(seed=0)
     state, spec = pickle.loads(pickle.dumps((single._clone_state(), single.spec)))

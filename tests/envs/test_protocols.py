@@ -11,7 +11,9 @@ from ocjax.envs.protocols import preset_of
 from ocjax.extraction import names
 
 
-@pytest.mark.parametrize("name", ["Pong-v0", "Pong-v4", "PongNoFrameskip-v0", "PongNoFrameskip-v4", "ALE/Pong-v5"])
+@pytest.mark.parametrize(
+    "name", ["Pong-v0", "Pong-v4", "PongNoFrameskip-v0", "PongNoFrameskip-v4", "ALE/Pong-v5"]
+)
 def test_ids_are_those_of_ale_py(name):
     gymnasium.register_envs(ale_py)
     kwargs = gymnasium.spec(name).kwargs
@@ -54,9 +56,17 @@ def test_environments_follow_the_id():
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
-        ("PongNoFrameskip-v4", {"preset": "v5"}, "preset='v5' contradicts: give the game as 'Pong'"),
+        (
+            "PongNoFrameskip-v4",
+            {"preset": "v5"},
+            "preset='v5' contradicts: give the game as 'Pong'",
+        ),
         ("PongNoFrameskip-v4", {"frame_skip": 4}, "frame_skip=4 contradicts"),
-        ("Pong-v4", {"repeat_action_probability": 0.25}, "repeat_action_probability=0.25 contradicts"),
+        (
+            "Pong-v4",
+            {"repeat_action_probability": 0.25},
+            "repeat_action_probability=0.25 contradicts",
+        ),
         ("PongDeterministic-v0", {"full_action_space": True}, "full_action_space=True contradicts"),
         ("Pong-v3", {}, "no environment 'Pong-v3'"),
         ("PongNoFrameskip-v5", {}, "no environment 'PongNoFrameskip-v5'"),
@@ -68,7 +78,9 @@ def test_contradictions_are_refused(name, options, message):
 
 
 def test_what_an_id_leaves_open():
-    assert preset_of("ALE/Pong-v5", "dqn", frame_skip=1) == "dqn"  # version 5 is the default, as in Gymnasium
+    assert (
+        preset_of("ALE/Pong-v5", "dqn", frame_skip=1) == "dqn"
+    )  # version 5 is the default, as in Gymnasium
     assert preset_of("PongNoFrameskip-v4", "noframeskip", frame_skip=1) == "noframeskip"
 
 

@@ -1,4 +1,5 @@
-"""What environments do when they are used wrongly, interrupted, or left by their workers: errors say what to do, and the game goes on."""
+"""What environments do when they are used wrongly, interrupted, or left by their workers: errors
+say what to do, and the game goes on."""
 
 import functools
 import itertools
@@ -26,7 +27,10 @@ from ocjax.envs import AlePool, Settings, States, Vector, WorkerError, make
 from tests.support.marks import slow_but
 
 PONG = ocjax.load("Pong")
-OBS = {"ram": "ram", "vector": Vector(history=3)}  # one that shows the emulators, and one with a memory
+OBS = {
+    "ram": "ram",
+    "vector": Vector(history=3),
+}  # one that shows the emulators, and one with a memory
 
 
 @pytest.fixture(params=[0, 2])
@@ -50,13 +54,19 @@ def history(steps=100):
 def goes_on(envs, first=0, steps=8):
     """Whether further steps give the observations of undisturbed environments."""
     observed = [envs.step(np.full(4, t % 6))[0] for t in range(first, first + steps)]
-    return all(np.array_equal(o[k], w[k]) for o, w in zip(observed, history()[first:], strict=False) for k in OBS)
+    return all(
+        np.array_equal(o[k], w[k])
+        for o, w in zip(observed, history()[first:], strict=False)
+        for k in OBS
+    )
 
 
 def run(code, *arguments, seconds=60):
     """The output of a program in a process of its own, which may fork: JAX warns about that."""
     command = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(code), *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True, timeout=seconds).stdout
+    return subprocess.run(
+        command, capture_output=True, text=True, check=True, timeout=seconds
+    ).stdout
 
 
 # Calls in the wrong order, and wrong arguments.
@@ -108,7 +118,10 @@ def test_calls_before_the_first_reset_are_refused(workers):
         lambda: pool.reset([0] * 4, some),
         lambda: pool.restore_state(source.clone_state(), some),
     ):
-        with pytest.raises(ValueError, match=r"call reset\(\) before the first step|the first reset, .* must be of all"):
+        with pytest.raises(
+            ValueError,
+            match=r"call reset\(\) before the first step|the first reset, .* must be of all",
+        ):
             refused()
     if not workers:
         with pytest.raises(ValueError, match=r"call reset\(\)"):
@@ -132,13 +145,33 @@ def test_wrong_masks_seeds_and_actions_are_refused_and_change_nothing(envs):
         ):
             with pytest.raises(ValueError, match=r"mask must be a bool array of shape \(4,\)"):
                 refused()
-    for seed in (1.5, "seed", True, -1, 2**63, 2**63 - 1, [1, 2.5, 3, 4], [1, "2", 3, 4], [1, 2, 3], [1, 2, 3, -4], [0, 0, 0, 2**63]):
-        with pytest.raises(ValueError, match=r"seed must be an integer from 0 to 2\*\*63 - 1, or 4 of them"):
+    for seed in (
+        1.5,
+        "seed",
+        True,
+        -1,
+        2**63,
+        2**63 - 1,
+        [1, 2.5, 3, 4],
+        [1, "2", 3, 4],
+        [1, 2, 3],
+        [1, 2, 3, -4],
+        [0, 0, 0, 2**63],
+    ):
+        with pytest.raises(
+            ValueError, match=r"seed must be an integer from 0 to 2\*\*63 - 1, or 4 of them"
+        ):
             envs.reset(seed=seed)
     for seeds in ([1], [1, -2, 3, 4], [1, 2, 3, 2**63], 5):
         with pytest.raises(ValueError, match="seed must be"):
             pool.reset(seeds)
-    for actions in (np.zeros(3, int), np.zeros(4), np.array([0, 0, 0, 6]), np.array([-1, 0, 0, 0]), 0):
+    for actions in (
+        np.zeros(3, int),
+        np.zeros(4),
+        np.array([0, 0, 0, 6]),
+        np.array([-1, 0, 0, 0]),
+        0,
+    ):
         with pytest.raises(ValueError, match="actions must be"):
             pool.send(actions)
     assert goes_on(envs)
@@ -164,9 +197,15 @@ def test_wrong_options_are_refused():
         ({"num_envs": 0}, "num_envs must be an integer"),
         ({"num_envs": 10**12}, "num_envs must be an integer"),
         ({"num_workers": 1.5}, "num_workers must be an integer of at least 0"),
-        ({"noop_max": 2.5}, "noop_max must be an integer of at least 0 and at most 108,000, got 2.5"),
+        (
+            {"noop_max": 2.5},
+            "noop_max must be an integer of at least 0 and at most 108,000, got 2.5",
+        ),
         ({"noop_max": 10**9}, "noop_max must be an integer"),
-        ({"frame_skip": 2.5}, "frame_skip must be an integer of at least 1 and at most 108,000, got 2.5"),
+        (
+            {"frame_skip": 2.5},
+            "frame_skip must be an integer of at least 1 and at most 108,000, got 2.5",
+        ),
         ({"frame_skip": "4"}, "frame_skip must be an integer"),
         ({"frame_skip": (2, 3, 4)}, r"a pair \(low, high\)"),
         ({"frame_skip": (4, 4)}, "upper end of frame_skip must be an integer of at least 5"),
@@ -179,7 +218,10 @@ def test_wrong_options_are_refused():
     ):
         with pytest.raises(ValueError, match=message):
             ocjax.make_vec("Pong", **{"num_envs": 2, **options})
-    with pytest.raises(MemoryError, match=r"num_envs 2,000,000,000 needs about 1,400,000\.0 GB of memory, and this machine has"):
+    with pytest.raises(
+        MemoryError,
+        match=r"num_envs 2,000,000,000 needs about 1,400,000\.0 GB of memory, and this machine has",
+    ):
         ocjax.make_vec("Pong", 2_000_000_000)
     with pytest.raises(TypeError, match="worker_timeout is an option of make_vec"):
         make("Pong", worker_timeout=1.0)
@@ -198,7 +240,9 @@ def test_a_worker_that_does_not_reply_is_named_in_time(how):
         while ram[0] != ram[0] + 1:
             time.sleep(0.01)
 
-    pool = AlePool(PONG, 4, num_workers=2, worker_timeout=100.0, hook=hang if how == "hanging" else None)
+    pool = AlePool(
+        PONG, 4, num_workers=2, worker_timeout=100.0, hook=hang if how == "hanging" else None
+    )
     pool.reset([0] * 4)
     assert pool._workers._time_limit == 100
     pool._workers._time_limit = 1.0  # from now on; starting takes long on a busy machine
@@ -208,7 +252,13 @@ def test_a_worker_that_does_not_reply_is_named_in_time(how):
     start = time.monotonic()
     pool.send(np.zeros(4, int))
     state = "is stopped" if how == "stopped" else "is still busy or hangs"
-    with pytest.raises(WorkerError, match=rf"environments \d-\d \(process \d+\) {state}.* not replied for 1 s[\s\S]*larger worker_timeout"):
+    with pytest.raises(
+        WorkerError,
+        match=(
+            rf"environments \d-\d \(process \d+\) {state}.* not replied for 1 s[\s\S]*larger "
+            r"worker_timeout"
+        ),
+    ):
         pool.wait()
     assert time.monotonic() - start < 3
     assert pool.closed
@@ -217,7 +267,8 @@ def test_a_worker_that_does_not_reply_is_named_in_time(how):
 
 @pytest.mark.parametrize("stopped", slow_but(["all"], ["all", "parent"]))
 def test_a_suspension_is_no_silence(stopped):
-    """Clusters and containers suspend whole jobs, a terminal the parent; the time of it counts at most as one wait."""
+    """Clusters and containers suspend whole jobs, a terminal the parent; the time of it counts at
+    most as one wait."""
     program = """
 import os, time
 import numpy as np, ocjax
@@ -233,9 +284,13 @@ pool.wait()
 print("stepped", flush=True)
 pool.close()
 """
-    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as parent:
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, text=True
+    ) as parent:
         assert parent.stdout is not None
-        pids = [int(pid) for pid in parent.stdout.readline().split()][: None if stopped == "all" else 1]
+        pids = [int(pid) for pid in parent.stdout.readline().split()][
+            : None if stopped == "all" else 1
+        ]
         time.sleep(0.2)
         for number, pause in ((signal.SIGSTOP, 2.0), (signal.SIGCONT, 0.0)):
             for pid in pids:
@@ -246,11 +301,14 @@ pool.close()
 
 
 def test_slow_starts_are_no_silence():
-    """Each emulator that has started gives the others the whole time again: together these take longer than the limit."""
+    """Each emulator that has started gives the others the whole time again: together these take
+    longer than the limit."""
     pool = AlePool(PONG, 12, num_workers=1)
     pool.reset([0] * 12)  # the first start of all takes longer, as the process imports its modules
     counts, completed = [], pool._workers.completed
-    pool._workers.completed = lambda progress, interval: completed(lambda: counts.append(progress()) or counts[-1], 0.01)
+    pool._workers.completed = lambda progress, interval: completed(
+        lambda: counts.append(progress()) or counts[-1], 0.01
+    )
     pool.reset([0] * 12)
     assert len(set(counts)) > 2
     longest = max(sum(c == count for c in counts) for count in counts)
@@ -275,7 +333,8 @@ def test_ending_workers_has_one_deadline_for_all(monkeypatch):
 
 
 def test_forked_children_change_nothing():
-    """A child that holds the sockets does not delay close(), and one that ends, or uses the environments, does not disturb them."""
+    """A child that holds the sockets does not delay close(), and one that ends, or uses the
+    environments, does not disturb them."""
     out = run("""
         import os, sys, time, numpy as np, ocjax
         from ocjax.emulators import process
@@ -301,7 +360,10 @@ def test_forked_children_change_nothing():
         print([w.process.returncode for w in workers])
         os.kill(child, 9)
     """)
-    assert "belong to the process that this one was forked from: make environments in the process that uses them" in out
+    assert (
+        "belong to the process that this one was forked from: make environments in the process "
+        "that uses them" in out
+    )
     assert out.splitlines()[1:] == ["[1 1 1]", "[0, 0, 0]"]
 
 
@@ -360,7 +422,9 @@ def test_workers_outlive_the_thread_that_made_them():
 def test_hooks_find_the_modules_of_their_process(tmp_path, monkeypatch):
     """A hook's module travels by value, and what it imports is found where the parent finds it."""
     (tmp_path / "its_helper.py").write_text("def write(ram, value):\n    ram[14] = value\n")
-    (tmp_path / "its_hook.py").write_text("import its_helper\n\ndef hook(ram, value=7):\n    its_helper.write(ram, value)\n")
+    (tmp_path / "its_hook.py").write_text(
+        "import its_helper\n\ndef hook(ram, value=7):\n    its_helper.write(ram, value)\n"
+    )
     monkeypatch.syspath_prepend(tmp_path)
     import its_hook  # pyright: ignore[reportMissingImports]
 
@@ -388,7 +452,8 @@ def test_hooks_find_the_modules_of_their_process(tmp_path, monkeypatch):
 
 
 def test_workers_have_their_parents_path():
-    """In particular, `ocjax/envs` is not on it, whose envpool.py would be found in place of envpool."""
+    """In particular, `ocjax/envs` is not on it, whose envpool.py would be found in place of
+    envpool."""
 
     def report(ram):
         raise ArithmeticError(json.dumps(sys.path))
@@ -413,13 +478,23 @@ def test_hooks_that_fail_are_named(workers):
 
     pool = AlePool(PONG, 2, num_workers=workers, hook=[fine, functools.partial(broken, by=None)])
     pool.reset([0, 0])
-    with pytest.raises(RuntimeError, match=r"the hook \S*test_robustness\.\S*broken failed in environment 0: .*TypeError"):
+    with pytest.raises(
+        RuntimeError,
+        match=r"the hook \S*test_robustness\.\S*broken failed in environment 0: .*TypeError",
+    ):
         pool.send(np.zeros(2, int))
         pool.wait()
     for wrong, message in (
-        (3, "hook must be a function of the RAM, the name of a variation, or a sequence of these, got 3"),
+        (
+            3,
+            "hook must be a function of the RAM, the name of a variation, or a sequence of "
+            "these, got 3",
+        ),
         ([fine, 7], "got 7"),
-        (functools.partial(fine, threading.Lock()), r"the hook \S*fine cannot be sent to worker processes: "),
+        (
+            functools.partial(fine, threading.Lock()),
+            r"the hook \S*fine cannot be sent to worker processes: ",
+        ),
     ):
         with pytest.raises(TypeError, match=message):
             AlePool(PONG, 2, num_workers=workers, hook=wrong)
@@ -434,7 +509,10 @@ def test_a_hook_that_a_worker_cannot_load_is_named():
             return int, ("no number",)
 
     pool = AlePool(PONG, 1, num_workers=1, hook=Unloadable())
-    with pytest.raises(WorkerError, match=r"the hook \S*Unloadable cannot be loaded in a worker process: ValueError"):
+    with pytest.raises(
+        WorkerError,
+        match=r"the hook \S*Unloadable cannot be loaded in a worker process: ValueError",
+    ):
         pool.reset([0])
 
 
@@ -456,23 +534,40 @@ def test_states_that_are_damaged_or_foreign_are_refused_and_change_nothing(envs)
         """Change what the checksum covers, and the checksum."""
         set_bytes(rows, start, new)
         size, header = int(rows["state_bytes"][1]), snapshot._HEADER.size
-        set_bytes(rows, header - 4, struct.pack("<I", zlib.crc32(rows["state"][1, header:size].tobytes())))
+        set_bytes(
+            rows, header - 4, struct.pack("<I", zlib.crc32(rows["state"][1, header:size].tobytes()))
+        )
 
     header = snapshot._HEADER.size
     for change, message in (
-        (lambda r: r["state"].fill(7), "expected a state that clone_state saved, which begins with b'ocjaxALE', got"),
+        (
+            lambda r: r["state"].fill(7),
+            "expected a state that clone_state saved, which begins with b'ocjaxALE', got",
+        ),
         (lambda r: r["state_bytes"].fill(3), "expected a state that clone_state saved"),
         (lambda r: r["state_bytes"].fill(-3), "expected a state that clone_state saved"),
-        (lambda r: set_bytes(r, 8, b"\7\0"), "expected a state in version 3 of the format, got version 7"),
+        (
+            lambda r: set_bytes(r, 8, b"\7\0"),
+            "expected a state in version 3 of the format, got version 7",
+        ),
         (
             lambda r: set_bytes(r, 10, b"breakout".ljust(32, b"\0") + b"x" * 16),
             r"of the ROM 'pong' with md5 60e0.*, got one of the ROM 'breakout'",
         ),
         (lambda r: set_bytes(r, 5_000, b"no state"), "the state is damaged: expected the checksum"),
         (lambda r: r["state_bytes"].__isub__(1), "the state is damaged"),
-        (lambda r: forge(r, header, b"\x05"), "the state is damaged"),  # a phase that is never saved
-        (lambda r: forge(r, header + 1, b"\x12"), "the state is damaged"),  # an action that does not exist
-        (lambda r: forge(r, header + snapshot._NUMBERS.size - 1, b"\x05"), "the state is damaged"),  # half a RAM
+        (
+            lambda r: forge(r, header, b"\x05"),
+            "the state is damaged",
+        ),  # a phase that is never saved
+        (
+            lambda r: forge(r, header + 1, b"\x12"),
+            "the state is damaged",
+        ),  # an action that does not exist
+        (
+            lambda r: forge(r, header + snapshot._NUMBERS.size - 1, b"\x05"),
+            "the state is damaged",
+        ),  # half a RAM
         (lambda r: r.update(ram=r["ram"].astype(int)), "expected 'ram' to be uint8 of shape"),
         (lambda r: r.update(lives=r["lives"][:, None]), "expected 'lives' to be int32"),
         (lambda r: r.update(state=np.zeros((4, 2**15), np.uint8)), "expected 'state' to be uint8"),
@@ -482,7 +577,9 @@ def test_states_that_are_damaged_or_foreign_are_refused_and_change_nothing(envs)
         with pytest.raises(ValueError, match=message):
             envs.restore_state(damaged(change))
     for wrong in (b"states", None, dict(states.rows)):
-        with pytest.raises(TypeError, match=r"states must be States, from clone_state or States\.from_bytes"):
+        with pytest.raises(
+            TypeError, match=r"states must be States, from clone_state or States\.from_bytes"
+        ):
             envs.restore_state(wrong)
     with pytest.raises(ValueError, match="with other observations"):
         envs.restore_state(envs.pool.clone_state())
@@ -505,7 +602,10 @@ def test_states_travel_in_files(envs, tmp_path):
         (b"PK" + good, "expected bytes from States.to_bytes"),
         (good[:-1], "the states are damaged"),
         (good[:10_000] + b"!" + good[10_001:], "the states are damaged"),
-        (good[:8] + b"\x09" + good[9:], "expected states in version 2 of the format, got version 9"),
+        (
+            good[:8] + b"\x09" + good[9:],
+            "expected states in version 2 of the format, got version 9",
+        ),
     ):
         with pytest.raises(ValueError, match=message):
             States.from_bytes(data)
@@ -518,7 +618,10 @@ def test_states_hold_no_pickles():
     pool.reset([0, 1])
     pool.send(np.full(2, 17))
     states = pool.clone_state()
-    assert not any(pickle.PROTO in row.tobytes()[:1] or b"ale_py" in row.tobytes() for row in states.rows["state"])
+    assert not any(
+        pickle.PROTO in row.tobytes()[:1] or b"ale_py" in row.tobytes()
+        for row in states.rows["state"]
+    )
     small = AlePool(PONG, 2, num_workers=1)  # its action set lacks the last action of these states
     small.restore_state(states)
     assert np.array_equal(small.ram, pool.ram)
@@ -538,7 +641,13 @@ def test_shared_memory_that_is_too_small_is_reported(monkeypatch):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(memory.os, "posix_fallocate", full, raising=False)
-    with pytest.raises(MemoryError, match=r"need 0\.\d{4} GB in /\S+, where [\d.]+ GB are free: make fewer environments, or enlarge it"):
+    with pytest.raises(
+        MemoryError,
+        match=(
+            r"need 0\.\d{4} GB in /\S+, where [\d.]+ GB are free: make fewer environments, or "
+            r"enlarge it"
+        ),
+    ):
         ocjax.make_vec("Pong", 8, mode="vem")
 
 
@@ -577,7 +686,8 @@ PLACES = {
 
 
 def test_an_interrupted_step_is_finished(monkeypatch):
-    """Wherever Ctrl-C comes, the step ends, and the next ones give what they give without the interruption."""
+    """Wherever Ctrl-C comes, the step ends, and the next ones give what they give without the
+    interruption."""
     monkeypatch.setattr(ale, "_MIN_SHARD", 1)
     envs = ocjax.make_vec("Pong", 4, obs=OBS, num_workers=2)
     envs.reset(seed=0)
@@ -586,7 +696,11 @@ def test_an_interrupted_step_is_finished(monkeypatch):
         owner, name = PLACES[place](envs)
         interrupted, times = Once(getattr(owner, name), n, after), 0
         with monkeypatch.context() as patch:
-            patch.setattr(owner, name, functools.partialmethod(interrupted) if isinstance(owner, type) else interrupted)
+            patch.setattr(
+                owner,
+                name,
+                functools.partialmethod(interrupted) if isinstance(owner, type) else interrupted,
+            )
             while interrupted.left > 0:
                 steps = envs.pool.steps
                 try:
@@ -601,14 +715,19 @@ def test_an_interrupted_step_is_finished(monkeypatch):
     envs.close()
 
 
-@pytest.mark.parametrize("name", slow_but(["reset", "set_ram"], ["reset", "restore_state", "clone_state", "set_ram"]))
+@pytest.mark.parametrize(
+    "name", slow_but(["reset", "set_ram"], ["reset", "restore_state", "clone_state", "set_ram"])
+)
 def test_other_interrupted_calls_leave_the_environments_usable(name, monkeypatch):
-    """The next call works, or says that a reset must come first; it never takes what was left half done for whole."""
+    """The next call works, or says that a reset must come first; it never takes what was left half
+    done for whole."""
     envs = ocjax.make_vec("Pong", 4, obs=OBS, num_workers=2)
     envs.reset(seed=0)
     states = envs.clone_state()
     calls = {
-        "reset": lambda: envs.reset(seed=9, options={"reset_mask": np.array([True, False, False, False])}),
+        "reset": lambda: envs.reset(
+            seed=9, options={"reset_mask": np.array([True, False, False, False])}
+        ),
         "restore_state": lambda: envs.restore_state(states),
         "clone_state": lambda: envs.clone_state(),
         "set_ram": lambda: envs.set_ram(envs.get_ram()),
@@ -618,7 +737,10 @@ def test_other_interrupted_calls_leave_the_environments_usable(name, monkeypatch
         with pytest.raises(KeyboardInterrupt):
             calls[name]()
     if name in ("reset", "restore_state"):
-        with pytest.raises(ValueError, match=r"call reset\(\) before the first step, and after a call that was interrupted"):
+        with pytest.raises(
+            ValueError,
+            match=r"call reset\(\) before the first step, and after a call that was interrupted",
+        ):
             envs.step(np.zeros(4, int))
         with pytest.raises(ValueError, match="so must one after an interrupted call"):
             calls["reset"]()
@@ -641,7 +763,10 @@ def test_an_interrupted_step_in_this_process_asks_for_a_reset():
 
     envs = ocjax.make_vec("Pong", 4, obs=OBS, num_workers=0)
     for emulator in envs.pool._local.emulators:
-        emulator.hooks, emulator.whole_steps = [("interrupt", functools.partial(hook, interrupt=interrupt))], False
+        emulator.hooks, emulator.whole_steps = (
+            [("interrupt", functools.partial(hook, interrupt=interrupt))],
+            False,
+        )
     envs.reset(seed=0)
     with pytest.raises(KeyboardInterrupt):
         envs.step(np.zeros(4, int))

@@ -16,7 +16,17 @@ from ocjax.emulators.worker import console, snapshot
 from ocjax.envs import AlePool, States
 from tests.support.marks import slow_but
 
-SHOWN = ("ram", "reward", "lives", "terminated", "truncated", "game_over", "started", "episode_length", "executed")
+SHOWN = (
+    "ram",
+    "reward",
+    "lives",
+    "terminated",
+    "truncated",
+    "game_over",
+    "started",
+    "episode_length",
+    "executed",
+)
 
 
 def shown(pool):
@@ -34,12 +44,16 @@ def replays(pool, actions, others=()):
         one.restore_state(state)
         for some, expected in zip(actions, want, strict=True):
             one.step(some)
-            assert all(np.array_equal(getattr(one.arrays, name), value) for name, value in expected.items())
+            assert all(
+                np.array_equal(getattr(one.arrays, name), value) for name, value in expected.items()
+            )
     return True
 
 
 def check_replays(name, skip, p, autoreset="next step", preset="v5", times=6):
-    chosen = settings(preset, frame_skip=skip, repeat_action_probability=p, max_episode_frames=150 * skip)
+    chosen = settings(
+        preset, frame_skip=skip, repeat_action_probability=p, max_episode_frames=150 * skip
+    )
     options = {"screens": ("screen",), "autoreset": autoreset}
     pool, other = (AlePool(ocjax.load(name), 3, chosen, num_workers=n, **options) for n in (0, 1))
     pool.reset([1, 2, 3])
@@ -53,7 +67,10 @@ def check_replays(name, skip, p, autoreset="next step", preset="v5", times=6):
 
 
 @pytest.mark.parametrize("name", ["Qbert", "Breakout", "Amidar", "Berzerk"])
-@pytest.mark.parametrize(("skip", "p"), [(1, 0.5), (4, 0.9), *slow_but([], [(1, 0.25), (4, 0.0), (1, 0.9), (4, 0.25), (4, 0.5)])])
+@pytest.mark.parametrize(
+    ("skip", "p"),
+    [(1, 0.5), (4, 0.9), *slow_but([], [(1, 0.25), (4, 0.0), (1, 0.9), (4, 0.25), (4, 0.5)])],
+)
 def test_restored_states_replay_exactly(name, skip, p):
     check_replays(name, skip, p)
 
@@ -90,7 +107,13 @@ def test_executed_actions_are_those_of_the_emulator(workers):
 
 
 def test_info_has_the_executed_action():
-    options = {"num_workers": 0, "mode": "raw", "frame_skip": 1, "max_episode_steps": 5, "autoreset_mode": "SameStep"}
+    options = {
+        "num_workers": 0,
+        "mode": "raw",
+        "frame_skip": 1,
+        "max_episode_steps": 5,
+        "autoreset_mode": "SameStep",
+    }
     envs = ocjax.make_vec("Pong", 2, repeat_action_probability=0.9, **options)
     _, info = envs.reset(seed=0)
     assert info["executed_action"].tolist() == [0, 0]
@@ -107,7 +130,9 @@ def test_info_has_the_executed_action():
 
 
 def test_states_of_different_times_can_be_joined():
-    envs = ocjax.make_vec("Breakout", 2, num_workers=0, obs=["ram", "vector"], autoreset_mode="Disabled")
+    envs = ocjax.make_vec(
+        "Breakout", 2, num_workers=0, obs=["ram", "vector"], autoreset_mode="Disabled"
+    )
     early_observation, _ = envs.reset(seed=0)
     early = envs.clone_state()
     for t in range(30):
@@ -115,13 +140,23 @@ def test_states_of_different_times_can_be_joined():
     late = envs.clone_state()
     observed, _ = envs.restore_state(States.concatenate([late[1], early[0]]))
     for name, array in observed.items():
-        assert np.array_equal(array, np.stack([late_observation[name][1], early_observation[name][0]]))
+        assert np.array_equal(
+            array, np.stack([late_observation[name][1], early_observation[name][0]])
+        )
     assert len(States.concatenate([early, late, early[0]])) == 5
     for wrong, error, message in (
         ([], ValueError, "expected at least one States to join, got none"),
         ([early, b"states"], TypeError, "states must be States"),
-        ([early, envs.pool.clone_state()], ValueError, "with the same mode and obs, got different arrays env 0"),
-        ([early, dataclasses.replace(late, md5="0" * 32)], ValueError, "expected states of one game"),
+        (
+            [early, envs.pool.clone_state()],
+            ValueError,
+            "with the same mode and obs, got different arrays env 0",
+        ),
+        (
+            [early, dataclasses.replace(late, md5="0" * 32)],
+            ValueError,
+            "expected states of one game",
+        ),
     ):
         with pytest.raises(error, match=message):
             States.concatenate(wrong)
@@ -134,7 +169,9 @@ def file_of(description, body):
     """The bytes of a file with a correct checksum."""
     described = description if isinstance(description, bytes) else json.dumps(description).encode()
     everything = described + body
-    header = saved._HEADER.pack(saved._MAGIC, saved._VERSION, len(described), hashlib.sha256(everything).digest())
+    header = saved._HEADER.pack(
+        saved._MAGIC, saved._VERSION, len(described), hashlib.sha256(everything).digest()
+    )
     return header + everything
 
 
@@ -178,13 +215,17 @@ def forged(state, change):
     rows = {name: array.copy() for name, array in state.rows.items()}
     size = int(rows["state_bytes"][0])
     data = bytearray(change(bytearray(rows["state"][0, :size].tobytes())))
-    struct.pack_into("<I", data, snapshot._HEADER.size - 4, zlib.crc32(data[snapshot._HEADER.size :]))
+    struct.pack_into(
+        "<I", data, snapshot._HEADER.size - 4, zlib.crc32(data[snapshot._HEADER.size :])
+    )
     rows["state"] = np.frombuffer(bytes(data), np.uint8)[None].copy()
     rows["state_bytes"] = np.array([len(data)])
     return dataclasses.replace(state, rows=rows)
 
 
-@pytest.mark.parametrize("name", ["Asterix", *slow_but([], ["Pong", "Pitfall2", "Tutankham", "Qbert", "Solaris"])])
+@pytest.mark.parametrize(
+    "name", ["Asterix", *slow_but([], ["Pong", "Pitfall2", "Tutankham", "Qbert", "Solaris"])]
+)
 def test_forged_fields_of_emulators_are_refused_or_harmless(name):
     """ALE trusts lengths, banks and positions. A worker that wrote outside its memory would die."""
     pool = AlePool(ocjax.load(name), 1, num_workers=1)
@@ -194,12 +235,21 @@ def test_forged_fields_of_emulators_are_refused_or_harmless(name):
     first = snapshot._HEADER.size + snapshot._NUMBERS.size
     data = state.rows["state"][0].tobytes()
     texts = [data.index(b"System") + 14, data.rindex(b" ") - 6_600]  # the digits of random numbers
-    fields = [k for k in range(first, len(data) - 3) if not any(text < k < text + 6_550 for text in texts)]
+    fields = [
+        k for k in range(first, len(data) - 3) if not any(text < k < text + 6_550 for text in texts)
+    ]
     refused = 0
     for k in rng.choice(fields, 150, replace=False).tolist():
         value = int(rng.choice([-1, 2**31 - 1, -(2**31), 200, 70_000, 5]))
         try:
-            pool.restore_state(forged(state, lambda data, k=k, value=value: data[:k] + struct.pack("<i", value) + data[k + 4 :]))
+            pool.restore_state(
+                forged(
+                    state,
+                    lambda data, k=k, value=value: (
+                        data[:k] + struct.pack("<i", value) + data[k + 4 :]
+                    ),
+                )
+            )
         except ValueError:
             refused += 1
             assert np.array_equal(pool.ram, ram)
@@ -208,7 +258,12 @@ def test_forged_fields_of_emulators_are_refused_or_harmless(name):
             pool.step(np.array([0]))
         pool.restore_state(state)
     assert refused > 75
-    for change in (lambda data: data[:-8], lambda data: data + b"\0" * 4, lambda data: data[: first + 24], lambda data: data[:first]):
+    for change in (
+        lambda data: data[:-8],
+        lambda data: data + b"\0" * 4,
+        lambda data: data[: first + 24],
+        lambda data: data[:first],
+    ):
         with pytest.raises(ValueError, match="the state is damaged"):
             pool.restore_state(forged(state, change))
     assert replays(pool, np.zeros((3, 1), int))
@@ -251,7 +306,13 @@ def test_environments_stay_usable_if_an_emulator_rejects_a_state(workers, monkey
     good = envs.clone_state()
     for old in (b"M6502Low", b"Cartridge2K", b"TIASound", b"System"):
         bad = forged(good[0], lambda data, old=old: data.replace(old, b"?" * len(old)))
-        with pytest.raises(ValueError, match=r"emulators of environments \[0, 1\] rejected their states: reset all environments"):
+        with pytest.raises(
+            ValueError,
+            match=(
+                r"emulators of environments \[0, 1\] rejected their states: reset all "
+                r"environments"
+            ),
+        ):
             envs.restore_state(bad)
         with pytest.raises(ValueError, match="have not been reset"):
             envs.step(np.zeros(2, int))

@@ -25,8 +25,14 @@ pytestmark = pytest.mark.usefixtures("quick_compilation")
 
 gymnasium.register_envs(ale_py)
 
-# Every kind of observation with a memory, and short episodes that end both by the game and by the limit of frames.
-OBS = {"ram": "ram", "vector": Vector(history=2), "dqn": Dqn(stack=2), "masks": Masks("class", size=(42, 40), stack=2)}
+# Every kind of observation with a memory, and short episodes that end both by the game and by the
+# limit of frames.
+OBS = {
+    "ram": "ram",
+    "vector": Vector(history=2),
+    "dqn": Dqn(stack=2),
+    "masks": Masks("class", size=(42, 40), stack=2),
+}
 OPTIONS = {"obs": OBS, "max_episode_frames": 360, "ram_info": True}
 
 
@@ -52,7 +58,8 @@ def at(tree, i):
 
 @functools.cache
 def alone(seed, steps=200):
-    """The history of a single environment: ("step", observation, reward, terminated, truncated, info) or ("reset", observation, info)."""
+    """The history of a single environment: ("step", observation, reward, terminated, truncated,
+    info) or ("reset", observation, info)."""
     env = make("Breakout", **OPTIONS)
     column = np.random.default_rng(1).integers(4, size=(400, 4))[:, seed]
     observed, info = env.reset(seed=seed)
@@ -73,7 +80,8 @@ def same_info(vector, single, i):
 
 
 def test_vector_environment_equals_single_environments(num_shards, actions):
-    """A vector environment equals single environments with the same seeds, across the ends of episodes."""
+    """A vector environment equals single environments with the same seeds, across the ends of
+    episodes."""
     envs = ocjax.make_vec("Breakout", 4, num_workers=2, **OPTIONS)
     assert len(envs.pool.shards) == num_shards
     assert envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
@@ -97,15 +105,20 @@ def test_vector_environment_equals_single_environments(num_shards, actions):
             assert same_info(info, rest[-1], i)
     assert ends >= 4
     assert equal(envs.tensors, envs.game.rem(envs.get_ram()))
-    assert [tuple(o.xywh) for o in envs.objects(-1)] == [(o["x"], o["y"], o["w"], o["h"]) for o in envs.tensors[3].to_list()]
+    assert [tuple(o.xywh) for o in envs.objects(-1)] == [
+        (o["x"], o["y"], o["w"], o["h"]) for o in envs.tensors[3].to_list()
+    ]
     with pytest.raises(IndexError):
         envs.objects(4)
     envs.close()
 
 
 def test_same_step_autoreset(num_shards):
-    """The step that ends an episode returns the next one's first observation, and the terminal state in final_obs and final_info."""
-    envs = ocjax.make_vec("Breakout", 2, autoreset_mode=AutoresetMode.SAME_STEP, num_workers=2, **OPTIONS)
+    """The step that ends an episode returns the next one's first observation, and the terminal
+    state in final_obs and final_info."""
+    envs = ocjax.make_vec(
+        "Breakout", 2, autoreset_mode=AutoresetMode.SAME_STEP, num_workers=2, **OPTIONS
+    )
     assert len(envs.pool.shards) == num_shards
     envs.reset(seed=[0, 0])
     history, t, ends = alone(0)[1:], 0, 0
@@ -124,7 +137,9 @@ def test_same_step_autoreset(num_shards):
             assert info["_final_obs"].all()
             assert same_info(info["final_info"], rest[4], 0)
             ball = [o for o in info["final_info"]["objects"][0] if o.category == "Player"]
-            assert [tuple(b.xywh) for b in ball] == [(b["x"], b["y"], b["w"], b["h"]) for b in players(rest[0]["ram"])]
+            assert [tuple(b.xywh) for b in ball] == [
+                (b["x"], b["y"], b["w"], b["h"]) for b in players(rest[0]["ram"])
+            ]
             if k + 1 < len(history):
                 assert equal(at(observed, 0), history[k + 1][1])
                 assert same_info(info, history[k + 1][2], 0)
@@ -140,7 +155,8 @@ def players(ram):
 
 
 def test_disabled_autoreset():
-    """A step past an end is an error; after a reset the environments continue as single environments do."""
+    """A step past an end is an error; after a reset the environments continue as single
+    environments do."""
     envs = ocjax.make_vec("Breakout", 2, autoreset_mode="Disabled", num_workers=0, **OPTIONS)
     envs.reset(seed=[0, 0])
     column = np.random.default_rng(1).integers(4, size=(400, 4))[:, 0]
@@ -168,7 +184,9 @@ def test_a_masked_reset_changes_no_other_environment(num_shards, actions):
         envs.reset(seed=5)
         for t in range(60):
             if resets and t % 7 == 3:
-                before = envs.reset(options={"reset_mask": np.array([False, True, False, False])})[0]
+                before = envs.reset(options={"reset_mask": np.array([False, True, False, False])})[
+                    0
+                ]
                 assert equal(at(before, np.array([0, 2, 3])), at(out[-1][0], np.array([0, 2, 3])))
             out.append(envs.step(actions[t]))
         runs.append(out)
@@ -178,7 +196,13 @@ def test_a_masked_reset_changes_no_other_environment(num_shards, actions):
     assert not all(equal(at(a[:4], 1), at(b[:4], 1)) for a, b in zip(*runs, strict=True))
 
 
-@pytest.mark.parametrize("obs", slow_but(["vector", ["planes", "ram"]], ["objects", "vector", "dqn", "pixels", "ram", ["planes", "ram"]]))
+@pytest.mark.parametrize(
+    "obs",
+    slow_but(
+        ["vector", ["planes", "ram"]],
+        ["objects", "vector", "dqn", "pixels", "ram", ["planes", "ram"]],
+    ),
+)
 def test_gymnasium_checks_the_single_environment(obs):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -230,8 +254,11 @@ def test_presets_equal_gymnasiums_environments(preset, actions):
 
 
 def test_dqn_preset_by_hand(actions):
-    """No-op starts, FIRE, episodes of one life and clipped rewards equal the usual wrappers, applied by hand to ale-py's environment."""
-    reference = gymnasium.make("ALE/Breakout-v5", obs_type="ram", frameskip=1, repeat_action_probability=0.0).unwrapped
+    """No-op starts, FIRE, episodes of one life and clipped rewards equal the usual wrappers,
+    applied by hand to ale-py's environment."""
+    reference = gymnasium.make(
+        "ALE/Breakout-v5", obs_type="ram", frameskip=1, repeat_action_probability=0.0
+    ).unwrapped
     env = make("Breakout", mode="raw", preset="dqn")
 
     def frames(action):
@@ -256,7 +283,12 @@ def test_dqn_preset_by_hand(actions):
         want, raw, over, left = frames(a)
         total += raw
         assert np.array_equal(observed, want)
-        assert (reward, info["reward"], info["lives"], info["episode_return"]) == (np.sign(raw), raw, left, total)
+        assert (reward, info["reward"], info["lives"], info["episode_return"]) == (
+            np.sign(raw),
+            raw,
+            left,
+            total,
+        )
         assert terminated == (over or left < lives)
         lives = left
         if terminated:
@@ -271,7 +303,9 @@ def test_dqn_preset_by_hand(actions):
 
 
 def test_game_modes_and_difficulties_per_environment():
-    envs = ocjax.make_vec("Breakout", 3, mode="raw", game_mode=[0, 4, 0], game_difficulty=[0, 0, 1], num_workers=1)
+    envs = ocjax.make_vec(
+        "Breakout", 3, mode="raw", game_mode=[0, 4, 0], game_difficulty=[0, 0, 1], num_workers=1
+    )
     rams = envs.reset(seed=[0, 0, 0])[0]
     same = ocjax.make_vec("Breakout", 3, mode="raw", game_mode=4, num_workers=1)
     assert np.array_equal(same.reset(seed=[0, 0, 0])[0], np.repeat(rams[1:2], 3, axis=0))
@@ -283,7 +317,13 @@ def test_game_modes_and_difficulties_per_environment():
     with pytest.raises(ValueError, match="must have one per environment, 2, got 3"):
         ocjax.make_vec("Breakout", 2, game_difficulty=[0, 0, 0])
     for wrong in (0.0, "0", True, {0}, np.float32(0), np.array(0), [0.0, 4.0], [0, "4"]):
-        with pytest.raises(TypeError, match="game_mode must be an integer, or a sequence with one integer or None per environment, got"):
+        with pytest.raises(
+            TypeError,
+            match=(
+                "game_mode must be an integer, or a sequence with one integer or None per "
+                "environment, got"
+            ),
+        ):
             ocjax.make_vec("Breakout", 2, game_mode=wrong)
         with pytest.raises(TypeError, match="game_difficulty must be an integer"):
             ocjax.make_vec("Breakout", 2, game_difficulty=wrong)
@@ -294,7 +334,14 @@ def test_the_limit_of_steps_is_that_of_gymnasium(mode, actions):
     """Also where a state is restored in the middle."""
     limit, options = 23, {"mode": "raw", "repeat_action_probability": 0.0}
     reference = gymnasium.make("ocjax/Breakout-v5", max_episode_steps=limit, **options)
-    envs = gymnasium.make_vec("ocjax/Breakout-v5", 2, max_episode_steps=limit, autoreset_mode=mode, num_workers=1, **options)
+    envs = gymnasium.make_vec(
+        "ocjax/Breakout-v5",
+        2,
+        max_episode_steps=limit,
+        autoreset_mode=mode,
+        num_workers=1,
+        **options,
+    )
     want, got = reference.reset(seed=5)[0], envs.reset(seed=[4, 5])[0][1]
     assert np.array_equal(got, want)
     steps = ends = 0
@@ -303,7 +350,9 @@ def test_the_limit_of_steps_is_that_of_gymnasium(mode, actions):
         want, _, terminated, truncated, _ = reference.step(a)
         got, _, over, cut, info = envs.step(np.array([0, a]))
         assert (over[1], cut[1]) == (terminated, truncated)
-        assert np.array_equal(info["final_obs"][1] if mode == AutoresetMode.SAME_STEP and truncated else got[1], want)
+        assert np.array_equal(
+            info["final_obs"][1] if mode == AutoresetMode.SAME_STEP and truncated else got[1], want
+        )
         steps += 1
         if steps == 10:
             envs.restore_state(envs.clone_state())
@@ -331,9 +380,15 @@ def test_gymnasium_makes_further_render_modes():
     with pytest.warns(UserWarning, match="The HumanRendering wrapper is being applied"):
         env = gymnasium.make("ocjax/Pong-v5", render_mode="human")
     assert isinstance(env, gymnasium.wrappers.HumanRendering)
-    assert (env.render_mode, env.unwrapped.render_mode, env.unwrapped.metadata["render_fps"]) == ("human", "rgb_array", 15)
+    assert (env.render_mode, env.unwrapped.render_mode, env.unwrapped.metadata["render_fps"]) == (
+        "human",
+        "rgb_array",
+        15,
+    )
     for function in (ocjax.make_vec, make):
-        with pytest.raises(ValueError, match=r"got 'human'; gymnasium\.make, not make_vec, adds 'human' and lists"):
+        with pytest.raises(
+            ValueError, match=r"got 'human'; gymnasium\.make, not make_vec, adds 'human' and lists"
+        ):
             function("Pong", render_mode="human")
 
 
@@ -361,16 +416,26 @@ def test_options_that_do_not_exist_are_refused(option, hint):
     [
         ({"frameskip": 3}, {"frame_skip": 3}),
         pytest.param({"difficulty": 1}, {"game_difficulty": 1}, marks=pytest.mark.slow),
-        pytest.param({"max_num_frames_per_episode": 1000}, {"max_episode_frames": 1000}, marks=pytest.mark.slow),
+        pytest.param(
+            {"max_num_frames_per_episode": 1000},
+            {"max_episode_frames": 1000},
+            marks=pytest.mark.slow,
+        ),
         ({"mode": 1}, {"game_mode": 1}),
         ({"mode": "ram"}, {"mode": "rem"}),
         pytest.param({"mode": "vision"}, {"mode": "vem"}, marks=pytest.mark.slow),
     ],
 )
 def test_names_of_other_projects_are_accepted(theirs, ours):
-    with closing(ocjax.make_vec("Pong", num_workers=0, **theirs)) as envs, closing(ocjax.make_vec("Pong", num_workers=0, **ours)) as same:
+    with (
+        closing(ocjax.make_vec("Pong", num_workers=0, **theirs)) as envs,
+        closing(ocjax.make_vec("Pong", num_workers=0, **ours)) as same,
+    ):
         assert envs.spec == same.spec
-    with closing(gymnasium.make("ocjax/Pong-v5", **theirs)) as env, closing(make("Pong", **ours)) as same:
+    with (
+        closing(gymnasium.make("ocjax/Pong-v5", **theirs)) as env,
+        closing(make("Pong", **ours)) as same,
+    ):
         assert str(env.reset(seed=0)) == str(same.reset(seed=0))
         assert str(env.step(2)) == str(same.step(2))
 
@@ -393,9 +458,13 @@ def test_objects_have_ocataris_interface():
             assert o.visible
         before = {o.category: o.xy for o in env.objects}
     assert {o.category for o in env.objects} >= {"Player", "Enemy", "PlayerScore", "EnemyScore"}
-    assert [(o.category, o.xywh) for o in env.objects if not o.hud] == [(o.category, o.xywh) for o in env.objects_v if not o.hud]
+    assert [(o.category, o.xywh) for o in env.objects if not o.hud] == [
+        (o.category, o.xywh) for o in env.objects_v if not o.hud
+    ]
     env.set_ram(14, 7)
-    assert next(o for o in env.objects if o.category == "PlayerScore").value == env.get_ram()[14] == 7
+    assert (
+        next(o for o in env.objects if o.category == "PlayerScore").value == env.get_ram()[14] == 7
+    )
     for address, value in ((128, 0), (0, 256), (-1, 0)):
         with pytest.raises(ValueError, match="an address is 0 to 127"):
             env.set_ram(address, value)
@@ -429,7 +498,8 @@ def test_states_contain_the_memory_of_observations(num_shards, actions):
 
 
 def test_set_ram_extracts_before_the_next_step(num_shards):
-    """Steps overwrite the RAM in place, so nothing may be left to compute from it when `set_ram` returns."""
+    """Steps overwrite the RAM in place, so nothing may be left to compute from it when `set_ram`
+    returns."""
     envs = ocjax.make_vec("Breakout", 6, num_workers=2)
     assert len(envs.pool.shards) == num_shards
     envs.reset(seed=0)
@@ -447,11 +517,14 @@ def test_set_ram_extracts_before_the_next_step(num_shards):
     [
         ("Pong", variations.lazy_enemy, "Enemy", 4),
         pytest.param("Freeway", variations.stopped_cars, "Car", 1, marks=pytest.mark.slow),
-        pytest.param("SpaceInvaders", variations.no_shields, "Shield", None, marks=pytest.mark.slow),
+        pytest.param(
+            "SpaceInvaders", variations.no_shields, "Shield", None, marks=pytest.mark.slow
+        ),
     ],
 )
 def test_variations(name, hook, category, most):
-    """The pixels show what the hooks change: an object that is held moves by at most `most` pixels, and a removed one is not detected."""
+    """The pixels show what the hooks change: an object that is held moves by at most `most` pixels,
+    and a removed one is not detected."""
     observed = {}
     for changed in (True, False):
         envs = ocjax.make_vec(name, 2, mode="vem", hook=hook if changed else None, num_workers=2)
@@ -461,7 +534,11 @@ def test_variations(name, hook, category, most):
             envs.step(rng.integers(envs.single_action_space.n, size=2))
             found = jax.tree.map(np.asarray, envs.tensors.of(envs.game, category))
             if t > 60:
-                places.append(np.ma.array(found.xywh[..., :2], mask=np.repeat(~found.valid[..., None], 2, axis=-1)))
+                places.append(
+                    np.ma.array(
+                        found.xywh[..., :2], mask=np.repeat(~found.valid[..., None], 2, axis=-1)
+                    )
+                )
         observed[changed] = np.ma.stack(places)
         envs.close()
     assert observed[False].count()
@@ -539,13 +616,22 @@ def test_wrong_options_are_refused():
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs the memory of a process from Linux's /proc")
+@pytest.mark.skipif(
+    not Path("/proc/self/statm").exists(), reason="needs the memory of a process from Linux's /proc"
+)
 def test_many_steps_do_not_leak(request):
     """Memory does not grow, and neither a process nor shared memory remains."""
     num_envs = 64
     calls = request.config.getoption("--soak") // num_envs
     shared = set(Path("/dev/shm").iterdir())
-    envs = ocjax.make_vec("Pong", num_envs, frame_skip=1, num_workers=2, autoreset_mode="SameStep", max_episode_frames=400)
+    envs = ocjax.make_vec(
+        "Pong",
+        num_envs,
+        frame_skip=1,
+        num_workers=2,
+        autoreset_mode="SameStep",
+        max_episode_frames=400,
+    )
     envs.reset(seed=0)
     pids = [w.process.pid for w in envs.pool._workers]
     sizes = {pid: [] for pid in (os.getpid(), *pids)}
@@ -554,7 +640,10 @@ def test_many_steps_do_not_leak(request):
         envs.step(rng.integers(6, size=num_envs))
         if t in (calls // 3, 2 * calls // 3, calls):
             for pid, size in sizes.items():
-                size.append(int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+                size.append(
+                    int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+                    * os.sysconf("SC_PAGE_SIZE")
+                )
     for pid, (first, _, last) in sizes.items():
         assert last - first < 8e6, f"{'worker' if pid in pids else 'main'}: {sizes[pid]}"
     envs.close()

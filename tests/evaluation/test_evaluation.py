@@ -13,7 +13,9 @@ from tests.support.states import excerpt
 
 def detections(boxes, label=None, categories=("A",), score=None):
     """Detections from one list of boxes per frame; None is no box."""
-    xywh = np.array([[b or (0, 0, 0, 0) for b in frame] for frame in boxes], float).reshape(len(boxes), -1, 4)
+    xywh = np.array([[b or (0, 0, 0, 0) for b in frame] for frame in boxes], float).reshape(
+        len(boxes), -1, 4
+    )
     there = np.array([[b is not None for b in frame] for frame in boxes]).reshape(len(boxes), -1)
     return Detections(xywh, np.where(there, 0 if label is None else label, -1), categories, score)
 
@@ -40,7 +42,9 @@ def greedy(left, right, radius):
 
 def some(rng, frames=40, boxes=10, categories=3):
     xywh = rng.integers([0, 0, 1, 1], [25, 25, 9, 9], (frames, boxes, 4))
-    return Detections(xywh, rng.integers(-1, categories, (frames, boxes)), tuple("ABC"[:categories]))
+    return Detections(
+        xywh, rng.integers(-1, categories, (frames, boxes)), tuple("ABC"[:categories])
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -59,7 +63,10 @@ def test_labels_are_matched_by_name():
 
 
 def test_iou():
-    a, b = np.array([0, 0, 4, 4]), np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1], [0, 0, 0, 0]])
+    a, b = (
+        np.array([0, 0, 4, 4]),
+        np.array([[0, 0, 4, 4], [2, 0, 4, 4], [9, 9, 1, 1], [0, 0, 0, 0]]),
+    )
     assert matching.iou(a, b).tolist() == [1, 8 / 24, 0, 0]
     assert matching.iou(b[3], b[3]) == 0
 
@@ -89,20 +96,26 @@ def test_nothing_to_match():
 def test_f1_of_a_category_that_one_method_does_not_find():
     """It counts as 0 in a mean over categories; a category that neither finds does not count."""
     box, names = (10, 10, 4, 4), ("A", "B", "C", "D")
-    rem, vem = (Detections(np.array([[box] * 2]), np.array([labels]), names) for labels in ([0, 1], [0, 2]))
+    rem, vem = (
+        Detections(np.array([[box] * 2]), np.array([labels]), names) for labels in ([0, 1], [0, 2])
+    )
     for one, other, lacking in ((rem, vem, "precision"), (vem, rem, "recall")):
         counts = metrics.agreement(one, other).sum(axis=0)
         np.testing.assert_array_equal(counts.f1, [1, 0, 0, np.nan])
         assert np.nanmean(counts.f1) == pytest.approx(1 / 3)
         assert np.isnan(getattr(counts, lacking)).sum() == 2
     everything = metrics.agreement(rem, vem).sum()
-    assert everything.f1 == pytest.approx(2 * everything.precision * everything.recall / (everything.precision + everything.recall))
+    assert everything.f1 == pytest.approx(
+        2 * everything.precision * everything.recall / (everything.precision + everything.recall)
+    )
 
 
 @given(st.lists(st.integers(0, 9), min_size=4, max_size=4))
 def test_f1_is_a_harmonic_mean(numbers):
     left, right, confirmed, found = map(np.array, numbers)
-    counts = Agreement(left, right, np.minimum(confirmed, left), np.minimum(found, right), found * 0, found * 0)
+    counts = Agreement(
+        left, right, np.minimum(confirmed, left), np.minimum(found, right), found * 0, found * 0
+    )
     if left and right and counts.precision and counts.recall:
         assert counts.f1 == pytest.approx(2 / (1 / counts.precision + 1 / counts.recall))
     else:
@@ -110,27 +123,40 @@ def test_f1_is_a_harmonic_mean(numbers):
 
 
 def test_intervals_are_over_episodes():
-    """Every episode is all right or all wrong, so the interval is that of 40 coins, however many frames there are."""
+    """Every episode is all right or all wrong, so the interval is that of 40 coins, however many
+    frames there are."""
     episode = np.repeat(np.arange(40), 25)
     right = (episode % 2 == 0).astype(float)[:, None]
     counts = Agreement(np.ones((1000, 1)), np.ones((1000, 1)), right, right, right, right)
     low, high = (v[0] for v in metrics.intervals(counts, episode, lambda a: a.f1))
     assert low == pytest.approx(0.5 - 1.96 * 0.5 / 40**0.5, abs=0.03)
     assert high == pytest.approx(0.5 + 1.96 * 0.5 / 40**0.5, abs=0.03)
-    assert all(np.isnan(v).all() for v in metrics.intervals(counts, np.zeros(1000, int), lambda a: a.f1))
+    assert all(
+        np.isnan(v).all() for v in metrics.intervals(counts, np.zeros(1000, int), lambda a: a.f1)
+    )
 
 
 def test_average_precision():
-    """Of three objects, 0.9 hits, 0.8 misses and 0.7 hits: precision is 1 up to recall 1/3, 2/3 up to recall 2/3, then 0."""
+    """Of three objects, 0.9 hits, 0.8 misses and 0.7 hits: precision is 1 up to recall 1/3, 2/3 up
+    to recall 2/3, then 0."""
     truth = detections([[(0, 0, 4, 4), (20, 0, 4, 4), (40, 0, 4, 4)]])
-    mine = detections([[(60, 0, 4, 4), (20, 0, 4, 4), (0, 0, 4, 4)]], score=np.array([[0.8, 0.7, 0.9]]))
+    mine = detections(
+        [[(60, 0, 4, 4), (20, 0, 4, 4), (0, 0, 4, 4)]], score=np.array([[0.8, 0.7, 0.9]])
+    )
     (found,) = metrics.average_precision(mine, truth, [0.5])
     assert found == pytest.approx((34 + 33 * 2 / 3) / 101)
-    level = dataclasses.replace(mine, score=None)  # all boxes enter together: precision 2/3 up to recall 2/3
+    level = dataclasses.replace(
+        mine, score=None
+    )  # all boxes enter together: precision 2/3 up to recall 2/3
     assert metrics.average_precision(level, truth, [0.5]) == pytest.approx(67 * 2 / 3 / 101)
     assert metrics.average_precision(truth, truth).tolist() == [[1] * 10]
     nothing = detections([[None]], categories=("A", "B"))
-    assert metrics.average_precision(nothing, dataclasses.replace(truth, categories=("A", "B")))[0].tolist() == [0] * 10
+    assert (
+        metrics.average_precision(nothing, dataclasses.replace(truth, categories=("A", "B")))[
+            0
+        ].tolist()
+        == [0] * 10
+    )
     assert np.isnan(metrics.average_precision(truth, nothing)).all()
 
 
@@ -144,9 +170,14 @@ def test_average_precision_takes_each_object_once():
 
 def test_records():
     game = ocjax.load("Pong")
-    d = matching.from_records([[("Ball", 1, 2, 3, 4)], [("Ghost", 5, 6, 7, 8), ("Player", 0, 0, 1, 1)]], game)
+    d = matching.from_records(
+        [[("Ball", 1, 2, 3, 4)], [("Ghost", 5, 6, 7, 8), ("Player", 0, 0, 1, 1)]], game
+    )
     assert d.categories == (*(c.name for c in game.categories), "Ghost")
-    assert [[d.categories[k] for k in row if k >= 0] for row in d.label] == [["Ball"], ["Ghost", "Player"]]
+    assert [[d.categories[k] for k in row if k >= 0] for row in d.label] == [
+        ["Ball"],
+        ["Ghost", "Player"],
+    ]
     assert d.xywh[1, 0].tolist() == [5, 6, 7, 8]
     assert matching.from_records([[("Ball", 1, 2, 3, 4, 0.25)]], game).score.tolist() == [[0.25]]
 
@@ -177,7 +208,9 @@ def test_records():
 )
 def test_malformed_records(record):
     good = ("Ball", 1, 2, 3, 4)
-    with pytest.raises(ValueError, match=r"^frame 1, record 2 must be \(category, x, y, w, h\) or "):
+    with pytest.raises(
+        ValueError, match=r"^frame 1, record 2 must be \(category, x, y, w, h\) or "
+    ):
         matching.from_records([[good], [good, list(good), record]], ocjax.load("Pong"))
 
 
@@ -192,7 +225,9 @@ def test_detections_of_objects():
     objects = game.rem(data["rams"])
     d = matching.detections(objects)
     assert np.array_equal(d.label >= 0, np.asarray(objects.valid))
-    assert np.array_equal(matching.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1))
+    assert np.array_equal(
+        matching.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1)
+    )
     with pytest.raises(ValueError, match="have no reference to their game"):
         matching.detections(objects.of(game, "Ball"))
 
@@ -236,7 +271,11 @@ def test_identity_switches():
     swapped[3:, [car, car + 1]] = xywh[3:, [car + 1, car]]
     rem = dataclasses.replace(vem, xywh=swapped)
     resets = np.zeros(6, bool)
-    for objects, starts, want in ((vem, resets, (0, 10)), (rem, resets, (2, 10)), (rem, np.arange(6) == 3, (0, 8))):
+    for objects, starts, want in (
+        (vem, resets, (0, 10)),
+        (rem, resets, (2, 10)),
+        (rem, np.arange(6) == 3, (0, 8)),
+    ):
         moved, on = metrics.identity_switches(objects, vem, starts)
         index = [c.name for c in game.categories].index("Car")
         assert (moved[index], on[index], moved.sum()) == (*want, want[0])
@@ -245,18 +284,26 @@ def test_identity_switches():
 def test_value_shares():
     data = excerpt("SpaceInvaders")
     objects = ocjax.load("SpaceInvaders").rem(data["rams"])
-    assert metrics.value_shares(objects, data["rewards"], data["lives"]) == {"P1Score": 1.0, "Lives": 1.0}
-    wrong = metrics.value_shares(objects, data["rewards"] + (np.arange(len(data["rewards"])) % 2), data["lives"])
+    assert metrics.value_shares(objects, data["rewards"], data["lives"]) == {
+        "P1Score": 1.0,
+        "Lives": 1.0,
+    }
+    wrong = metrics.value_shares(
+        objects, data["rewards"] + (np.arange(len(data["rewards"])) % 2), data["lives"]
+    )
     assert wrong["P1Score"] == pytest.approx(0.5, abs=0.05)
 
 
 def test_average_precision_is_that_of_pycocotools():
-    """Random boxes, of which some hit, with distinct confidences: pycocotools ranks equal ones in the order in which they come."""
+    """Random boxes, of which some hit, with distinct confidences: pycocotools ranks equal ones in
+    the order in which they come."""
     coco = pytest.importorskip("pycocotools.coco")
     cocoeval = pytest.importorskip("pycocotools.cocoeval")
     rng = np.random.default_rng(5)
     frames, boxes, names = 40, 12, ("A", "B", "C")
-    true_boxes = np.concatenate([rng.uniform(0, 140, (frames, boxes, 2)), rng.uniform(4, 20, (frames, boxes, 2))], axis=2)
+    true_boxes = np.concatenate(
+        [rng.uniform(0, 140, (frames, boxes, 2)), rng.uniform(4, 20, (frames, boxes, 2))], axis=2
+    )
     label = rng.integers(-1, 3, (frames, boxes))
     truth = Detections(true_boxes, label, names)
     found_label = np.where(rng.random(label.shape) < 0.8, label, rng.integers(-1, 3, label.shape))
@@ -266,13 +313,24 @@ def test_average_precision_is_that_of_pycocotools():
     def annotations(d):
         for number, (i, k) in enumerate(np.argwhere(d.label >= 0), 1):
             x, y, w, h = d.xywh[i, k].tolist()
-            one = {"id": number, "image_id": int(i) + 1, "category_id": int(d.label[i, k]) + 1, "bbox": [x, y, w, h], "area": w * h}
+            one = {
+                "id": number,
+                "image_id": int(i) + 1,
+                "category_id": int(d.label[i, k]) + 1,
+                "bbox": [x, y, w, h],
+                "area": w * h,
+            }
             yield one | ({"iscrowd": 0} if d.score is None else {"score": float(d.score[i, k])})
 
     known = coco.COCO()
     images = [{"id": i + 1} for i in range(frames)]
     categories = [{"id": i + 1, "name": name} for i, name in enumerate(names)]
-    known.dataset = {"info": {}, "images": images, "categories": categories, "annotations": list(annotations(truth))}
+    known.dataset = {
+        "info": {},
+        "images": images,
+        "categories": categories,
+        "annotations": list(annotations(truth)),
+    }
     known.createIndex()
     run = cocoeval.COCOeval(known, known.loadRes(list(annotations(mine))), "bbox")
     run.params.maxDets = [1, 10, 1000]

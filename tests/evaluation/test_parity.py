@@ -35,7 +35,10 @@ class Shifted:
 
     def frame(self, reward):
         objects = jax.tree.map(np.asarray, PONG.rem(self.ale.getRAM()))
-        boxes = {name: np.concatenate([objects.of(c).xywh[objects.of(c).valid] for c in of]) for name, of in self.fields.items()}
+        boxes = {
+            name: np.concatenate([objects.of(c).xywh[objects.of(c).valid] for c in of])
+            for name, of in self.fields.items()
+        }
         boxes["ball"] = boxes["ball"] + np.array((self.shift, 0, 0, 0))
         return Frame(boxes, reward, self.ale.game_over())
 

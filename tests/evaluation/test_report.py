@@ -39,7 +39,12 @@ def test_saved_policy(tape, tmp_path):
     path = tmp_path / "policy.npz"
     n = 5 * tape.game.num_slots
     rng = np.random.default_rng(0)
-    net = {"w0": rng.normal(size=(n, 8)), "b0": np.zeros(8), "w1": rng.normal(size=(8, 6)), "b1": np.array([0, 0, 0, 99.0, 0, 0])}
+    net = {
+        "w0": rng.normal(size=(n, 8)),
+        "b0": np.zeros(8),
+        "w1": rng.normal(size=(8, 6)),
+        "b1": np.array([0, 0, 0, 99.0, 0, 0]),
+    }
     np.savez(path, **net)
     act = policies.make_policy(str(path), tape.game, 6, 4, 0)
     assert act(policies.Seen(tape.rams[:4], np.ones(4, bool))).tolist() == [3] * 4
@@ -55,14 +60,18 @@ def test_saved_policy(tape, tmp_path):
     path.write_bytes(b"no")
     with pytest.raises(policies.PolicyError, match="not a readable policy"):
         policies.make_policy(str(path), tape.game, 6, 4, 0)
-    with pytest.raises(policies.PolicyError, match="it must be random, repeat, idle, seldom, trained, or the path"):
+    with pytest.raises(
+        policies.PolicyError, match="it must be random, repeat, idle, seldom, trained, or the path"
+    ):
         policies.make_policy("greedy", tape.game, 6, 4, 0)
 
 
 def test_errors_show_in_all_formats():
     """The RAM of this recording is one sample late."""
     data = excerpt("Pong")
-    late = recordings.Recording(ocjax.load("Pong"), np.roll(data["rams"], 1, axis=0), data["screens"], data["previous"])
+    late = recordings.Recording(
+        ocjax.load("Pong"), np.roll(data["rams"], 1, axis=0), data["screens"], data["previous"]
+    )
     e = report.evaluate(late, "late RAM")
     assert 0.3 < e.flicker_aware.sum().f1 < 0.9
     assert e.values == {}
@@ -73,16 +82,26 @@ def test_errors_show_in_all_formats():
     page = formats.to_html([e])
     assert len(re.findall("<img ", page)) == len(e.worst_frames) > 0
     assert "false detections in yellow" in page
-    headings = {heading for table in (report.overview([e]), report.by_category(e)) for heading in table.without_empty_columns().header}
+    headings = {
+        heading
+        for table in (report.overview([e]), report.by_category(e))
+        for heading in table.without_empty_columns().header
+    }
     explained = set(re.findall("<dt>(.*?)</dt>", page))
     assert explained == headings & set(report.COLUMNS)
     assert headings - explained <= {"Game", "Category", "Samples", "Episodes"}
     assert page.index("every other frame") < page.index("<table>")
     assert len(page) < 1_000_000
     latex = formats.to_latex([e])
-    assert latex.count("\\cellcolor") == sum(v == v for row in report.by_category(e).rows for v in (row[2], row[3], row[4], row[6]))
+    assert latex.count("\\cellcolor") == sum(
+        v == v for row in report.by_category(e).rows for v in (row[2], row[3], row[4], row[6])
+    )
     assert "| Ball |" in tables.to_markdown([report.by_category(e)])
-    assert (formats.shade(0), formats.shade(50), formats.shade(100)) == ("D73027", "FFFFBF", "1A9850")
+    assert (formats.shade(0), formats.shade(50), formats.shade(100)) == (
+        "D73027",
+        "FFFFBF",
+        "1A9850",
+    )
 
 
 def test_first_and_last_states_and_lost_lives(tape):
@@ -94,11 +113,17 @@ def test_first_and_last_states_and_lost_lives(tape):
     changed = dataclasses.replace(tape, rams=rams, lives=lives, ends=ends)
     e = report.evaluate(changed, "changed")
     rows = {row[0]: row for row in report.by_situation(e).rows}
-    assert {name: row[1] for name, row in rows.items()} == {"first states": 4, "last states": 2, "lost lives": 4}
+    assert {name: row[1] for name, row in rows.items()} == {
+        "first states": 4,
+        "last states": 2,
+        "lost lives": 4,
+    }
     f1 = report.by_situation(e).header.index("F1")
     assert rows["first states"][f1] < 90 < rows["lost lives"][f1]
     exported = list(csv.DictReader(io.StringIO(formats.to_csv([e]))))
-    assert [float(r["F1"]) for r in exported[-3:]] == pytest.approx([row[f1] for row in rows.values()])
+    assert [float(r["F1"]) for r in exported[-3:]] == pytest.approx(
+        [row[f1] for row in rows.values()]
+    )
     assert [r["Category"] for r in exported[-3:]] == list(rows)
     assert "first states" in formats.to_html([e])
     without = dataclasses.replace(tape, lives=None, ends=None, resets=None)
@@ -113,7 +138,10 @@ def test_coverage_of_what_the_chip_drew():
     for i, ((x, y, w, h),) in enumerate(np.asarray(ball.xywh).astype(int)):
         shown[i, y : y + h, x : x + w] = 16
     e = report.evaluate(recordings.Recording(game, data["rams"], data["screens"], shown=shown), "")
-    assert e.coverage == (1.0, pytest.approx(np.asarray(ball.valid).sum() / e.flicker_aware.sum().left))
+    assert e.coverage == (
+        1.0,
+        pytest.approx(np.asarray(ball.valid).sum() / e.flicker_aware.sum().left),
+    )
 
 
 OCATARI = """#!{python}
@@ -152,20 +180,32 @@ def test_ocatari_stands_beside(tape, fake_ocatari):
     counts = e.ocatari_agreement.sum()
     assert (counts.left, counts.right, counts.found) == (128, 64, 64)
     rows = {row["Category"]: row for row in csv.DictReader(io.StringIO(formats.to_csv([e])))}
-    assert [float(rows[name]["OCAtari F1"]) for name in ("Ball", "all")] == pytest.approx([100, 200 / 3])
+    assert [float(rows[name]["OCAtari F1"]) for name in ("Ball", "all")] == pytest.approx(
+        [100, 200 / 3]
+    )
     assert report.overview([e]).rows[0][-2:] == [pytest.approx(200 / 3), 100]
-    assert report.notes(e) == ["Pong: OCAtari's REM takes 7.0 us per frame", "Pong: OCAtari's VEM takes 9.0 us per frame"]
+    assert report.notes(e) == [
+        "Pong: OCAtari's REM takes 7.0 us per frame",
+        "Pong: OCAtari's VEM takes 9.0 us per frame",
+    ]
     assert "{OCAtari}" in formats.to_latex([e])
     assert "takes 9.0 us" in formats.to_html([e])
 
 
 def test_ocatari_program_imports_ocatari(tape, tmp_path, monkeypatch):
     """Not ocjax's package of the same name."""
-    for name in ("ocatari/core", "ocatari/ram/extract_ram_info", "ocatari/vision/extract_vision_info"):
+    for name in (
+        "ocatari/core",
+        "ocatari/ram/extract_ram_info",
+        "ocatari/vision/extract_vision_info",
+    ):
         path = tmp_path / f"{name}.py"
         path.parent.mkdir(parents=True, exist_ok=True)
         (path.parent / "__init__.py").touch()
-        path.write_text("init_objects = lambda *args, **options: []\ndetect_objects_ram = detect_objects_vision = lambda *args: None\n")
+        path.write_text(
+            "init_objects = lambda *args, **options: []\ndetect_objects_ram = "
+            "detect_objects_vision = lambda *args: None\n"
+        )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     for method in ocatari_peer.run(tape, Path(sys.executable)).values():
         assert method.error == ""
@@ -189,7 +229,20 @@ def test_evaluate(tape, tmp_path):
     outs = {f: tmp_path / f"out.{f}" for f in ("markdown", "csv", "latex", "html")}
     tape.write(tmp_path / "tape.npz")
     args = [a for f, path in outs.items() for a in (f"--{f}", path)]
-    result = run("evaluate", "pong", tmp_path / "tape.npz", "--samples", 64, "--seed", 5, "--seed", 6, "--difficulty", 1, *args)
+    result = run(
+        "evaluate",
+        "pong",
+        tmp_path / "tape.npz",
+        "--samples",
+        64,
+        "--seed",
+        5,
+        "--seed",
+        6,
+        "--difficulty",
+        1,
+        *args,
+    )
     assert result.exit_code == 0, result.output
     assert all(path.stat().st_size > 300 for path in outs.values())
     for word in ("PlayerScore", "100.00", "seeds [5, 6], difficulties [1]", "128"):

@@ -16,7 +16,9 @@ NOOP = np.zeros(2, np.int64)
 
 @pytest.fixture
 def envs():
-    made = ocjax.make_vec("Pong", 2, num_workers=0, frame_skip=1, mode="both", repeat_action_probability=0)
+    made = ocjax.make_vec(
+        "Pong", 2, num_workers=0, frame_skip=1, mode="both", repeat_action_probability=0
+    )
     made.reset(seed=3)
     for action in itertools.islice(itertools.cycle((1, 2, 3)), 90):
         made.step(np.full(2, action))
@@ -48,7 +50,10 @@ def test_states_of_another_game_are_not_edited(envs):
 
 def test_only_what_is_wanted_changes(envs):
     game, ram = ocjax.load("Pong"), envs.get_ram()
-    before, after = (jax.tree.map(np.asarray, game.rem(r)) for r in (ram, ocjax.edit(game, ram, "EnemyScore", value=17)))
+    before, after = (
+        jax.tree.map(np.asarray, game.rem(r))
+        for r in (ram, ocjax.edit(game, ram, "EnemyScore", value=17))
+    )
     assert (after.of("EnemyScore").value == 17).all()
     for category in ("Player", "Enemy", "Ball", "PlayerScore"):
         assert jax.tree.all(jax.tree.map(np.array_equal, before.of(category), after.of(category)))
@@ -62,7 +67,13 @@ def test_only_what_is_wanted_changes(envs):
         ("Ball", None, {}, TypeError, "got none"),
         ("Ball", None, {"speed": 1}, TypeError, "got speed"),
         ("Ball", None, {"x": 1.5}, TypeError, "x must be an integer, got 1.5"),
-        ("Ball", None, {"w": 7}, ValueError, "give Ball w=7 and leave everything else as it is; it has w=2"),
+        (
+            "Ball",
+            None,
+            {"w": 7},
+            ValueError,
+            "give Ball w=7 and leave everything else as it is; it has w=2",
+        ),
     ],
 )
 def test_edits_that_are_refused(envs, category, slot, wanted, error, text):
@@ -79,7 +90,8 @@ def test_objects_that_are_absent_are_not_edited(envs):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ocjax.games())
 def test_every_game(name):
-    """The first object of a recorded state moves by a pixel and nothing else changes, or the error says why it cannot."""
+    """The first object of a recorded state moves by a pixel and nothing else changes, or the error
+    says why it cannot."""
     game, ram = ocjax.load(name), excerpt(name)["rams"][-1]
     before = jax.tree.map(np.asarray, game.rem(ram))
     slot = int(before.valid.argmax())

@@ -1,4 +1,5 @@
-"""JAX's transformations and the forms of input, on a synthetic game that uses every rule and on three real ones."""
+"""JAX's transformations and the forms of input, on a synthetic game that uses every rule and on
+three real ones."""
 
 import functools
 import os
@@ -19,7 +20,9 @@ from tests.support.synthetic import drawn
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
-REAL = [pytest.param(name, marks=pytest.mark.slow) for name in ("Pong", "MsPacman", "SpaceInvaders")]
+REAL = [
+    pytest.param(name, marks=pytest.mark.slow) for name in ("Pong", "MsPacman", "SpaceInvaders")
+]
 SAMPLES = 42  # of which groups of three can be made
 
 
@@ -27,7 +30,10 @@ SAMPLES = 42  # of which groups of three can be made
 def inputs(game):
     """RAM states and frames: half recorded ones where the game exists, the others random."""
     rng = np.random.default_rng(0)
-    rams, frames = rng.integers(0, 256, (SAMPLES, 128), dtype=np.uint8), random_frames(game, rng, SAMPLES)
+    rams, frames = (
+        rng.integers(0, 256, (SAMPLES, 128), dtype=np.uint8),
+        random_frames(game, rng, SAMPLES),
+    )
     if game is not SYNTHETIC:
         data = excerpt(game.name)
         rams[::2], frames[::2] = data["rams"][: SAMPLES // 2], data["screens"][: SAMPLES // 2]
@@ -69,7 +75,10 @@ def test_rows(sample, method, whole):
 
 def test_batch_shapes(sample, method, whole):
     f, x = getattr(sample, method), inputs(sample)[method]
-    assert same(whole, jax.tree.map(lambda a: a.reshape(SAMPLES, *a.shape[2:]), f(x.reshape(2, -1, *x.shape[1:]))))
+    assert same(
+        whole,
+        jax.tree.map(lambda a: a.reshape(SAMPLES, *a.shape[2:]), f(x.reshape(2, -1, *x.shape[1:]))),
+    )
     assert whole[:0].valid.shape == f(x[:0]).valid.shape
 
 
@@ -97,13 +106,23 @@ def aligned(x):
 
 
 def test_input_is_not_kept(sample, method, whole):
-    """A caller that fills its buffer anew gets the objects of what was in it, whatever the buffer's layout."""
+    """A caller that fills its buffer anew gets the objects of what was in it, whatever the buffer's
+    layout."""
     f, x = getattr(sample, method), inputs(sample)[method]
-    rows = np.arange({"rem": 4096, "vem": 64}[method])  # as many as a program takes, so that they are not copied, and that it takes a while
+    rows = np.arange(
+        {"rem": 4096, "vem": 64}[method]
+    )  # as many as a program takes, so that they are not copied, and that it takes a while
     many = x[rows % SAMPLES]
-    for buffer in (aligned(many), np.asfortranarray(many), np.repeat(many, 2, axis=0)[::2], many[::-1].copy()[::-1]):
+    for buffer in (
+        aligned(many),
+        np.asfortranarray(many),
+        np.repeat(many, 2, axis=0)[::2],
+        many[::-1].copy()[::-1],
+    ):
         objects = f(buffer)
-        assert all(leaf.is_ready() for leaf in jax.tree.leaves(objects))  # so that nothing reads the buffer any more
+        assert all(
+            leaf.is_ready() for leaf in jax.tree.leaves(objects)
+        )  # so that nothing reads the buffer any more
         buffer[:] = 255
         assert same(whole[rows % SAMPLES], objects)
 
@@ -164,7 +183,12 @@ def test_three_frames_are_not_channels(sample):
     groups = frames.reshape(-1, 3, *sample.screen)
     for batch in (groups, groups[0], np.zeros_like(groups)):
         rows = sample.vem(batch.reshape(-1, *sample.screen))
-        assert same(rows, jax.tree.map(lambda a, n=batch.ndim - 2: a.reshape(-1, *a.shape[n:]), sample.vem(batch)))
+        assert same(
+            rows,
+            jax.tree.map(
+                lambda a, n=batch.ndim - 2: a.reshape(-1, *a.shape[n:]), sample.vem(batch)
+            ),
+        )
 
 
 def test_chunks(monkeypatch):
@@ -262,15 +286,24 @@ for kind, types in (("Auto", {"axis_types": (AxisType.Auto,)}), ("default", {}))
 
 
 def in_a_process(code, *args, **variables):
-    variables = os.environ | {"PYTHONPATH": str(ROOT), "JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} | variables
-    run = subprocess.run([sys.executable, "-c", code, *args], env=variables, capture_output=True, text=True, check=False)
+    variables = (
+        os.environ | {"PYTHONPATH": str(ROOT), "JAX_DISABLE_MOST_OPTIMIZATIONS": "1"} | variables
+    )
+    run = subprocess.run(
+        [sys.executable, "-c", code, *args],
+        env=variables,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert run.returncode == 0, run.stderr[-2000:]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["rem", "vem"])
 def test_sharding(name):
-    """Results follow the sharding of the input along the batch without communication, with automatic and with explicit mesh axes."""
+    """Results follow the sharding of the input along the batch without communication, with
+    automatic and with explicit mesh axes."""
     in_a_process(SHARDED, name, XLA_FLAGS="--xla_force_host_platform_device_count=4")
 
 

@@ -35,7 +35,11 @@ class Ram(RamMap):
 
 
 def decode(m):
-    return {"A": box(m.x, 10, 4, 4), "B": box(30, m.ys, 200, 5, value=m.ys, orientation=jnp.int32(20)), "H": box(-3, -3, 5, 5, value=7)}
+    return {
+        "A": box(m.x, 10, 4, 4),
+        "B": box(30, m.ys, 200, 5, value=m.ys, orientation=jnp.int32(20)),
+        "H": box(-3, -3, 5, 5, value=7),
+    }
 
 
 CATEGORIES = (
@@ -61,7 +65,12 @@ class Tensor:
     """What PyTorch's tensors share with others of their kind."""
 
     def __init__(self, array):
-        self.array, self.dtype, self.shape, self.ndim = array, f"torch.{array.dtype}", array.shape, array.ndim
+        self.array, self.dtype, self.shape, self.ndim = (
+            array,
+            f"torch.{array.dtype}",
+            array.shape,
+            array.ndim,
+        )
 
     def __dlpack__(self, **options):
         return self.array.__dlpack__(**options)
@@ -72,12 +81,20 @@ class Tensor:
 
 def test_tensors_of_pytorch_are_accepted():
     pong, rng = ocjax.load("Pong"), np.random.default_rng(0)
-    inputs = [(pong.rem, (2, 3, 128)), (pong.rem, (128,)), (pong.vem, (2, 210, 160)), (pong.vem, (1, 210, 160, 3))]
+    inputs = [
+        (pong.rem, (2, 3, 128)),
+        (pong.rem, (128,)),
+        (pong.vem, (2, 210, 160)),
+        (pong.vem, (1, 210, 160, 3)),
+    ]
     for extract, shape in inputs:
         data = rng.integers(256, size=shape, dtype=np.uint8)
         for array in (data, data[::-1], np.broadcast_to(data[:1], data.shape)):
             got, want = extract(Tensor(array)), extract(array)
-            assert all(np.array_equal(getattr(got, name), getattr(want, name)) for name in ("xywh", "valid", "value", "rgb"))
+            assert all(
+                np.array_equal(getattr(got, name), getattr(want, name))
+                for name in ("xywh", "valid", "value", "rgb")
+            )
     with pytest.raises(TypeError, match=r"ram must be a uint8 array, got torch\.int64"):
         pong.rem(Tensor(np.zeros(128, np.int64)))
     with pytest.raises(TypeError, match=r"frames must be a uint8 array, got torch\.float32"):
@@ -102,7 +119,9 @@ def test_layout():
 
 
 def test_aliases():
-    game = GAME.replaced(categories=(*CATEGORIES[:2], dataclasses.replace(CATEGORIES[2], aliases=("Old", "Older"))))
+    game = GAME.replaced(
+        categories=(*CATEGORIES[:2], dataclasses.replace(CATEGORIES[2], aliases=("Old", "Older")))
+    )
     assert game.slices["Old"] == game.slices["Older"] == game.slices["H"] == slice(3, 4)
     assert "Old" in game.slices
     assert "None" not in game.slices
@@ -127,23 +146,68 @@ def test_aliases():
         ({"categories": ()}, "categories"),
         ({"categories": CATEGORIES[::-1]}, "come last"),
         ({"categories": (*CATEGORIES, CATEGORIES[0])}, "repeat|last"),
-        ({"categories": (dataclasses.replace(CATEGORIES[0], aliases=("H",)), *CATEGORIES[1:])}, "repeat"),
-        ({"categories": (*(dataclasses.replace(c, aliases=("Z",)) for c in CATEGORIES[:2]), CATEGORIES[2])}, "repeat"),
-        ({"categories": (dataclasses.replace(CATEGORIES[0], aliases=("a b",)), *CATEGORIES[1:])}, "identifiers"),
-        ({"categories": CATEGORIES[1:]}, "must give a box for each"),
-        ({"categories": (Category("A", Blobs(14), attributes=("speed",)), *CATEGORIES[1:])}, "attributes"),
-        ({"categories": (Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), *CATEGORIES[1:])}, "its rule has 2 slots"),
-        ({"categories": (Category("A", Blobs(14, (0, 0, 9, 250))), *CATEGORIES[1:])}, "reaches down to row 250"),
-        ({"categories": (Category("A", Blobs((14, 15))), *CATEGORIES[1:])}, r"colors must be even, .* got \[15\]"),
         (
-            {"categories": (Category("A", Runs((Run(14, 9, left=(0, 8), width=(1, 9), height=241),), 1)), *CATEGORIES[1:])},
+            {"categories": (dataclasses.replace(CATEGORIES[0], aliases=("H",)), *CATEGORIES[1:])},
+            "repeat",
+        ),
+        (
+            {
+                "categories": (
+                    *(dataclasses.replace(c, aliases=("Z",)) for c in CATEGORIES[:2]),
+                    CATEGORIES[2],
+                )
+            },
+            "repeat",
+        ),
+        (
+            {"categories": (dataclasses.replace(CATEGORIES[0], aliases=("a b",)), *CATEGORIES[1:])},
+            "identifiers",
+        ),
+        ({"categories": CATEGORIES[1:]}, "must give a box for each"),
+        (
+            {"categories": (Category("A", Blobs(14), attributes=("speed",)), *CATEGORIES[1:])},
+            "attributes",
+        ),
+        (
+            {
+                "categories": (
+                    Category("A", Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))),
+                    *CATEGORIES[1:],
+                )
+            },
+            "its rule has 2 slots",
+        ),
+        (
+            {"categories": (Category("A", Blobs(14, (0, 0, 9, 250))), *CATEGORIES[1:])},
+            "reaches down to row 250",
+        ),
+        (
+            {"categories": (Category("A", Blobs((14, 15))), *CATEGORIES[1:])},
+            r"colors must be even, .* got \[15\]",
+        ),
+        (
+            {
+                "categories": (
+                    Category("A", Runs((Run(14, 9, left=(0, 8), width=(1, 9), height=241),), 1)),
+                    *CATEGORIES[1:],
+                )
+            },
             "reaches down to row 250",
         ),
         ({"screen": (256, 160)}, "height below 256"),
         ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb must be"),
-        ({"categories": (Category("A", Blobs(14), needs=("H",)), *CATEGORIES[1:])}, "needs: 'H' is not a category outside the display"),
-        ({"categories": (Category("A", Blobs(14), needs="B"), *CATEGORIES[1:])}, "needs must be a tuple of names, got 'B'"),
-        ({"decode": lambda m: decode(m) | {"A": box(jnp.arange(3), 0, 1, 1)}}, r"decode, A\.x: must have shape"),
+        (
+            {"categories": (Category("A", Blobs(14), needs=("H",)), *CATEGORIES[1:])},
+            "needs: 'H' is not a category outside the display",
+        ),
+        (
+            {"categories": (Category("A", Blobs(14), needs="B"), *CATEGORIES[1:])},
+            "needs must be a tuple of names, got 'B'",
+        ),
+        (
+            {"decode": lambda m: decode(m) | {"A": box(jnp.arange(3), 0, 1, 1)}},
+            r"decode, A\.x: must have shape",
+        ),
         ({"decode": lambda m: decode(m) | {"A": 3}}, "must be a box"),
         ({"decode": lambda m: decode(m) | {"A": box(m.x + 0.5, 0, 1, 1)}}, "decode"),
         ({"decode": lambda m: decode(m) | {"A": box(m.x + (m.x > 3), 0, 1, 1)}}, "promotion"),
@@ -170,7 +234,10 @@ def test_wrong_games(change, message):
         (lambda: Blobs(14, connectivity=4, gap=(1, 0)), "gap needs"),
         (lambda: Blobs(14, gap=(40, 0)), "gap must"),
         (lambda: Blobs(14, shapes=()), "at least one shape"),
-        (lambda: Blobs(14, shapes=Shape(w=4, h=(1, 3), pixels=(1, 13))), "pixels must be at most 12"),
+        (
+            lambda: Blobs(14, shapes=Shape(w=4, h=(1, 3), pixels=(1, 13))),
+            "pixels must be at most 12",
+        ),
         (lambda: Shape(w=4), "w and h need a limit both"),
         (lambda: Shape(w=(5, 4), h=4), "w must be a number of pixels or"),
         (lambda: Shape(w=4, h=-1), "h must be a number of pixels or"),
@@ -187,10 +254,16 @@ def test_wrong_games(change, message):
         (lambda: NoPairs(31), "1 to 30 pixels apart"),
         (lambda: Raised(0), "rows must be"),
         (lambda: SideBySide(0), "width must be"),
-        (lambda: Bounds(20, (0, 0, 9, 9), value=Gauge(1), then=(SideBySide(4),)), "objects leave their slots"),
+        (
+            lambda: Bounds(20, (0, 0, 9, 9), value=Gauge(1), then=(SideBySide(4),)),
+            "objects leave their slots",
+        ),
         (lambda: Blobs((14, 16), first=18), "first must"),
         (lambda: Blobs(14, also=(Blobs(16, then=(Tight(),)),)), "no also and no steps of its own"),
-        (lambda: Blobs(14, also=(Blobs(16, also=(Blobs(18),)),)), "no also and no steps of its own"),
+        (
+            lambda: Blobs(14, also=(Blobs(16, also=(Blobs(18),)),)),
+            "no also and no steps of its own",
+        ),
         (lambda: Bounds(((14,), (15,)), (0, 0, 9, 9)), "colors for 2 regions"),
         (lambda: Cells(14, (1, 2), (1,), 2, 2), "one entry per slot"),
         (lambda: Runs((), 2), "at least one run"),
@@ -216,7 +289,16 @@ def test_objects_views():
     o = GAME.rem(ram)
     assert o.of(GAME, "A").x.tolist() == [[10], [20], [30]]
     assert o[1].of(GAME, "A").center.tolist() == [[22.0, 12.0]]
-    assert o.to_list()[2][0] == {"category": "A", "slot": 0, "x": 30, "y": 10, "w": 4, "h": 4, "rgb": (236, 236, 236), "hud": False}
+    assert o.to_list()[2][0] == {
+        "category": "A",
+        "slot": 0,
+        "x": 30,
+        "y": 10,
+        "w": 4,
+        "h": 4,
+        "rgb": (236, 236, 236),
+        "hud": False,
+    }
     assert [r["category"] for r in o[0].to_list()] == ["A", "B", "B", "H"]
     with pytest.raises(ValueError, match="no category 'C'; it has A, B, H"):
         o.of(GAME, "C")
@@ -267,7 +349,10 @@ def test_centered_digits():
 
 
 def test_thin_objects_in_front_of_walls():
-    categories = (Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(ShortRuns(2),)), count=3), *CATEGORIES[1:])
+    categories = (
+        Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(ShortRuns(2),)), count=3),
+        *CATEGORIES[1:],
+    )
     game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 40:60] = 14  # a wall
@@ -279,7 +364,12 @@ def test_thin_objects_in_front_of_walls():
 
 
 def test_upright_objects_in_front_of_figures():
-    categories = (Category("A", Blobs(14, None, Shape(h=(3, None)), filters=(ShortRuns(1, across=True),)), count=3), *CATEGORIES[1:])
+    categories = (
+        Category(
+            "A", Blobs(14, None, Shape(h=(3, None)), filters=(ShortRuns(1, across=True),)), count=3
+        ),
+        *CATEGORIES[1:],
+    )
     game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 29:36] = 14  # a figure
@@ -295,7 +385,9 @@ def test_flat_objects_in_the_colour_of_others():
     game = GAME.replaced(categories=(Category("A", rule), *CATEGORIES[1:]))
     frame = np.zeros((210, 160), np.uint8)
     frame[30, 28:40] = frame[30, 50:70] = 14  # across the edges of words
-    frame[50, 20:28] = frame[51, 28] = frame[40, 100:140] = frame[41, 139] = 14  # touch others, the first at a corner
+    frame[50, 20:28] = frame[51, 28] = frame[40, 100:140] = frame[41, 139] = (
+        14  # touch others, the first at a corner
+    )
     frame[56, 159] = 14  # too short
     assert game.vem(frame).xywh[0].tolist() == [28, 30, 42, 1]
     frame[31, 70] = 14
@@ -305,7 +397,9 @@ def test_flat_objects_in_the_colour_of_others():
 def test_objects_of_two_shapes():
     across = Blobs((14, 16), None, Shape(w=(4, 6), h=2), filters=(ShortRuns(2),))
     upright = Blobs((14, 16), None, Shape(w=1, h=6), also=(across,))
-    game = GAME.replaced(categories=(Category("A", upright, count=3), *CATEGORIES[1:]), decode=three)
+    game = GAME.replaced(
+        categories=(Category("A", upright, count=3), *CATEGORIES[1:]), decode=three
+    )
     frame = np.zeros((210, 160), np.uint8)
     frame[20:40, 40:48] = 14  # a figure
     frame[30:32, 36:40] = 14  # touches it
@@ -316,17 +410,29 @@ def test_objects_of_two_shapes():
 
 
 def test_a_beam_beside_two_dots():
-    categories = (Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(NoPairs(1),)), count=3), *CATEGORIES[1:])
+    categories = (
+        Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(NoPairs(1),)), count=3),
+        *CATEGORIES[1:],
+    )
     game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
-    frame[20, 30:38] = frame[20, 28] = frame[20, 26] = 14  # the dots are as far from the beam as from each other
-    frame[40, 60:68] = frame[40, 68] = frame[40, 70] = 14  # one of the dots touches the beam, across the edge of a word
+    frame[20, 30:38] = frame[20, 28] = frame[20, 26] = (
+        14  # the dots are as far from the beam as from each other
+    )
+    frame[40, 60:68] = frame[40, 68] = frame[40, 70] = (
+        14  # one of the dots touches the beam, across the edge of a word
+    )
     frame[60, 90:98] = frame[61, 91] = 14
     assert game.vem(frame).xywh[:3].tolist() == [[30, 20, 8, 1], [60, 40, 8, 1], [90, 60, 8, 2]]
 
 
 def test_a_thin_shot_before_a_figure():
-    rule = Blobs((14, 16, 18), (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 8)), filters=(Lines(5, rows=(20, 60)),))
+    rule = Blobs(
+        (14, 16, 18),
+        (0, 20, 160, 60),
+        Shape(w=(1, 8), h=(1, 8)),
+        filters=(Lines(5, rows=(20, 60)),),
+    )
     categories = (Category("A", rule, count=3), *CATEGORIES[1:])
     game = GAME.replaced(categories=categories, decode=three)
     frame = np.zeros((210, 160), np.uint8)
@@ -338,10 +444,14 @@ def test_a_thin_shot_before_a_figure():
 
 
 def test_objects_that_an_edge_cuts_off():
-    rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 4)), gap=(1, 0), filters=(CutOff(59, 4),))
+    rule = Blobs(
+        14, (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 4)), gap=(1, 0), filters=(CutOff(59, 4),)
+    )
     game = GAME.replaced(categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
     frame = np.zeros((210, 160), np.uint8)
-    frame[[57, 58, 59], [30, 31, 32]] = frame[58:63, 60:68] = 14  # the second one goes on below the edge
+    frame[[57, 58, 59], [30, 31, 32]] = frame[58:63, 60:68] = (
+        14  # the second one goes on below the edge
+    )
     frame[55:59, 100:104] = 14  # ends above the last row
     frame[50:60, 31] = 14  # higher than an object
     assert game.vem(frame).xywh[:3].tolist() == [[30, 56, 3, 4], [60, 58, 8, 2], [0, 0, 0, 0]]
@@ -379,7 +489,9 @@ def test_walls_of_known_height():
         most=3,
     )
     categories = (Category("A", walls, count=6), *CATEGORIES[1:])
-    game = GAME.replaced(categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(6), 10, 4, 4)})
+    game = GAME.replaced(
+        categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(6), 10, 4, 4)}
+    )
     frame = np.zeros((210, 160), np.uint8)
     frame[20:60, 0:8], frame[20:60, 8:40] = 14, 16  # one wall of two colours
     frame[20:60, 50:54] = 14  # too narrow
@@ -387,7 +499,14 @@ def test_walls_of_known_height():
     frame[60:80, 31:33], frame[60:80, 120:160] = 18, 18  # the first one crosses the edge of a word
     frame[30:32, 40:44] = 14  # beside a wall, below its first row
     seen = game.vem(frame)
-    assert seen.xywh[:6].tolist() == [[0, 20, 40, 40], [0] * 4, [100, 20, 4, 60], [31, 60, 2, 20], [120, 60, 40, 20], [0] * 4]
+    assert seen.xywh[:6].tolist() == [
+        [0, 20, 40, 40],
+        [0] * 4,
+        [100, 20, 4, 60],
+        [31, 60, 2, 20],
+        [120, 60, 40, 20],
+        [0] * 4,
+    ]
     assert not game.vem(np.zeros_like(frame)).valid.any()
 
 
@@ -395,12 +514,15 @@ def test_floors_behind_figures_and_between_walls():
     runs = tuple(Run(14, row, left=(0, 159), width=(12, 160), height=4) for row in (20, 30))
     floors = Runs(runs, most=3, gap=3, columns=(8, 152), then=(Packed(),))
     game = GAME.replaced(
-        categories=(Category("A", floors, count=3), *CATEGORIES[1:]), decode=lambda m: decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)}
+        categories=(Category("A", floors, count=3), *CATEGORIES[1:]),
+        decode=lambda m: decode(m) | {"A": box(jnp.arange(3), 10, 4, 4)},
     )
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24] = frame[30:34, 20:40] = frame[30:34, 50:70] = 14
     frame[20:24, 30:33] = 20  # a figure in front of a floor, across the edge of a word
-    frame[20:24, 60:64] = frame[20:24, 140:150] = 0  # gaps between floors; what follows the second one is too short
+    frame[20:24, 60:64] = frame[20:24, 140:150] = (
+        0  # gaps between floors; what follows the second one is too short
+    )
     seen, overflow = game.vem_overflow(frame[None])
     assert seen.xywh[0, :3].tolist() == [[8, 20, 52, 4], [64, 20, 76, 4], [20, 30, 20, 4]]
     assert overflow[0].tolist() == [1, 0, 0]
@@ -426,7 +548,9 @@ def test_objects_of_known_shape_by_their_tips():
     )
     angles = Runs(runs, most=2)
     categories = (Category("A", angles, count=2), *CATEGORIES[1:])
-    game = GAME.replaced(categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)})
+    game = GAME.replaced(
+        categories=categories, decode=lambda m: decode(m) | {"A": box(jnp.arange(2), 10, 4, 4)}
+    )
     frame = np.zeros((210, 160), np.uint8)
     frame[50, 30] = frame[50, 120] = 14
     assert game.vem(frame).xywh[:2].tolist() == [[30, 30, 11, 30], [110, 30, 11, 30]]
@@ -478,8 +602,22 @@ def three(m):
 
 def test_digits_and_gauges_are_read():
     """Numbers drawn into a frame, against VEM's values; empty and foreign cells count as 0."""
-    font = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "75757", "75711")
-    digits = [Digits(hex_font(font, 3, (4, 2)), (left, left + 16, left + 32), top) for left, top in ((3, 4), (90, 100))]
+    font = (
+        "75557",
+        "22222",
+        "71747",
+        "71317",
+        "55711",
+        "74717",
+        "44757",
+        "71111",
+        "75757",
+        "75711",
+    )
+    digits = [
+        Digits(hex_font(font, 3, (4, 2)), (left, left + 16, left + 32), top)
+        for left, top in ((3, 4), (90, 100))
+    ]
     clock = Digits(hex_font(font, 3, (2, 1)), (20, 31), 60, weights=(60, 1))
     game = Game(
         name="Test",
@@ -487,9 +625,18 @@ def test_digits_and_gauges_are_read():
         ram=Ram,
         decode=lambda m: {"Two": box(0, 0, 1, 1), "Clock": box(0, 0, 1, 1), "Bar": box(0, 0, 1, 1)},
         categories=(
-            Category("Two", Bounds(14, ((0, 0, 60, 20), (80, 90, 160, 120)), value=tuple(digits)), count=2, attributes=("value",)),
+            Category(
+                "Two",
+                Bounds(14, ((0, 0, 60, 20), (80, 90, 160, 120)), value=tuple(digits)),
+                count=2,
+                attributes=("value",),
+            ),
             Category("Clock", Bounds(20, (0, 50, 160, 80), value=clock), attributes=("value",)),
-            Category("Bar", Bounds(30, (0, 150, 160, 160), value=Gauge(8, 4, 1, full=44)), attributes=("value",)),
+            Category(
+                "Bar",
+                Bounds(30, (0, 150, 160, 160), value=Gauge(8, 4, 1, full=44)),
+                attributes=("value",),
+            ),
         ),
     )
     rng = np.random.default_rng(0)
@@ -521,12 +668,25 @@ def test_gauges_of_other_boxes_and_coarse_ones():
     filled = Bounds(20, (0, 50, 60, 60))
     game = GAME.replaced(
         categories=(
-            Category("Bar", Bounds((14, 20), (0, 50, 60, 60), value=Gauge(2, 0, 5, of=filled)), attributes=("value",)),
             Category(
-                "Icon", Bounds(30, ((0, 0, 8, 8), (8, 0, 16, 8)), value=Gauge(8, of=Bounds(30, (0, 0, 16, 8)))), 2, attributes=("value",)
+                "Bar",
+                Bounds((14, 20), (0, 50, 60, 60), value=Gauge(2, 0, 5, of=filled)),
+                attributes=("value",),
             ),
             Category(
-                "Needle", Bounds(40, (0, 100, 160, 110), max_size=(2, 9), value=Gauge(1, 7, side="x", worth=8)), attributes=("value",)
+                "Icon",
+                Bounds(
+                    30, ((0, 0, 8, 8), (8, 0, 16, 8)), value=Gauge(8, of=Bounds(30, (0, 0, 16, 8)))
+                ),
+                2,
+                attributes=("value",),
+            ),
+            Category(
+                "Needle",
+                Bounds(
+                    40, (0, 100, 160, 110), max_size=(2, 9), value=Gauge(1, 7, side="x", worth=8)
+                ),
+                attributes=("value",),
             ),
         ),
         decode=lambda m: {name: box(0, 0, 1, 1) for name in ("Bar", "Icon", "Needle")},
@@ -539,25 +699,55 @@ def test_gauges_of_other_boxes_and_coarse_ones():
     frames[:2, 101, 10:12], frames[2, 101, 10:13] = 40, 40  # the third one is too wide for a needle
     seen = game.vem(frames)
     assert seen.value.tolist() == [[15, 1, 0, 24], [6, 2, 2, 24], [5, 1, 0, 0]]
-    assert seen.valid.tolist() == [[True, True, False, True], [True] * 4, [True, True, False, False]]
+    assert seen.valid.tolist() == [
+        [True, True, False, True],
+        [True] * 4,
+        [True, True, False, False],
+    ]
     assert seen.w[:, 0].tolist() == [40] * 3
 
 
 def test_numbers_beside_signs_and_other_texts():
-    """A sign before a number is an empty cell, a picture of several digits is not read, and cells that are free hold nothing."""
-    pictures = ("75557", "22222", "71747", "71317", "55711", "74717", "44757", "71111", "71111", "75711")
+    """A sign before a number is an empty cell, a picture of several digits is not read, and cells
+    that are free hold nothing."""
+    pictures = (
+        "75557",
+        "22222",
+        "71747",
+        "71317",
+        "55711",
+        "74717",
+        "44757",
+        "71111",
+        "71111",
+        "75711",
+    )
     sign = (2, 5, 5, 5, 2)
     font = dataclasses.replace(hex_font(pictures, 3, pitch=4), signs=(sign,))
     number = functools.partial(Digits, font, (4, 8), 10)
     game = GAME.replaced(
         categories=(
             Category("Plain", Bounds(14, (0, 10, 30, 15), value=number()), attributes=("value",)),
-            Category("Alone", Bounds(14, (0, 10, 30, 15), value=number(free=(12, 20), required=True)), attributes=("value",)),
-            Category("Shown", Bounds(14, (0, 10, 30, 15), value=number(free=(20,))), attributes=("value",)),
+            Category(
+                "Alone",
+                Bounds(14, (0, 10, 30, 15), value=number(free=(12, 20), required=True)),
+                attributes=("value",),
+            ),
+            Category(
+                "Shown",
+                Bounds(14, (0, 10, 30, 15), value=number(free=(20,))),
+                attributes=("value",),
+            ),
         ),
         decode=lambda m: {name: box(0, 0, 1, 1) for name in ("Plain", "Alone", "Shown")},
     )
-    texts = {(4, 2), (8, 1)}, {(4, sign), (8, 3)}, {(4, 7), (8, 1)}, {(8, 4), (20, 1)}, {(8, 5), (12, 6)}
+    texts = (
+        {(4, 2), (8, 1)},
+        {(4, sign), (8, 3)},
+        {(4, 7), (8, 1)},
+        {(8, 4), (20, 1)},
+        {(8, 5), (12, 6)},
+    )
     frames = np.zeros((len(texts), 210, 160), np.uint8)
     for frame, text in zip(frames, texts, strict=True):
         for left, shown in text:
@@ -571,9 +761,19 @@ def test_numbers_beside_signs_and_other_texts():
 
 
 def test_values_by_color():
-    pair = Category("P", Blobs((14, 20, 30)), count=3, attributes=("value",), value=ByColor(((14, 1), (20, 7))))
-    like = Category("Q", Blobs((14, 20, 30), (0, 60, 160, 200)), count=3, attributes=("value",), value=ByColor(like=(0, 0, 20, 1)))
-    game = GAME.replaced(categories=(pair, like), decode=lambda m: {"P": box(0, 0, 1, 1), "Q": box(0, 0, 1, 1)})
+    pair = Category(
+        "P", Blobs((14, 20, 30)), count=3, attributes=("value",), value=ByColor(((14, 1), (20, 7)))
+    )
+    like = Category(
+        "Q",
+        Blobs((14, 20, 30), (0, 60, 160, 200)),
+        count=3,
+        attributes=("value",),
+        value=ByColor(like=(0, 0, 20, 1)),
+    )
+    game = GAME.replaced(
+        categories=(pair, like), decode=lambda m: {"P": box(0, 0, 1, 1), "Q": box(0, 0, 1, 1)}
+    )
     frames = np.zeros((3, 210, 160), np.uint8)
     for i, color in enumerate((14, 20, 30)):
         frames[:, 80, 40 * i + 10] = color
@@ -592,8 +792,12 @@ def test_screen_saver():
     def decode(m):
         return {"A": box(20, 50, 4, 4), "B": box(60, 50, 4, 4, color=20)}
 
-    saver = Saver(lambda m: jnp.where(m.key > 0, m.key, -1), (0, 0), 4, mask=0xF7, changed=(4, 14, 20))
-    categories = tuple(Category(n, Blobs((14, 20, 30), (x, 40, x + 40, 60))) for n, x in (("A", 10), ("B", 50)))
+    saver = Saver(
+        lambda m: jnp.where(m.key > 0, m.key, -1), (0, 0), 4, mask=0xF7, changed=(4, 14, 20)
+    )
+    categories = tuple(
+        Category(n, Blobs((14, 20, 30), (x, 40, x + 40, 60))) for n, x in (("A", 10), ("B", 50))
+    )
     game = GAME.replaced(ram=Saved, categories=categories, decode=decode, saver=saver)
     frames = np.full((4, 210, 160), 4, np.uint8)
     frames[:, 50:54, 20:24] = 14
@@ -604,7 +808,12 @@ def test_screen_saver():
     shown = np.where(on, (frames ^ keys[:, None, None]) & saver.mask, frames).astype(np.uint8)
     rams = np.zeros((4, 128), np.uint8)
     rams[:, 5] = keys
-    for objects in (game.rem(rams), game.vem(shown), jax.vmap(game.rem)(rams), jax.jit(game.vem)(palette.NTSC[shown])):
+    for objects in (
+        game.rem(rams),
+        game.vem(shown),
+        jax.vmap(game.rem)(rams),
+        jax.jit(game.vem)(palette.NTSC[shown]),
+    ):
         assert objects.xywh.tolist() == [[[20, 50, 4, 4], [60, 50, 4, 4]]] * 4
         assert np.array_equal(objects.rgb, palette.NTSC[shown[:, 50, [20, 60]]])
     assert np.array_equal(game.vem(shown[:1]).rgb, palette.NTSC[[[14, 20]]])
@@ -619,13 +828,16 @@ def test_a_second_pixel_tells_a_saver_from_flashes():
     keys = np.arange(256).astype(np.uint8)
     flashes = frames ^ keys[:, None, None]
     assert (key_of(jnp.asarray(flashes), saver) == -1).all()
-    assert np.array_equal(key_of(jnp.asarray(flashes & saver.mask), saver), keys & saver.mask & 0xFE)
+    assert np.array_equal(
+        key_of(jnp.asarray(flashes & saver.mask), saver), keys & saver.mask & 0xFE
+    )
 
 
 def test_the_row_off_which_a_color_is_read():
     game = GAME.replaced(
         categories=tuple(
-            Category(n, Blobs((14, 20, 30)), color_row=row) for n, row in (("A", 0), ("B", 1), ("C", -1), ("D", 9), ("E", -9))
+            Category(n, Blobs((14, 20, 30)), color_row=row)
+            for n, row in (("A", 0), ("B", 1), ("C", -1), ("D", 9), ("E", -9))
         ),
         decode=lambda m: {n: box(0, 0, 1, 1) for n in "ABCDE"},
     )
@@ -644,11 +856,21 @@ def test_the_row_off_which_a_color_is_read():
         (lambda: Digits(hex_font(("75557",) * 10, 3, (4, 4)), (150,), 0), "on the screen"),
         (lambda: hex_font(("f5557",) * 10, 3), "must fit 3 dots"),
         (lambda: Digits(hex_font(("75557",) * 10, 3), (0,), 0, free=(158,)), "on the screen"),
-        (lambda: Digits(hex_font((*("75557",) * 9, "00000"), 3), (0,), 0, free=(8,)), "picture is empty"),
+        (
+            lambda: Digits(hex_font((*("75557",) * 9, "00000"), 3), (0,), 0, free=(8,)),
+            "picture is empty",
+        ),
         (lambda: Gauge(0), "unit"),
         (lambda: Gauge(1, of=Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)))), "single box"),
         (lambda: Gauge(1, of=Bounds(14, (0, 0, 9, 9), value=Gauge(1))), "single box"),
-        (lambda: Bounds(14, ((0, 0, 9, 9), (9, 0, 20, 9)), value=Digits(hex_font(("75557",) * 10, 3), (0,), 0)), "digits for 1 regions"),
+        (
+            lambda: Bounds(
+                14,
+                ((0, 0, 9, 9), (9, 0, 20, 9)),
+                value=Digits(hex_font(("75557",) * 10, 3), (0,), 0),
+            ),
+            "digits for 1 regions",
+        ),
     ],
 )
 def test_wrong_readings(rule, message):
@@ -658,5 +880,7 @@ def test_wrong_readings(rule, message):
 
 def test_display():
     rule = Bounds(14, (0, 0, 20, 20))
-    assert display("H", rule, doc="d") == Category("H", rule, hud=True, attributes=("value",), doc="d")
+    assert display("H", rule, doc="d") == Category(
+        "H", rule, hud=True, attributes=("value",), doc="d"
+    )
     assert display("H", rule, attributes=()) == Category("H", rule, hud=True)

@@ -19,10 +19,12 @@ GAMES = ("Pong", "SpaceInvaders")
 BATCHES = (2048, 2000)  # a whole number of chunks, and not
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
-# Prints how far memory grows above what was in use before a call: of a copy as float32 (its output is four times its input), and of VEM.
-# The process's own peak, which can be reset: getrusage's starts at what the parent had, and keeps the peak of compilation.
-# What is larger than a page comes straight from the system and goes straight back, so that a call cannot use memory freed before.
-# The frames' source stays referenced: whether the device copies or shares it, nothing of it is given back between the two readings.
+# Prints how far memory grows above what was in use before a call: of a copy as float32 (its output
+# is four times its input), and of VEM. The process's own peak, which can be reset: getrusage's
+# starts at what the parent had, and keeps the peak of compilation. What is larger than a page comes
+# straight from the system and goes straight back, so that a call cannot use memory freed before.
+# The frames' source stays referenced: whether the device copies or shares it, nothing of it is
+# given back between the two readings.
 SCRIPT = """
 import ctypes, pathlib, sys, time
 import jax, jax.numpy as jnp, numpy as np
@@ -69,14 +71,25 @@ def test_compiled_program(name, batch):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not os.access(RESET, os.W_OK) or "VmHWM" not in STATUS.read_text(), reason="the system does not tell a process's peak")
+@pytest.mark.skipif(
+    not os.access(RESET, os.W_OK) or "VmHWM" not in STATUS.read_text(),
+    reason="the system does not tell a process's peak",
+)
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)
 def test_process(name, batch):
     data = DATA / f"{name}.npz"
-    environment = os.environ | {"JAX_PLATFORMS": "cpu", "MALLOC_MMAP_THRESHOLD_": "4096", "MALLOC_TRIM_THRESHOLD_": "0"}
+    environment = os.environ | {
+        "JAX_PLATFORMS": "cpu",
+        "MALLOC_MMAP_THRESHOLD_": "4096",
+        "MALLOC_TRIM_THRESHOLD_": "0",
+    }
     run = subprocess.run(
-        [sys.executable, "-c", SCRIPT, name, str(batch), data], capture_output=True, text=True, check=True, env=environment
+        [sys.executable, "-c", SCRIPT, name, str(batch), data],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=environment,
     )
     frames, copied, grown = map(int, run.stdout.split())
     sys.stdout.write(f"{frames=} {copied=} {grown=} compiled={compiled(name, batch)}\n")
@@ -86,4 +99,6 @@ def test_process(name, batch):
     if jax.default_backend() == "cpu":
         size = batches.shared_size(batch, vem.CHUNK)
         filled_up = size * frames // batch if size > batch else 0
-        assert abs(grown - filled_up - sum(compiled(name, size)[1:])) < margin, "what the compiler says is what the process takes"
+        assert abs(grown - filled_up - sum(compiled(name, size)[1:])) < margin, (
+            "what the compiler says is what the process takes"
+        )

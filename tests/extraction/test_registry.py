@@ -10,7 +10,16 @@ from ocjax.extraction.suites import SUITES
 
 def test_spellings():
     pong = ocjax.load("Pong")
-    for name in ("pong", "ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4", "PongDeterministic-v4", "Pong-ram-v4", "Pong-v0", "PONG"):
+    for name in (
+        "pong",
+        "ALE/Pong-v5",
+        "ocjax/Pong-v5",
+        "PongNoFrameskip-v4",
+        "PongDeterministic-v4",
+        "Pong-ram-v4",
+        "Pong-v0",
+        "PONG",
+    ):
         assert ocjax.load(name) is pong
 
 
@@ -36,7 +45,9 @@ def test_names_on_pages(name, found):
 def test_all_games_by_title():
     """The title of a game's docstring, which is printed on its page."""
     for name in ocjax.games():
-        title, _, _ = sys.modules[f"ocjax.extractors.{ocjax.load(name).name.lower()}"].__doc__.partition(":")
+        title, _, _ = sys.modules[
+            f"ocjax.extractors.{ocjax.load(name).name.lower()}"
+        ].__doc__.partition(":")
         assert ocjax.load(title).name == name
 
 
@@ -65,7 +76,9 @@ def test_unknown_game():
 
 def test_extractors_has_one_name():
     """A second copy of the game files under the bare name would have its own registry."""
-    run = subprocess.run([sys.executable, "-c", "import extractors"], capture_output=True, text=True, check=False)
+    run = subprocess.run(
+        [sys.executable, "-c", "import extractors"], capture_output=True, text=True, check=False
+    )
     assert run.returncode != 0
     assert "ocjax.extractors" in run.stderr or "No module named 'extractors'" in run.stderr
 
@@ -81,24 +94,43 @@ def test_scripts_beside_a_folder_named_ocjax(tmp_path):
 
 
 def test_import_is_light():
-    """The environments' packages are imported with the environments, not before. (Gymnasium is: it is told of their names.)"""
+    """The environments' packages are imported with the environments, not before. (Gymnasium is: it
+    is told of their names.)"""
     packages = ("ale_py", "envpool", "PIL", "typer", "ocjax.envs", "ocjax.extractors.skiing")
-    code = f"import sys, ocjax; ocjax.load('Pong'); print([m for m in {packages} if m in sys.modules])"
+    code = (
+        f"import sys, ocjax; ocjax.load('Pong'); print([m for m in {packages} if m in sys.modules])"
+    )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.strip() == "[]"
 
 
 def test_names_are_known_without_jax():
-    """`import ocjax` registers the environments and knows the games in a fraction of the time that JAX needs."""
-    code = "import sys, gymnasium, ocjax; print(ocjax.games()[0], 'ocjax/Pong-v5' in gymnasium.registry, 'jax' in sys.modules)"
+    """`import ocjax` registers the environments and knows the games in a fraction of the time that
+    JAX needs."""
+    code = (
+        "import sys, gymnasium, ocjax; print(ocjax.games()[0], 'ocjax/Pong-v5' in "
+        "gymnasium.registry, 'jax' in sys.modules)"
+    )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["Adventure", "True", "False"]
 
 
 def test_public_modules_are_attributes():
-    modules = ("atariari", "datasets", "envs", "evaluation", "files", "jaxatari", "layouts", "ocatari", "recordings")
+    modules = (
+        "atariari",
+        "datasets",
+        "envs",
+        "evaluation",
+        "files",
+        "jaxatari",
+        "layouts",
+        "ocatari",
+        "recordings",
+    )
     code = f"import ocjax; print([getattr(ocjax, m).__name__ for m in {modules}])"
-    run = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True)
+    run = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=True
+    )
     assert run.stdout.strip() == str([f"ocjax.{m}" for m in modules])
 
 
@@ -120,5 +152,8 @@ def test_names_of_suites_are_those_of_ale():
 
 
 def test_games_of_ale_without_a_decoder():
-    with pytest.raises(ocjax.UnknownGameError, match=r"no game 'ALE/ElevatorAction-v5': ALE has this game, but ocjax does not support it"):
+    with pytest.raises(
+        ocjax.UnknownGameError,
+        match=r"no game 'ALE/ElevatorAction-v5': ALE has this game, but ocjax does not support it",
+    ):
         ocjax.load("ALE/ElevatorAction-v5")

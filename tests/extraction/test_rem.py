@@ -40,8 +40,16 @@ def test_read_puts_the_batch_last():
 
 def boxes_of(ram):
     """Every category's box in one state, in full: fields `[count]`."""
-    boxes = {name: box.clip(0, 0, GAME.screen[1], GAME.screen[0]) for name, box in GAME.decode(GAME.ram(ram)).items()}
-    return {c.name: jax.tree.map(lambda v, c=c: jnp.broadcast_to(v, (c.count, *v.shape[1:])), boxes[c.name]) for c in GAME.categories}
+    boxes = {
+        name: box.clip(0, 0, GAME.screen[1], GAME.screen[0])
+        for name, box in GAME.decode(GAME.ram(ram)).items()
+    }
+    return {
+        c.name: jax.tree.map(
+            lambda v, c=c: jnp.broadcast_to(v, (c.count, *v.shape[1:])), boxes[c.name]
+        )
+        for c in GAME.categories
+    }
 
 
 @pytest.fixture(scope="module")
@@ -70,12 +78,20 @@ def test_pack_and_unpack(boxes, slots):
     for c in GAME.categories:
         s, box = GAME.slices[c.name], boxes[c.name]
         assert np.array_equal(objects.valid[:, s], box.valid)
-        assert np.array_equal(objects.value[:, s], np.where(box.valid & ("value" in c.attributes), box.value, 0))
-        assert np.array_equal(objects.orientation[:, s], np.where(box.valid & ("orientation" in c.attributes), box.orientation & 15, 0))
+        assert np.array_equal(
+            objects.value[:, s], np.where(box.valid & ("value" in c.attributes), box.value, 0)
+        )
+        assert np.array_equal(
+            objects.orientation[:, s],
+            np.where(box.valid & ("orientation" in c.attributes), box.orientation & 15, 0),
+        )
         for k, field in enumerate((box.x, box.y, box.w, box.h)):
             assert np.array_equal(objects.xywh[:, s, k], np.where(box.valid, field, 0))
     walkers = GAME.slices["Walker"]
-    assert np.array_equal(objects.rgb[:, walkers], np.where(objects.valid[:, walkers, None], GAME.palette[boxes["Walker"].color], 0))
+    assert np.array_equal(
+        objects.rgb[:, walkers],
+        np.where(objects.valid[:, walkers, None], GAME.palette[boxes["Walker"].color], 0),
+    )
 
 
 def test_unpack_drops_the_padding(slots):

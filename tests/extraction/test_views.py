@@ -22,9 +22,16 @@ def objects():
 
 
 def test_fields_are_those_of_objects(objects):
-    assert tuple(FIELDS) == Fields._fields == tuple(f.name for f in dataclasses.fields(Objects) if f.name != "game")
+    assert (
+        tuple(FIELDS)
+        == Fields._fields
+        == tuple(f.name for f in dataclasses.fields(Objects) if f.name != "game")
+    )
     for name, empty in no_objects(objects.valid.shape[:-1], GAME.num_slots).items():
-        assert (getattr(objects, name).shape, getattr(objects, name).dtype) == (empty.shape, empty.dtype)
+        assert (getattr(objects, name).shape, getattr(objects, name).dtype) == (
+            empty.shape,
+            empty.dtype,
+        )
 
 
 def test_take(objects):
@@ -45,8 +52,13 @@ def test_frame_has_the_records_of_the_list(objects):
     assert len(frame) == len(want) > 0
     for line, (row, record) in zip(frame.itertuples(), want, strict=True):
         assert (line.row, line.r, line.g, line.b) == (row, *record["rgb"])
-        assert all(getattr(line, key) == record[key] for key in ("category", "slot", "x", "y", "w", "h", "hud"))
-        assert record.get("value", "missing") == (line.value if isinstance(line.value, int | np.integer) else "missing")
+        assert all(
+            getattr(line, key) == record[key]
+            for key in ("category", "slot", "x", "y", "w", "h", "hud")
+        )
+        assert record.get("value", "missing") == (
+            line.value if isinstance(line.value, int | np.integer) else "missing"
+        )
 
 
 def test_frame_of_one_state_and_of_several_batch_dimensions(objects):
@@ -78,11 +90,20 @@ def test_text_dict_and_logic(objects):
     assert len(lines) == len(records)
     assert [{"category": name, **r} for name, rs in state.to_dict().items() for r in rs] == records
     atoms = state.to_logic()
-    assert {"type(ball_0,ball)", "at(ball_0,37,133)", "size(ball_0,2,4)", "value(enemy_score_0,5)", "hud(enemy_score_0)"} <= set(atoms)
+    assert {
+        "type(ball_0,ball)",
+        "at(ball_0,37,133)",
+        "size(ball_0,2,4)",
+        "value(enemy_score_0,5)",
+        "hud(enemy_score_0)",
+    } <= set(atoms)
     assert len(atoms) == 4 * len(records) + 4
 
 
-@pytest.mark.parametrize(("name", "want"), [("Player", "player"), ("YellowBlueTank", "yellow_blue_tank"), ("EndNPC", "end_npc")])
+@pytest.mark.parametrize(
+    ("name", "want"),
+    [("Player", "player"), ("YellowBlueTank", "yellow_blue_tank"), ("EndNPC", "end_npc")],
+)
 def test_constants(name, want):
     assert constant(name) == want
 
@@ -91,7 +112,9 @@ def test_batches_and_states_without_objects(objects):
     batch = jax.tree.map(lambda a: a[:6].reshape(2, 3, *a.shape[1:]), objects)
     for one in ("to_text", "to_dict", "to_logic"):
         nested = getattr(batch, one)()
-        assert [s for rows in nested for s in rows] == [getattr(objects[i], one)() for i in range(6)]
+        assert [s for rows in nested for s in rows] == [
+            getattr(objects[i], one)() for i in range(6)
+        ]
         assert getattr(objects[:0], one)() == []
     empty = jax.tree.map(np.zeros_like, objects[0])
     assert (empty.to_text(), empty.to_dict(), empty.to_logic()) == ("", {}, [])
@@ -114,7 +137,13 @@ def test_orientation_is_named():
 
 
 def test_selected_slots_have_no_game(objects):
-    for one in (Objects.to_frame, Objects.to_arrow, Objects.to_logic, Objects.to_text, Objects.to_dict):
+    for one in (
+        Objects.to_frame,
+        Objects.to_arrow,
+        Objects.to_logic,
+        Objects.to_text,
+        Objects.to_dict,
+    ):
         with pytest.raises(ValueError, match="no reference to their game"):
             one(objects.of(GAME, "Ball"))
 
@@ -161,7 +190,9 @@ def test_a_category_of_another_game_is_refused(objects):
 def test_velocities_are_of_one_game_and_of_a_category(objects):
     moved = ocjax.velocity(objects[:-1], objects[1:])
     ball = GAME.slices["Ball"]
-    assert np.array_equal(ocjax.velocity(objects[:-1].of("Ball"), objects[1:].of("Ball")), moved[:, ball])
+    assert np.array_equal(
+        ocjax.velocity(objects[:-1].of("Ball"), objects[1:].of("Ball")), moved[:, ball]
+    )
     with pytest.raises(ValueError, match="got Pong and Breakout"):
         ocjax.velocity(objects, ocjax.load("Breakout").rem(np.zeros((len(objects), 128), np.uint8)))
     with pytest.raises(ValueError, match="the same slots"):
@@ -170,11 +201,15 @@ def test_velocities_are_of_one_game_and_of_a_category(objects):
 
 def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
     shown = repr(objects)
-    assert shown.startswith(f"Objects of Pong, 5 slots, batch shape [{len(objects)}], of which the first:\n")
+    assert shown.startswith(
+        f"Objects of Pong, 5 slots, batch shape [{len(objects)}], of which the first:\n"
+    )
     assert objects[0].to_text().splitlines()[0] in shown
     assert len(shown.splitlines()) <= 6
     assert repr(objects[0]).startswith("Objects of Pong, 5 slots, batch shape []:\n")
-    assert repr(objects.of("Ball")).startswith(f"Objects of no game, 1 slots, batch shape [{len(objects)}], ")
+    assert repr(objects.of("Ball")).startswith(
+        f"Objects of no game, 1 slots, batch shape [{len(objects)}], "
+    )
     assert repr(objects[:0]).endswith("batch shape [0], 0 valid")
     assert "nothing is valid" in repr(jax.tree.map(np.zeros_like, objects))
     assert "xywh=" in repr(jax.eval_shape(lambda: objects))

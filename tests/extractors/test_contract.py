@@ -15,8 +15,12 @@ ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # by which it tells the enemies' plane
 
 
 def unoptimized_jit(f):
-    """`jax.jit` without optimization of the machine code, which takes a third of the time to compile and computes the same."""
-    return jax.jit(f, compiler_options=(batches.compiler_options() or {}) | {"xla_backend_optimization_level": 0})
+    """`jax.jit` without optimization of the machine code, which takes a third of the time to
+    compile and computes the same."""
+    return jax.jit(
+        f,
+        compiler_options=(batches.compiler_options() or {}) | {"xla_backend_optimization_level": 0},
+    )
 
 
 def test_declaration(game):
@@ -25,20 +29,33 @@ def test_declaration(game):
     assert rom.read_rom(game.rom, game.md5), "ale-py has the ROM that the decoder was written for"
     names = [c.name for c in game.categories]
     assert len(set(names)) == len(names)
-    assert names == sorted(names, key=lambda name: game.categories[names.index(name)].hud), "the display's categories are last"
+    assert names == sorted(names, key=lambda name: game.categories[names.index(name)].hud), (
+        "the display's categories are last"
+    )
     ends = np.cumsum([c.count for c in game.categories]).tolist()
-    assert [(game.slices[name].start, game.slices[name].stop) for name in names] == list(zip([0, *ends[:-1]], ends, strict=True))
+    assert [(game.slices[name].start, game.slices[name].stop) for name in names] == list(
+        zip([0, *ends[:-1]], ends, strict=True)
+    )
     assert all(c.doc for c in game.categories), "every category has a line for people"
 
 
 def test_colors_of_rules_are_even(game):
-    """As all colours on a screen are. An odd index shows as the even one below it, so that a slip would go unnoticed."""
+    """As all colours on a screen are.
+
+    An odd index shows as the even one below it, so that a slip would go unnoticed.
+    """
     rules = [rule for c in game.categories for rule in (c.rule, c.otherwise) if rule is not None]
-    parts = [part for rule in rules for part in getattr(rule, "parts", (rule,))]  # and what gauges measure
+    parts = [
+        part for rule in rules for part in getattr(rule, "parts", (rule,))
+    ]  # and what gauges measure
     told = [color for c in game.categories if c.value is not None for color, _ in c.value.values]
     searches = [getattr(f, "search", None) for rule in rules for f in getattr(rule, "filters", ())]
     looked_for = [color for search in searches for color in getattr(search, "colors", ())]
-    odd = {color for color in (*told, *looked_for, *(color for part in parts for color in part.palette)) if color % 2}
+    odd = {
+        color
+        for color in (*told, *looked_for, *(color for part in parts for color in part.palette))
+        if color % 2
+    }
     assert odd == ODD_COLORS.get(game.name, set())
 
 
@@ -66,13 +83,22 @@ def arbitrary_frames(game, rng):
     height, width = game.screen
     y, x = np.indices((height, width))
     plain = [np.full((height, width), color) for color in range(0, 256, 2)]
-    boards = [rng.choice(256, 2)[(x // size + y // size) % 2] for size in (4, 8, 16, 32) for _ in range(15)]
-    noise = [rng.choice(colors, (height, width)) for colors in (np.arange(256), np.array(game.colors)) for _ in range(2)]
+    boards = [
+        rng.choice(256, 2)[(x // size + y // size) % 2]
+        for size in (4, 8, 16, 32)
+        for _ in range(15)
+    ]
+    noise = [
+        rng.choice(colors, (height, width))
+        for colors in (np.arange(256), np.array(game.colors))
+        for _ in range(2)
+    ]
     return np.array([*plain, *boards, *noise], np.uint8)
 
 
 def test_rgb_is_as_good_as_indices(game):
-    """Where several palette indices show as the same colour, which PAL consoles have for greys, RGB stands for one of them."""
+    """Where several palette indices show as the same colour, which PAL consoles have for greys, RGB
+    stands for one of them."""
     shown = np.asarray(palette.to_index(game.palette, game.palette, game.colors))
     assert np.array_equal(game.palette[shown], game.palette)
     different = {color >> 4 for color in np.flatnonzero(shown != np.arange(256) & 0xFE)}
@@ -86,18 +112,24 @@ def test_without_hud_is_a_prefix(game, truth):
     bare = ocjax.load(game.name, hud=False)
     assert not bare.slot_hud.any()
     for method, key in (("rem", "rams"), ("vem", "screens")):
-        whole, part = host(getattr(game, method)(truth[key])), host(unoptimized_jit(getattr(bare, method))(truth[key]))
+        whole, part = (
+            host(getattr(game, method)(truth[key])),
+            host(unoptimized_jit(getattr(bare, method))(truth[key])),
+        )
         assert same(jax.tree.map(lambda a: a[:, : bare.num_slots], whole), part)
 
 
 def test_decode_is_pure(game):
     """No effects, callbacks or random numbers hide in a decoder."""
-    jaxpr = jax.make_jaxpr(game.rem)(np.zeros((BATCH, 128), np.uint8))  # as the other tests, so that it is traced once
+    jaxpr = jax.make_jaxpr(game.rem)(
+        np.zeros((BATCH, 128), np.uint8)
+    )  # as the other tests, so that it is traced once
     assert not jaxpr.effects
     text = str(jaxpr)
     assert not [word for word in ("callback", "random_bits", "float64", "io_") if word in text]
 
 
 def test_tests_are_grouped(request):
-    """pytest-xdist names a test's group in its ID; ungrouped, every process would compile every game."""
+    """pytest-xdist names a test's group in its ID; ungrouped, every process would compile every
+    game."""
     assert ("@" in request.node.nodeid) == getattr(request.config.option, "loadgroup", False)

@@ -1,4 +1,5 @@
-"""Every game's objects on all of its recordings are exactly those that `tests/data/expected` holds."""
+"""Every game's objects on all of its recordings are exactly those that `tests/data/expected`
+holds."""
 
 from tests.support.record import expected
 from tests.support.states import DATA
@@ -8,7 +9,9 @@ def test_objects_are_as_expected(game, thorough):
     path = DATA / "expected" / f"{game.name}.txt"
     command = f"python -m tests.support.record {game.name} expected"
     assert path.exists(), f"{path} is missing: `{command}` makes it"
-    assert (DATA / "limits" / path.name).exists(), f"`python -m tests.support.record {game.name} limits` makes it"
+    assert (DATA / "limits" / path.name).exists(), (
+        f"`python -m tests.support.record {game.name} limits` makes it"
+    )
     text = path.read_text(encoding="utf-8")
     if not thorough:
         text = text[: text.index(f"{expected.ARBITRARY}\n")]
@@ -23,8 +26,14 @@ def test_all_recordings_are_compared():
 
 
 def test_differences_name_state_and_slot():
-    old = "Ball usually #ececec\n[ends/Pong.npz]\n0 rem: Player 9,9,4,9; Ball 7,6,2,4 - 1,2,3,4\n1 rem:\n"
-    new = "Ball usually #ececed\n[ends/Pong.npz]\n0 rem: Player 9,9,4,9; Ball 7,6,2,4 5,6,7,8\n0 vem: Ball -\n1 rem:\n1 vem: Ball 1,1,1,1\n"
+    old = (
+        "Ball usually #ececec\n[ends/Pong.npz]\n0 rem: Player 9,9,4,9; Ball 7,6,2,4 - 1,2,3,4\n1 "
+        "rem:\n"
+    )
+    new = (
+        "Ball usually #ececed\n[ends/Pong.npz]\n0 rem: Player 9,9,4,9; Ball 7,6,2,4 5,6,7,8\n0 "
+        "vem: Ball -\n1 rem:\n1 vem: Ball 1,1,1,1\n"
+    )
     assert expected.differences(old, old) == []
     assert expected.differences(old, new) == [
         "usual colour of Ball: expected #ececec, got #ececed",

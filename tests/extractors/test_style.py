@@ -32,19 +32,32 @@ def test_size(path):
 
 def test_functions_are_short(tree):
     """But for `decode`, which is one call a category."""
-    long = {f.name: _lines(f) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) and f.name != "decode" and _lines(f) > FUNCTION}
+    long = {
+        f.name: _lines(f)
+        for f in ast.walk(tree)
+        if isinstance(f, ast.FunctionDef) and f.name != "decode" and _lines(f) > FUNCTION
+    }
     assert not long
 
 
 def _lines(function):
     """The lines of a function without those of its docstring."""
     docstring = ast.get_docstring(function) is not None and function.body[0]
-    return function.end_lineno - function.lineno + 1 - (docstring.end_lineno - docstring.lineno + 1 if docstring else 0)
+    return (
+        function.end_lineno
+        - function.lineno
+        + 1
+        - (docstring.end_lineno - docstring.lineno + 1 if docstring else 0)
+    )
 
 
 def test_one_name_a_statement(tree):
     assignments = [n for n in tree.body if isinstance(n, ast.Assign)]
-    assert not [n.lineno for n in assignments if isinstance(n.value, ast.Tuple) and isinstance(n.targets[0], ast.Tuple)]
+    assert not [
+        n.lineno
+        for n in assignments
+        if isinstance(n.value, ast.Tuple) and isinstance(n.targets[0], ast.Tuple)
+    ]
 
 
 def test_nothing_is_bound_twice(tree):
@@ -60,15 +73,22 @@ def test_nothing_is_bound_twice(tree):
 
 
 def test_a_name_means_one_thing(tree):
-    """No two names differ by case or underscores alone, and no local has the name of a constant or a function.
+    """No two names differ by case or underscores alone, and no local has the name of a constant or
+    a function.
 
     A local may have the name of a class: `state` is a `State`.
     """
-    ours, classes, local = _by_letters(_of_module(tree)), _by_letters(_classes(tree)), _by_letters(_locals(tree))
+    ours, classes, local = (
+        _by_letters(_of_module(tree)),
+        _by_letters(_classes(tree)),
+        _by_letters(_locals(tree)),
+    )
     clashes = [
         ours[letters] | classes[letters] | local[letters]
         for letters in {*ours, *classes, *local}
-        if len(ours[letters] | classes[letters]) > 1 or len(local[letters]) > 1 or (ours[letters] and local[letters])
+        if len(ours[letters] | classes[letters]) > 1
+        or len(local[letters]) > 1
+        or (ours[letters] and local[letters])
     ]
     assert not clashes
 
@@ -82,7 +102,12 @@ def _by_letters(names):
 
 
 def _imported(tree):
-    return {(a.asname or a.name).split(".")[0] for n in tree.body if isinstance(n, ast.Import | ast.ImportFrom) for a in n.names}
+    return {
+        (a.asname or a.name).split(".")[0]
+        for n in tree.body
+        if isinstance(n, ast.Import | ast.ImportFrom)
+        for a in n.names
+    }
 
 
 def _is_class(name):
@@ -114,11 +139,17 @@ def _locals(tree):
 
 
 def _stored(*nodes):
-    return {n.id for node in nodes for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    return {
+        n.id
+        for node in nodes
+        for n in ast.walk(node)
+        if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    }
 
 
 def test_conditions_stand_in_one_direction(tree):
-    """No `where` inside `where` inside `where`, and no name that one `where` after the other overwrites."""
+    """No `where` inside `where` inside `where`, and no name that one `where` after the other
+    overwrites."""
     for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
         assert max((_depth(n) for n in ast.walk(function)), default=0) <= NESTED, function.name
         overwritten = Counter(n.targets[0].id for n in ast.walk(function) if _overwrites(n))
@@ -126,7 +157,12 @@ def test_conditions_stand_in_one_direction(tree):
 
 
 def _is_where(node):
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "where" and len(node.args) == 3
+    return (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and node.func.attr == "where"
+        and len(node.args) == 3
+    )
 
 
 def _depth(node):

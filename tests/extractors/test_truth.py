@@ -1,4 +1,5 @@
-"""Every game against what is on the screen and what the emulator says, on excerpts of recorded play."""
+"""Every game against what is on the screen and what the emulator says, on excerpts of recorded
+play."""
 
 import collections
 import dataclasses
@@ -15,7 +16,8 @@ from tests.support.states import DATA
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours
 ON_DETECTED = 0.98  # share of boxes on VEM's detections, which lack objects that are partly covered
-# Least F1 where the emulator's frame is older than its RAM, or objects do not show yet: see the games' docstrings.
+# Least F1 where the emulator's frame is older than its RAM, or objects do not show yet: see the
+# games' docstrings.
 STALE = {
     ("Alien", "last"): 0.95,
     ("Alien", "lost"): 0.95,
@@ -36,9 +38,11 @@ STALE = {
     ("Solaris", "lost"): 0.96,  # fuel, ships left and the target are those of the next life
     ("Venture", "lost"): 0.75,
 }
-# Least F1 of the methods in unusual states, where some objects are covered or blink, or the frame is older than the RAM.
+# Least F1 of the methods in unusual states, where some objects are covered or blink, or the frame
+# is older than the RAM.
 UNUSUAL = {
-    "Adventure": 0.8,  # three things that take turns of three frames, and dark rooms' walls before them
+    # three things that take turns of three frames, and dark rooms' walls before them
+    "Adventure": 0.8,
     "Amidar": 0.95,
     "Asteroids": 0.95,
     "Berzerk": 0.92,
@@ -53,7 +57,11 @@ UNUSUAL = {
 }
 IN_TURNS = {"Adventure": 0.97}  # where things take turns of three frames, and many rooms have three
 # Samples of unusual states whose score is another one: of two players, or while no score is shown.
-SCORED_OTHERWISE = {"Bowling": {"PlayerScore": 1}, "Jamesbond": {"Score": 1}, "MarioBros": {"Score": 9}}
+SCORED_OTHERWISE = {
+    "Bowling": {"PlayerScore": 1},
+    "Jamesbond": {"Score": 1},
+    "MarioBros": {"Score": 9},
+}
 # Objects that the other recordings hardly show, or that are easily taken for others.
 RARE = {
     "Adventure": ("Author", "Chalice", "Gate", "Level", "WhiteKey"),
@@ -80,17 +88,32 @@ RARE = {
         *("Money_Bag", "Necklace", "Pottet_Plant", "Shatterd_Object", "Shoe_Sole", "Stamp"),
     ),
     "Riverraid": ("Bridge", "Jet"),
-    "RoadRunner": ("AcmeMine", "Enemy", "Player", "RoadCrack", "Rock", "Sign", "Truck", "Turret", "TurretBall"),
+    "RoadRunner": (
+        "AcmeMine",
+        "Enemy",
+        "Player",
+        "RoadCrack",
+        "Rock",
+        "Sign",
+        "Truck",
+        "Turret",
+        "TurretBall",
+    ),
     "Seaquest": ("SurfaceSubmarine",),
     "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
     "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
     "VideoPinball": ("Logo", "Rollover", "Spinner"),
     "WizardOfWor": ("Wizard", "Worluk"),
 }
-# Numbers at the limits of their displays, written into the RAM: the values of some categories in each sample, 0 where there is none.
+# Numbers at the limits of their displays, written into the RAM: the values of some categories in
+# each sample, 0 where there is none.
 EDGES = {
-    "Amidar": {"Score": (99_999, 100_000, 123_456)},  # with six digits, the display begins a row earlier
-    "Berzerk": {"PlayerScore": (100_000, 123_450, 999_990)},  # in place of which the game shows other things, too
+    "Amidar": {
+        "Score": (99_999, 100_000, 123_456)
+    },  # with six digits, the display begins a row earlier
+    "Berzerk": {
+        "PlayerScore": (100_000, 123_450, 999_990)
+    },  # in place of which the game shows other things, too
     "Boxing": {"PlayerScore": (100,)},  # shown as KO
     "Pacman": {"Score": (99_999, 100_000, 123_456)},  # of which the display shows five digits
     "RoadRunner": {"Lives": (4, 5, 6, 7, 3), "Bonus": (0, 0, 0, 0, 1000)},  # the ROM gives no more
@@ -133,7 +156,8 @@ NUMBERS = {
 EARLY = {"BeamRider": 2, "VideoPinball": 1}
 
 KNOWN = 0.9  # share of VEM's boxes of a category whose values it knows
-# The least share where the screen does not always tell the value: a full display hides it, digits look alike, or something else is shown.
+# The least share where the screen does not always tell the value: a full display hides it, digits
+# look alike, or something else is shown.
 SELDOM_KNOWN = {
     ("Enduro", "Odometer"): 0.75,  # its digits roll
     ("Hero", "PowerBar"): 0.8,  # full
@@ -151,9 +175,16 @@ SELDOM_KNOWN = {
 CLOCKS = {("Skiing", "Score")}
 FRAME_OF_A_CLOCK = 2  # hundredths of a second
 NEVER_KNOWN = {
-    "Solaris": ("ChartSymbol",),  # symbols differ in their pictures alone, and a grid's cells have no pictures
-    "SpaceInvaders": ("Player", "Player2"),  # the value of a cannon is on the screen before a life begins, in Lives
-    "WizardOfWor": ("Lives",),  # who is in the dungeon counts, too, but is drawn on every other frame
+    "Solaris": (
+        "ChartSymbol",
+    ),  # symbols differ in their pictures alone, and a grid's cells have no pictures
+    "SpaceInvaders": (
+        "Player",
+        "Player2",
+    ),  # the value of a cannon is on the screen before a life begins, in Lives
+    "WizardOfWor": (
+        "Lives",
+    ),  # who is in the dungeon counts, too, but is drawn on every other frame
 }
 
 # Share of moved boxes on detections where walls fill much of the screen.
@@ -171,13 +202,21 @@ NO_MIRRORS = {
     "Tutankham": ("Creature",),
     "YarsRevenge": ("Player_Bullet",),
 }
-# Largest shares of pictures that stand under the same orientation as their mirror images, where the RAM does not tell who has turned round
-# since the frame was drawn, or all ways of flight share pictures.
-TURNED = {("DonkeyKong", "Player"): 0.06, ("Kangaroo", "Player"): 0.07, ("TimePilot", "Enemy_Orange"): 0.34}
+# Largest shares of pictures that stand under the same orientation as their mirror images, where the
+# RAM does not tell who has turned round since the frame was drawn, or all ways of flight share
+# pictures.
+TURNED = {
+    ("DonkeyKong", "Player"): 0.06,
+    ("Kangaroo", "Player"): 0.07,
+    ("TimePilot", "Enemy_Orange"): 0.34,
+}
 
 
 # The savers of some games show these objects in the colours of what is behind them.
-SHOWN_AS_BACKGROUND = {"Adventure": ("BlackBat", "BlackKey", "Gate", "Magnet"), "ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck")}
+SHOWN_AS_BACKGROUND = {
+    "Adventure": ("BlackBat", "BlackKey", "Gate", "Magnet"),
+    "ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck"),
+}
 
 
 @pytest.fixture(scope="session")
@@ -214,12 +253,15 @@ def test_methods_agree(game, detected):
     whole, each = counts.sum(), counts.sum(axis=0)
     # What blinks is hidden for longer than the two frames that are compared.
     least = 0.98 if any(c.blinks for c in game.categories) else 0.99
-    assert whole.f1 >= IN_TURNS.get(game.name, least), list(zip(game.slices, each.precision.round(3), each.recall.round(3), strict=True))
+    assert whole.f1 >= IN_TURNS.get(game.name, least), list(
+        zip(game.slices, each.precision.round(3), each.recall.round(3), strict=True)
+    )
     assert whole.mean_iou >= 0.95
 
 
 def test_boxes_hold_drawn_pixels(game, truth, detected):
-    """On the frame or the one before. Without a record of what was drawn, boxes are held against VEM's boxes on both frames.
+    """On the frame or the one before. Without a record of what was drawn, boxes are held against
+    VEM's boxes on both frames.
 
     What blinks for longer has a counterpart in VEM where it is drawn (`test_methods_agree`).
     """
@@ -228,7 +270,10 @@ def test_boxes_hold_drawn_pixels(game, truth, detected):
     if "drawn" in truth:
         assert metrics.coverage(boxes, truth["drawn"], truth["drawn"])[1] >= ON_DRAWN
     else:
-        assert share_on_detections(boxes, matching.detections(vem), matching.detections(before)) >= ON_DETECTED
+        assert (
+            share_on_detections(boxes, matching.detections(vem), matching.detections(before))
+            >= ON_DETECTED
+        )
 
 
 def test_colors_are_drawn(game, truth, detected):
@@ -244,12 +289,17 @@ def test_colors_are_drawn(game, truth, detected):
 
 
 def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
-    """The check that replaces drawn pixels passes on all recordings, and fails once boxes are moved off their objects."""
+    """The check that replaces drawn pixels passes on all recordings, and fails once boxes are moved
+    off their objects."""
     rem, vem, before = detected
     boxes, *detections = map(matching.detections, (steady(game, rem), vem, before))
     assert share_on_detections(boxes, *detections) >= ON_DETECTED
     shares = []
-    for shift in ((80, 60), (40, 100), (0, 90)):  # one of them puts them where nothing of their kind is
+    for shift in (
+        (80, 60),
+        (40, 100),
+        (0, 90),
+    ):  # one of them puts them where nothing of their kind is
         moved = (boxes.xywh + np.array([*shift, 0, 0])) % np.array([160, 200, 999, 999])
         shares.append(share_on_detections(dataclasses.replace(boxes, xywh=moved), *detections))
     assert min(shares) < OFF_OBJECTS.get(game.name, 0.1), shares
@@ -257,7 +307,9 @@ def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
 
 def test_score_and_lives_follow_the_emulator(truth, detected):
     shares = metrics.value_shares(detected[0], truth["rewards"], truth["lives"])
-    assert all(share == 1 for share in shares.values() if share == share), shares  # nan: never shown
+    assert all(share == 1 for share in shares.values() if share == share), (
+        shares
+    )  # nan: never shown
 
 
 def test_icons_show_the_lives(game, truth, detected):
@@ -265,7 +317,9 @@ def test_icons_show_the_lives(game, truth, detected):
     rem = detected[0]
     if game.name in ICONS:
         categories, hidden = ICONS[game.name]
-        shown = sum(np.count_nonzero(rem.valid[:, game.slices[category]], axis=1) for category in categories)
+        shown = sum(
+            np.count_nonzero(rem.valid[:, game.slices[category]], axis=1) for category in categories
+        )
         most = sum(c.count for c in game.categories if c.name in categories)
         differs = shown != np.clip(truth["lives"] - hidden, 0, most)
         if game.name in SHOWN_BEFORE_A_LIFE:
@@ -280,20 +334,30 @@ def test_icons_show_the_lives(game, truth, detected):
 
 def test_lives_are_checked(game, truth):
     """In every game in which the emulator counts them; in Surround it has a single one."""
-    lives = [c for c in game.categories if c.name in metrics.LIVES_NAMES and c.count == 1 and "value" in c.attributes]
-    assert bool(lives) + (game.name in ICONS.keys() | NUMBERS.keys()) == bool((truth["lives"] > 1).any())
+    lives = [
+        c
+        for c in game.categories
+        if c.name in metrics.LIVES_NAMES and c.count == 1 and "value" in c.attributes
+    ]
+    assert bool(lives) + (game.name in ICONS.keys() | NUMBERS.keys()) == bool(
+        (truth["lives"] > 1).any()
+    )
 
 
 def test_vem_reads_what_is_shown(game, detected):
-    """A rule that reads digits or a gauge gives REM's value, except on the few frames on which the display lags behind the RAM.
+    """A rule that reads digits or a gauge gives REM's value, except on the few frames on which the
+    display lags behind the RAM.
 
-    A value that VEM cannot read, such as that of a full gauge, is unknown. This is rare, or there is a reason.
+    A value that VEM cannot read, such as that of a full gauge, is unknown. This is rare, or there
+    is a reason.
     """
     rem, vem, _ = detected
     valued = [c for c in game.categories if "value" in c.attributes]
     assert tuple(c.name for c in valued if not c.reads_value) == NEVER_KNOWN.get(game.name, ())
     for c in valued:
-        known = vem.value[:, game.slices[c.name]][vem.valid[:, game.slices[c.name]]] != UNKNOWN_VALUE
+        known = (
+            vem.value[:, game.slices[c.name]][vem.valid[:, game.slices[c.name]]] != UNKNOWN_VALUE
+        )
         if c.reads_value and known.size:
             least = SELDOM_KNOWN.get((game.name, c.name), KNOWN)
             assert known.mean() >= least, (c.name, known.mean())
@@ -301,25 +365,36 @@ def test_vem_reads_what_is_shown(game, detected):
         if c.reads_value:
             wrong = np.abs(differences_of_values(rem.of(game, c), vem.of(game, c)))
             most = FRAME_OF_A_CLOCK if (game.name, c.name) in CLOCKS else 0
-            assert len(wrong) <= 5 or (wrong <= most).mean() >= 0.95, (c.name, (wrong <= most).mean())
+            assert len(wrong) <= 5 or (wrong <= most).mean() >= 0.95, (
+                c.name,
+                (wrong <= most).mean(),
+            )
 
 
 def differences_of_values(rem, vem):
-    """REM's values less VEM's where VEM knows them. Of several slots, those with equal boxes are compared, as VEM's have another order."""
+    """REM's values less VEM's where VEM knows them.
+
+    Of several slots, those with equal boxes are compared, as VEM's have another order.
+    """
     one = rem.valid.shape[1] == 1
     pairs = one | (rem.xywh[:, :, None] == vem.xywh[:, None]).all(axis=-1)
-    n, i, j = np.nonzero(pairs & rem.valid[:, :, None] & (vem.valid & (vem.value != UNKNOWN_VALUE))[:, None])
+    n, i, j = np.nonzero(
+        pairs & rem.valid[:, :, None] & (vem.valid & (vem.value != UNKNOWN_VALUE))[:, None]
+    )
     return rem.value[n, i] - vem.value[n, j]
 
 
 def test_screen_savers(game):
-    """The recordings show the screen saver, or a screen that is black: REM and VEM report what can be seen, in the colours of the saver."""
+    """The recordings show the screen saver, or a screen that is black: REM and VEM report what can
+    be seen, in the colours of the saver."""
     path = DATA / "savers" / f"{game.name}.npz"
     if not path.exists():
         return
     tape = recordings.read(path, game.name)
     rem, vem, before = extracted(tape)
-    alike = np.isin([c.name for c in game.categories], SHOWN_AS_BACKGROUND.get(game.name, ()))[game.slot_category]
+    alike = np.isin([c.name for c in game.categories], SHOWN_AS_BACKGROUND.get(game.name, ()))[
+        game.slot_category
+    ]
     rem = dataclasses.replace(rem, valid=rem.valid & ~alike)
     assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # whose screen is black
     if rem.valid.any():
@@ -332,7 +407,11 @@ def test_screen_savers(game):
 
 def extracted(tape):
     """REM's objects, VEM's, and VEM's on the frame before."""
-    sources = (tape.game.rem, tape.rams), (tape.game.vem, tape.screens), (tape.game.vem, tape.previous)
+    sources = (
+        (tape.game.rem, tape.rams),
+        (tape.game.vem, tape.screens),
+        (tape.game.vem, tape.previous),
+    )
     return tuple(in_batches(extract, x) for extract, x in sources)
 
 
@@ -345,25 +424,41 @@ def test_rare_objects(game):
     path = DATA / "rare" / f"{game.name}.npz"
     assert path.exists() == (game.name in RARE)
     if path.exists():
-        f1 = dict(zip(game.slices, agreement_on(recordings.read(path, game.name)).sum(axis=0).f1, strict=True))
+        f1 = dict(
+            zip(
+                game.slices,
+                agreement_on(recordings.read(path, game.name)).sum(axis=0).f1,
+                strict=True,
+            )
+        )
         assert all(f1[category] >= 0.95 for category in RARE[game.name]), f1
 
 
 def test_states_of_all_modes(game):
-    """In states that were chosen because they are unusual, the methods agree, and score and lives are right."""
+    """In states that were chosen because they are unusual, the methods agree, and score and lives
+    are right."""
     tape = recordings.read(DATA / "modes" / f"{game.name}.npz", game.name)
     rem, vem, before = extracted(tape)
     counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
     by_category = dict(zip(game.slices, counts.sum(axis=0).f1, strict=True))
     assert counts.sum().f1 >= UNUSUAL.get(game.name, 0.97), by_category
-    alive = (tape.lives > 0) | (tape.lives.max() == 0)  # after the end, displays may show something else
+    alive = (tape.lives > 0) | (
+        tape.lives.max() == 0
+    )  # after the end, displays may show something else
     shares = metrics.value_shares(rem[alive], tape.rewards[alive], tape.lives[alive])
-    wrong = {name: round((1 - share) * np.count_nonzero(alive)) for name, share in shares.items() if share < 1}
+    wrong = {
+        name: round((1 - share) * np.count_nonzero(alive))
+        for name, share in shares.items()
+        if share < 1
+    }
     assert wrong == SCORED_OTHERWISE.get(game.name, {})
 
 
 def facings(rem, vem, screens, slots):
-    """How often each picture stands under each orientation. Where REM and VEM have the same box, nothing covers the object."""
+    """How often each picture stands under each orientation.
+
+    Where REM and VEM have the same box, nothing covers the object.
+    """
     seen = collections.defaultdict(collections.Counter)
     for n, k in np.argwhere(rem.valid[:, slots]):
         x, y, w, h = rem.xywh[n, slots][k].astype(int)
@@ -379,9 +474,16 @@ def mirror(picture):
 
 
 def shared_with_mirrors(seen):
-    """The number of pictures whose mirror images occur, and the share of them that has a sideways orientation of its mirror image."""
-    pairs = [(under, seen[mirror(picture)]) for picture, under in seen.items() if picture != mirror(picture) and mirror(picture) in seen]
-    shared = sum(min(n, other[o]) for under, other in pairs for o, n in under.items() if o not in UPRIGHT)
+    """The number of pictures whose mirror images occur, and the share of them that has a sideways
+    orientation of its mirror image."""
+    pairs = [
+        (under, seen[mirror(picture)])
+        for picture, under in seen.items()
+        if picture != mirror(picture) and mirror(picture) in seen
+    ]
+    shared = sum(
+        min(n, other[o]) for under, other in pairs for o, n in under.items() if o not in UPRIGHT
+    )
     count = sum(under.total() for under, _ in pairs)
     return count, shared / max(count, 1)
 
@@ -401,8 +503,13 @@ def test_mirrored_pictures_have_other_orientations(game):
         assert (count == 0) == (category in NO_MIRRORS.get(game.name, ())), (category, count)
         assert shared <= TURNED.get((game.name, category), 0.01), (category, count)
         # If all faced the same side, the check would notice.
-        alike = {picture: collections.Counter({4: under.total()}) for picture, under in seen.items()}
-        assert count == 0 or shared_with_mirrors(alike)[1] > max(0.07, 1.9 * shared), (category, count)
+        alike = {
+            picture: collections.Counter({4: under.total()}) for picture, under in seen.items()
+        }
+        assert count == 0 or shared_with_mirrors(alike)[1] > max(0.07, 1.9 * shared), (
+            category,
+            count,
+        )
 
 
 def test_displays_at_their_limits(game):
@@ -427,10 +534,17 @@ def test_first_and_last_states_and_lost_lives(game):
         pytest.fail(f"{path} is missing")
     tape = recordings.read(path, game.name)
     counts = agreement_on(tape)
-    for situation, samples in {"first": tape.resets, "last": tape.ends, "lost": ~tape.resets & ~tape.ends}.items():
+    for situation, samples in {
+        "first": tape.resets,
+        "last": tape.ends,
+        "lost": ~tape.resets & ~tape.ends,
+    }.items():
         if samples.any():
             each = counts.map(lambda a, samples=samples: a[samples]).sum(axis=0)
             by_category = dict(zip(game.slices, each.f1, strict=True))
             whole = each.sum()
             nothing = whole.left + whole.right == 0  # such as a title without objects
-            assert nothing or whole.f1 >= STALE.get((game.name, situation), 0.97), (situation, by_category)
+            assert nothing or whole.f1 >= STALE.get((game.name, situation), 0.97), (
+                situation,
+                by_category,
+            )

@@ -20,7 +20,9 @@ GAME = ocjax.load("Pong")
 @pytest.fixture
 def trial(tmp_path):
     """Four frames of Pong. The person looks at the ball, near it, at nothing, and away."""
-    envs = ocjax.make_vec("Pong", 1, num_workers=0, mode="vem", obs="pixels", repeat_action_probability=0)
+    envs = ocjax.make_vec(
+        "Pong", 1, num_workers=0, mode="vem", obs="pixels", repeat_action_probability=0
+    )
     envs.reset(seed=0)
     for _ in range(20):
         envs.step(np.ones(1, int))
@@ -29,12 +31,19 @@ def trial(tmp_path):
     for k in range(4):
         envs.step(np.zeros(1, int))
         x, y = np.asarray(envs.tensors.of("Ball").xywh)[0, 0, :2].tolist()
-        gaze = (f"{x + 0.5},{y + 1.5},{x + 1},{y + 2},150.0,200.0", f"{x - 4},{y}", "5.0,120.0", "null")[k]
+        gaze = (
+            f"{x + 0.5},{y + 1.5},{x + 1},{y + 2},150.0,200.0",
+            f"{x - 4},{y}",
+            "5.0,120.0",
+            "null",
+        )[k]
         Image.fromarray(envs.pool.rgb[0, -1]).save(folder / f"RZ_1_{k}.png")
         lines.append(f"RZ_1_{k},{'null' if k == 3 else 0},0,50,0,{k},{gaze}")
     envs.close()
     file = folder.with_suffix(".txt")
-    file.write_text("\n".join([*lines, "RZ_1_9,0,0,50,0,0,1.0,2.0"]) + "\n")  # the last picture is missing
+    file.write_text(
+        "\n".join([*lines, "RZ_1_9,0,0,50,0,0,1.0,2.0"]) + "\n"
+    )  # the last picture is missing
     return file
 
 
@@ -48,7 +57,12 @@ def test_trial(trial):
 
 def test_looks(trial):
     found = list(atari_head.looks(GAME, trial, trial.with_suffix("")))
-    assert [(look.category, look.index) for look in found] == [("Ball", 0), ("Ball", 0), (None, None), (None, None)]
+    assert [(look.category, look.index) for look in found] == [
+        ("Ball", 0),
+        ("Ball", 0),
+        (None, None),
+        (None, None),
+    ]
     assert [round(look.share, 2) for look in found] == [0.67, 1.0, 1.0, 0.0]
 
 
@@ -56,9 +70,14 @@ def test_object_at():
     ram = np.zeros(128, np.uint8)
     objects = jax.tree.map(np.asarray, GAME.rem(ram))
     valid = np.array([True, True, False, False, False])
-    xywh = np.array([(10, 10, 40, 40), (20, 20, 5, 5), (0, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0, 0)], np.int16)
+    xywh = np.array(
+        [(10, 10, 40, 40), (20, 20, 5, 5), (0, 0, 0, 0), (0, 0, 0, 0), (0, 0, 0, 0)], np.int16
+    )
     objects = type(objects)(xywh, valid, objects.orientation, objects.value, objects.rgb, GAME)
-    assert [atari_head.object_at(objects, *point) for point in ((22, 22), (12, 12), (55, 20), (58, 20), (0, 0))] == [1, 0, 0, -1, -1]
+    assert [
+        atari_head.object_at(objects, *point)
+        for point in ((22, 22), (12, 12), (55, 20), (58, 20), (0, 0))
+    ] == [1, 0, 0, -1, -1]
 
 
 def test_command(trial, tmp_path):
@@ -87,9 +106,18 @@ def test_files_that_are_no_texts(tmp_path):
     ("text", "message"),
     [
         ("a,b\n", "the first line of a trial of Atari-HEAD is"),
-        (f"{HEADER}\nRZ_1_0,0,0,50,0,0,1.0\n", "line 2: expected six columns and pairs of gaze positions, got 7 columns"),
-        (f"{HEADER}\nRZ_1_0,zero,0,50,0,0,null\n", "line 2: could not convert string to float: 'zero'"),
-        (f"{HEADER}\nRZ_1_0,1e999,0,50,0,0,null\n", "line 2: cannot convert float infinity to integer"),
+        (
+            f"{HEADER}\nRZ_1_0,0,0,50,0,0,1.0\n",
+            "line 2: expected six columns and pairs of gaze positions, got 7 columns",
+        ),
+        (
+            f"{HEADER}\nRZ_1_0,zero,0,50,0,0,null\n",
+            "line 2: could not convert string to float: 'zero'",
+        ),
+        (
+            f"{HEADER}\nRZ_1_0,1e999,0,50,0,0,null\n",
+            "line 2: cannot convert float infinity to integer",
+        ),
     ],
 )
 def test_other_layouts(tmp_path, text, message):

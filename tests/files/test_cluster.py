@@ -24,7 +24,9 @@ NODE = {"num_cpus": 1, "object_store_memory": 80_000_000}
 def nodes():
     """A cluster of two nodes with one CPU each, beside the head, which has none."""
     utils = pytest.importorskip("ray.cluster_utils")
-    started = utils.Cluster(initialize_head=True, head_node_args={**NODE, "num_cpus": 0, "include_dashboard": False})
+    started = utils.Cluster(
+        initialize_head=True, head_node_args={**NODE, "num_cpus": 0, "include_dashboard": False}
+    )
     yield started, [started.add_node(**NODE) for _ in range(2)]
     ray.shutdown()
     started.shutdown()
@@ -36,13 +38,17 @@ def contents(folder):
 
 def test_lost_node(nodes, tmp_path):
     started, workers = nodes
-    plan = dataclasses.replace(datasets.plan(ocjax.load("Pong"), 60), shard_states=10, sequence_states=2)
+    plan = dataclasses.replace(
+        datasets.plan(ocjax.load("Pong"), 60), shard_states=10, sequence_states=2
+    )
     reported, kept = [], {}
 
     def report(done, total):
         reported.append(done)
         if done >= 10 and not kept:
-            kept.update({p: p.stat().st_mtime_ns for p in (tmp_path / "cluster" / "data").glob("train*")})
+            kept.update(
+                {p: p.stat().st_mtime_ns for p in (tmp_path / "cluster" / "data").glob("train*")}
+            )
             started.remove_node(workers[0], allow_graceful=False)
 
     datasets.generate(plan, tmp_path / "cluster", ray=started.address, report=report)
@@ -55,11 +61,18 @@ def test_lost_node(nodes, tmp_path):
 
 def test_relabel(nodes, tmp_path):
     game, reported = ocjax.load("Pong"), []
-    datasets.generate(dataclasses.replace(datasets.plan(game, 20), shard_states=10, sequence_states=2), tmp_path / "local")
+    datasets.generate(
+        dataclasses.replace(datasets.plan(game, 20), shard_states=10, sequence_states=2),
+        tmp_path / "local",
+    )
     shutil.copytree(tmp_path / "local", tmp_path / "cluster")
     for path in (tmp_path / "cluster" / "data").iterdir():
-        shards._write(path, parquet.read_table(path), game, shards.facts(path) | {"code": "old", "counts": {}})
-    datasets.relabel(tmp_path / "cluster", ray=nodes[0].address, report=lambda done, total: reported.append(done))
+        shards._write(
+            path, parquet.read_table(path), game, shards.facts(path) | {"code": "old", "counts": {}}
+        )
+    datasets.relabel(
+        tmp_path / "cluster", ray=nodes[0].address, report=lambda done, total: reported.append(done)
+    )
     assert reported == [0, 10, 20]
     assert contents(tmp_path / "cluster") == contents(tmp_path / "local")
 

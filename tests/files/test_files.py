@@ -55,7 +55,9 @@ def write_hdf5(path, data):
 
 def write_zarr(path, data):
     zarr = pytest.importorskip("zarr")
-    zarr.create_group(path, attributes={"game": "Pong"}).create_array("frames", shape=data.shape, dtype=data.dtype)[:] = data
+    zarr.create_group(path, attributes={"game": "Pong"}).create_array(
+        "frames", shape=data.shape, dtype=data.dtype
+    )[:] = data
 
 
 def columns(data):
@@ -84,8 +86,14 @@ def expect(path, game, source):
     with np.load(path) as found:
         for name in FIELDS:
             assert np.array_equal(found[name], getattr(objects, name)), name
-        assert found["categories"].tolist() == [c.name for c in game.categories for _ in range(c.count)]
-        assert (found["game"], found["md5"], found["ocjax"]) == (game.name, game.md5, ocjax.__version__)
+        assert found["categories"].tolist() == [
+            c.name for c in game.categories for _ in range(c.count)
+        ]
+        assert (found["game"], found["md5"], found["ocjax"]) == (
+            game.name,
+            game.md5,
+            ocjax.__version__,
+        )
 
 
 @pytest.mark.parametrize("suffix", ["npy", "npz", "hdf5", "zarr"])
@@ -103,15 +111,25 @@ def test_arrays(tmp_path, pong, rams, frames, suffix):
         assert not (tmp_path / "out.npz.parts").exists()
 
 
-@pytest.mark.parametrize("kind", ["fixed_size_list", "list", "list_of_int64", "binary", "fixed_size_binary"])
+@pytest.mark.parametrize(
+    "kind", ["fixed_size_list", "list", "list_of_int64", "binary", "fixed_size_binary"]
+)
 def test_tables(tmp_path, pong, rams, kind):
     pa = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")
-    table = pa.table({"n": np.arange(len(rams)), "ram": columns(rams)[kind]}).replace_schema_metadata({"game": "Pong"})
+    table = pa.table(
+        {"n": np.arange(len(rams)), "ram": columns(rams)[kind]}
+    ).replace_schema_metadata({"game": "Pong"})
     parquet.write_table(table, tmp_path / "x.parquet", row_group_size=7)
-    with pa.OSFile(str(tmp_path / "file.arrow"), "wb") as sink, pa.ipc.new_file(sink, table.schema) as writer:
+    with (
+        pa.OSFile(str(tmp_path / "file.arrow"), "wb") as sink,
+        pa.ipc.new_file(sink, table.schema) as writer,
+    ):
         writer.write_table(table, max_chunksize=9)
-    with pa.OSFile(str(tmp_path / "stream.arrow"), "wb") as sink, pa.ipc.new_stream(sink, table.schema) as writer:
+    with (
+        pa.OSFile(str(tmp_path / "stream.arrow"), "wb") as sink,
+        pa.ipc.new_stream(sink, table.schema) as writer,
+    ):
         writer.write_table(table, max_chunksize=9)
     for name in ("x.parquet", "file.arrow", "stream.arrow"):
         files.extract(tmp_path / name, tmp_path / "out.npz")
@@ -128,7 +146,9 @@ def test_pictures(tmp_path, pong, frames):
         (folder / f"{i}.png").write_bytes(png(frame))  # "10.png" comes last
     single = [png(frame) for frame in frames]
     parquet.write_table(pa.table({"image": single}), tmp_path / "a.parquet")
-    parquet.write_table(pa.table({"image": [{"bytes": one, "path": ""} for one in single]}), tmp_path / "b.parquet")
+    parquet.write_table(
+        pa.table({"image": [{"bytes": one, "path": ""} for one in single]}), tmp_path / "b.parquet"
+    )
     for source in (folder, tmp_path / "a.parquet", tmp_path / "b.parquet"):
         files.extract(source, tmp_path / "out.npz", "Pong")
         expect(tmp_path / "out.npz", pong, frames)
@@ -150,9 +170,19 @@ def test_suffixes_may_be_in_upper_case(tmp_path, pong, rams, frames):
     expect(tmp_path / "out.npz", pong, rams)
 
 
-@pytest.mark.parametrize("name", ["Pong", *(pytest.param(name, marks=pytest.mark.slow) for name in ("Asteroids", "Freeway", "PacMan"))])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Pong",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("Asteroids", "Freeway", "PacMan")
+        ),
+    ],
+)
 def test_pictures_of_palette_indices(tmp_path, name):
-    """Without colours, pictures show `ale.getScreen()`; shades of grey, as of `ale.getScreenGrayscale()`, are refused."""
+    """Without colours, pictures show `ale.getScreen()`; shades of grey, as of
+    `ale.getScreenGrayscale()`, are refused."""
     game = ocjax.load(name)
     screens = excerpt(game.name)["screens"][:12]
     files.extract(write_pictures(tmp_path / game.name, screens), tmp_path / "out.npz")
@@ -176,16 +206,25 @@ def test_pictures_that_may_be_grey_are_refused(tmp_path):
     picture[100:110, 50:60] = 170
     assert 170 in np.round(palette.NTSC @ [0.299, 0.587, 0.114])
     message = "nothing tells whether they show palette indices"
-    refused(InputError, message, write_pictures(tmp_path / "Asteroids", [picture]), tmp_path / "out.npz")
+    refused(
+        InputError, message, write_pictures(tmp_path / "Asteroids", [picture]), tmp_path / "out.npz"
+    )
     picture[0, 0] = 2  # no shade of grey
     files.extract(write_pictures(tmp_path / "asteroids", [picture]), tmp_path / "out.npz")
 
 
 def test_arrays_of_grey_frames_are_refused(tmp_path, pong):
     """A grey frame is no frame of palette indices: some shades are odd, and indices are not."""
-    gray = np.round(pong.palette @ [0.2989, 0.587, 0.114]).astype(np.uint8)[excerpt("Pong")["screens"]]
+    gray = np.round(pong.palette @ [0.2989, 0.587, 0.114]).astype(np.uint8)[
+        excerpt("Pong")["screens"]
+    ]
     np.save(tmp_path / "Pong.npy", gray)
-    refused(InputError, r"Pong\.npy, row 0: the console has no palette index \d+", tmp_path / "Pong.npy", tmp_path / "out.npz")
+    refused(
+        InputError,
+        r"Pong\.npy, row 0: the console has no palette index \d+",
+        tmp_path / "Pong.npy",
+        tmp_path / "out.npz",
+    )
 
 
 def test_rows_of_several_dimensions(tmp_path, rams, frames):
@@ -193,7 +232,11 @@ def test_rows_of_several_dimensions(tmp_path, rams, frames):
     h5py, parquet = pytest.importorskip("h5py"), pytest.importorskip("pyarrow.parquet")
     pytest.importorskip("zarr")
     ram = np.concatenate([rams, rams])[:63].reshape(7, 9, 128)
-    for name, data in (("ram", ram), ("screens", frames.reshape(2, 5, 210, 160, 3)), ("deep", ram.reshape(7, 3, 3, 128))):
+    for name, data in (
+        ("ram", ram),
+        ("screens", frames.reshape(2, 5, 210, 160, 3)),
+        ("deep", ram.reshape(7, 3, 3, 128)),
+    ):
         np.save(tmp_path / f"{name}.npy", data)
         np.savez(tmp_path / f"{name}.npz", obs=data)
         with h5py.File(tmp_path / f"{name}.h5", "w") as file:
@@ -223,7 +266,10 @@ def expect_fields(path, objects):
             assert np.array_equal(found[name], getattr(objects, name)), name
 
 
-@pytest.mark.parametrize("dtype", slow_but(["int64", ">i4"], ["int16", "int32", "int64", "uint16", "uint32", "uint64", ">i4"]))
+@pytest.mark.parametrize(
+    "dtype",
+    slow_but(["int64", ">i4"], ["int16", "int32", "int64", "uint16", "uint32", "uint64", ">i4"]),
+)
 def test_integers_of_other_widths(tmp_path, pong, rams, dtype):
     out = tmp_path / "out.npz"
     np.save(tmp_path / "Pong.npy", rams.astype(dtype))
@@ -236,12 +282,18 @@ def test_integers_of_other_widths(tmp_path, pong, rams, dtype):
         wrong = rams.astype(dtype)
         wrong[21, 5] = value
         np.save(tmp_path / "Pong.npy", wrong)
-        refused(InputError, rf"Pong\.npy, row 21, holds {value}: bytes of RAM", tmp_path / "Pong.npy", out)
+        refused(
+            InputError,
+            rf"Pong\.npy, row 21, holds {value}: bytes of RAM",
+            tmp_path / "Pong.npy",
+            out,
+        )
         shutil.rmtree(tmp_path / "out.npz.parts")
 
 
 def test_folders_of_the_library_datasets(tmp_path, pong, rams, frames):
-    """Those that `save_to_disk` writes: Arrow files in the order of a list, and a folder for each split."""
+    """Those that `save_to_disk` writes: Arrow files in the order of a list, and a folder for each
+    split."""
     pa = pytest.importorskip("pyarrow")
 
     def save(folder, name, parts):
@@ -249,9 +301,14 @@ def test_folders_of_the_library_datasets(tmp_path, pong, rams, frames):
         names = [f"data-{k}.arrow" for k in (2, 0, 1)]
         for file, part in zip(names, parts, strict=False):
             table = pa.table({"n": list(range(len(part))), name: part})
-            with pa.OSFile(str(folder / file), "wb") as sink, pa.ipc.new_stream(sink, table.schema) as writer:
+            with (
+                pa.OSFile(str(folder / file), "wb") as sink,
+                pa.ipc.new_stream(sink, table.schema) as writer,
+            ):
                 writer.write_table(table, max_chunksize=5)
-        (folder / "state.json").write_text(json.dumps({"_data_files": [{"filename": n} for n in names[: len(parts)]]}))
+        (folder / "state.json").write_text(
+            json.dumps({"_data_files": [{"filename": n} for n in names[: len(parts)]]})
+        )
 
     save(tmp_path / "one" / "pong", "observations", [rams[:9].tolist(), rams[9:].tolist()])
     files.extract(tmp_path / "one" / "pong", tmp_path / "out.npz")
@@ -262,16 +319,26 @@ def test_folders_of_the_library_datasets(tmp_path, pong, rams, frames):
     files.extract(tmp_path / "two", tmp_path / "out.npz", "Pong")
     expect(tmp_path / "out.npz", pong, frames)
     (tmp_path / "two" / "dataset_dict.json").write_text('{"splits": ["train", "test"]}')
-    refused(InputError, "has the splits train, test: give the folder of one", tmp_path / "two", tmp_path / "out.npz", "Pong")
+    refused(
+        InputError,
+        "has the splits train, test: give the folder of one",
+        tmp_path / "two",
+        tmp_path / "out.npz",
+        "Pong",
+    )
 
 
-@pytest.mark.filterwarnings("ignore:`:UserWarning", "ignore:Implicitly cleaning up:ResourceWarning")  # in minari
+@pytest.mark.filterwarnings(
+    "ignore:`:UserWarning", "ignore:Implicitly cleaning up:ResourceWarning"
+)  # in minari
 def test_minari(tmp_path, pong, monkeypatch):
     minari = pytest.importorskip("minari")
     import gymnasium
 
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
-    collector = minari.DataCollector(gymnasium.make("ALE/Pong-v5", obs_type="ram", max_num_frames_per_episode=100))
+    collector = minari.DataCollector(
+        gymnasium.make("ALE/Pong-v5", obs_type="ram", max_num_frames_per_episode=100)
+    )
     rows = []
     for seed in range(2):
         obs, over = collector.reset(seed=seed)[0], False
@@ -281,7 +348,12 @@ def test_minari(tmp_path, pong, monkeypatch):
             over = terminated or truncated
             rows.append(obs)
     collector.create_dataset(
-        dataset_id="pong/test-v0", author="x", author_email="x@y.zz", code_permalink="x", algorithm_name="x", description="x"
+        dataset_id="pong/test-v0",
+        author="x",
+        author_email="x@y.zz",
+        code_permalink="x",
+        algorithm_name="x",
+        description="x",
     )
     collector.close()
     del collector
@@ -303,14 +375,20 @@ def test_outputs_hold_the_same_objects(tmp_path, rams, hud):
         for name in FIELDS:
             assert np.array_equal(file[name], getattr(objects, name))
         assert file.attrs["md5"] == game.md5
-        assert [c.decode() for c in file["categories"]] == [c.name for c in game.categories for _ in range(c.count)]
+        assert [c.decode() for c in file["categories"]] == [
+            c.name for c in game.categories for _ in range(c.count)
+        ]
     table = parquet.read_table(tmp_path / "out.parquet")
     assert table.schema.metadata[b"method"] == b"rem"
     lines = table.to_pylist()
     records = [(i, r) for i in range(len(rams)) for r in objects[i].to_list()]
     assert len(lines) == len(records)
     for line, (i, record) in zip(lines, records, strict=True):
-        assert (line["row"], line["category"], line["index"]) == (i, record["category"], record["slot"])
+        assert (line["row"], line["category"], line["index"]) == (
+            i,
+            record["category"],
+            record["slot"],
+        )
         assert [line[k] for k in "xywh"] == [record[k] for k in "xywh"]
         assert line["value"] == record.get("value", 0)
         assert line["orientation"] == record.get("orientation", 0)
@@ -336,7 +414,9 @@ def test_coco_and_mot_are_read_by_their_libraries(tmp_path, rams, pong):
     names = [c.name for c in pong.categories for _ in range(c.count)]
     assert [coco.cats[a["category_id"]]["name"] for a in annotations] == [names[s] for s in slots]
     found = motmetrics.io.loadtxt(str(tmp_path / "out.txt"), fmt=motmetrics.io.Format.MOT15_2D)
-    assert found.index.tolist() == [(r + 1, s + 1) for r, s in zip(rows.tolist(), slots.tolist(), strict=True)]
+    assert found.index.tolist() == [
+        (r + 1, s + 1) for r, s in zip(rows.tolist(), slots.tolist(), strict=True)
+    ]
     assert found[["Width", "Height"]].to_numpy().tolist() == objects.xywh[rows, slots, 2:].tolist()
 
 
@@ -350,16 +430,32 @@ def test_yolo(tmp_path, pong, rams, frames):
         lines = [line.split() for line in path.read_text().splitlines()]
         valid = objects.valid[i]
         assert [int(line[0]) for line in lines] == pong.slot_category[valid].tolist()
-        cx, cy, w, h = np.array([line[1:] for line in lines], float).reshape(-1, 4).T * [[160], [210], [160], [210]]
-        np.testing.assert_allclose(np.stack([cx - w / 2, cy - h / 2, w, h], axis=-1), objects.xywh[i][valid], atol=1e-3)
+        cx, cy, w, h = np.array([line[1:] for line in lines], float).reshape(-1, 4).T * [
+            [160],
+            [210],
+            [160],
+            [210],
+        ]
+        np.testing.assert_allclose(
+            np.stack([cx - w / 2, cy - h / 2, w, h], axis=-1), objects.xywh[i][valid], atol=1e-3
+        )
     text = (tmp_path / "labels" / "data.yaml").read_text().splitlines()
     assert text[0].startswith(f"# game Pong, md5 {pong.md5}, method rem")
-    assert text[1:] == ["train: images", "val: images", "names:", *(f'  {i}: "{c.name}"' for i, c in enumerate(pong.categories))]
+    assert text[1:] == [
+        "train: images",
+        "val: images",
+        "names:",
+        *(f'  {i}: "{c.name}"' for i, c in enumerate(pong.categories)),
+    ]
     files.extract(write_pictures(tmp_path / "pong", frames), f"yolo:{tmp_path / 'b'}", hud=False)
-    assert {p.stem for p in (tmp_path / "b" / "labels").iterdir()} == {f"frame_{i}" for i in range(len(frames))}
+    assert {p.stem for p in (tmp_path / "b" / "labels").iterdir()} == {
+        f"frame_{i}" for i in range(len(frames))
+    }
     assert not any(p.name.endswith((".parts", ".tmp")) for p in tmp_path.iterdir())
     refused(FileExistsError, "exists already", tmp_path / "Pong.npy", f"yolo:{tmp_path / 'b'}")
-    refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", f"yolo:{tmp_path / 'none' / 'b'}")
+    refused(
+        NotADirectoryError, "no folder", tmp_path / "Pong.npy", f"yolo:{tmp_path / 'none' / 'b'}"
+    )
 
 
 def test_no_rows(tmp_path):
@@ -383,7 +479,9 @@ files.extract(sys.argv[1], sys.argv[2], report=report)
 """
 
 
-@pytest.mark.parametrize("suffix", slow_but(["npz", "txt"], ["npz", "h5", "parquet", "json", "txt"]))
+@pytest.mark.parametrize(
+    "suffix", slow_but(["npz", "txt"], ["npz", "h5", "parquet", "json", "txt"])
+)
 def test_killed_and_resumed_equals_uninterrupted(tmp_path, rams, suffix):
     if suffix in ("h5", "parquet"):
         pytest.importorskip({"h5": "h5py", "parquet": "pyarrow"}[suffix])
@@ -450,7 +548,9 @@ def test_damaged_work_is_refused(tmp_path, rams, damage, reason):
         files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz", report=stop)
     block = tmp_path / "out.npz.parts" / "000000.npz"
     damage(block)
-    with pytest.raises(ValueError, match=rf"{block.name} is damaged: .*{reason}.* Delete the folder"):
+    with pytest.raises(
+        ValueError, match=rf"{block.name} is damaged: .*{reason}.* Delete the folder"
+    ):
         files.extract(tmp_path / "Pong.npy", tmp_path / "out.npz")
     assert not (tmp_path / "out.npz").exists()
 
@@ -468,7 +568,12 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     (tmp_path / "empty").mkdir()
     refused(InputError, "holds no pictures", tmp_path / "empty", out, "Pong")
     np.save(tmp_path / "Pong.npy", rams)
-    refused(ValueError, r"must end in \.npz, .*or be yolo:FOLDER, or minari:ID", tmp_path / "Pong.npy", tmp_path / "out.csv")
+    refused(
+        ValueError,
+        r"must end in \.npz, .*or be yolo:FOLDER, or minari:ID",
+        tmp_path / "Pong.npy",
+        tmp_path / "out.csv",
+    )
     refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", tmp_path / "none" / "out.npz")
     refused(ocjax.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
     np.savez(tmp_path / "a.npz", rams=rams, game="Pong", md5="0" * 32)
@@ -476,14 +581,25 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     refused(InputError, "is of Pong, not of Boxing", tmp_path / "a.npz", out, "Boxing")
     refused(InputError, "has no array 'x': it has rams", tmp_path / "a.npz", out, array="x")
     np.save(tmp_path / "train-0.npy", rams)
-    refused(ocjax.UnknownGameError, r"train-0\.npy does not tell its game.*--game", tmp_path / "train-0.npy", out)
+    refused(
+        ocjax.UnknownGameError,
+        r"train-0\.npy does not tell its game.*--game",
+        tmp_path / "train-0.npy",
+        out,
+    )
     np.savez(tmp_path / "b.npz", x=rams)
     refused(InputError, "has no RAM or frames named rams", tmp_path / "b.npz", out, "Pong")
     for wrong in (rams.astype(np.float32), rams > 9, rams[:, :127], rams[0], frames[:, :, :80]):
         np.save(tmp_path / "wrong.npy", wrong)
         refused(InputError, r"wrong\.npy must be uint8", tmp_path / "wrong.npy", out, "Pong")
     np.save(tmp_path / "high.npy", np.zeros((2, 250, 160), np.uint8))
-    refused(InputError, r"has frames of \[250, 160\], those of Pong are \[210, 160\]", tmp_path / "high.npy", out, "Pong")
+    refused(
+        InputError,
+        r"has frames of \[250, 160\], those of Pong are \[210, 160\]",
+        tmp_path / "high.npy",
+        out,
+        "Pong",
+    )
     assert not out.exists()
     assert not (tmp_path / "out.npz.parts").exists()
 
@@ -503,7 +619,12 @@ def test_damaged_inputs_are_refused_with_the_row(tmp_path, rams, frames):
     flipped = bytearray(content)
     flipped[len(content) // 2] ^= 1
     (tmp_path / "Pong.npz").write_bytes(flipped)
-    refused(InputError, r"rows \d+ to \d+, cannot be read: BadZipFile", tmp_path / "Pong.npz", tmp_path / "c.npz")
+    refused(
+        InputError,
+        r"rows \d+ to \d+, cannot be read: BadZipFile",
+        tmp_path / "Pong.npz",
+        tmp_path / "c.npz",
+    )
     folder = tmp_path / "pong"
     folder.mkdir()
     for i, frame in enumerate(frames):
@@ -522,7 +643,12 @@ def test_frames_with_other_colours_are_refused(tmp_path, frames):
     pooled[7, 100, 80] = (1, 2, 3)
     for wrong, row in ((lossy, 5), (pooled, 7)):
         np.save(tmp_path / "Pong.npy", wrong)
-        refused(InputError, f"row {row}: the console has no colour", tmp_path / "Pong.npy", tmp_path / f"{row}.npz")
+        refused(
+            InputError,
+            f"row {row}: the console has no colour",
+            tmp_path / "Pong.npy",
+            tmp_path / f"{row}.npz",
+        )
 
 
 def test_blocks_are_read_in_any_order(tmp_path, rams):
@@ -535,11 +661,15 @@ def test_blocks_are_read_in_any_order(tmp_path, rams):
 
 def test_command(tmp_path, rams, pong):
     np.save(tmp_path / "Pong.npy", rams)
-    done = CliRunner().invoke(app, ["extract", str(tmp_path / "Pong.npy"), "--out", str(tmp_path / "out.npz")])
+    done = CliRunner().invoke(
+        app, ["extract", str(tmp_path / "Pong.npy"), "--out", str(tmp_path / "out.npz")]
+    )
     assert done.exit_code == 0, done.output
     assert "Written" in done.output
     expect(tmp_path / "out.npz", pong, rams)
-    wrong = CliRunner().invoke(app, ["extract", str(tmp_path / "Pong.npy"), "--out", str(tmp_path / "out.csv")])
+    wrong = CliRunner().invoke(
+        app, ["extract", str(tmp_path / "Pong.npy"), "--out", str(tmp_path / "out.csv")]
+    )
     assert wrong.exit_code == 2
     assert "must end in" in wrong.output
     assert "0 of 0" not in wrong.output

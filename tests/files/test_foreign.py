@@ -1,4 +1,5 @@
-"""Inputs from others: every reader keeps its input, stays in its folder, and reads or refuses what it gets in bounded memory and time."""
+"""Inputs from others: every reader keeps its input, stays in its folder, and reads or refuses what
+it gets in bounded memory and time."""
 
 import importlib.util
 import json
@@ -21,7 +22,13 @@ from tests.support.reading import READERS, save_arrow
 from tests.support.states import excerpt
 
 PICTURES = [f"folder of {suffix}" for suffix in pictures.FORMATS]
-FOLDERS = [".zarr", "folder of .parquet", "save_to_disk", "minari", *PICTURES]  # their input is a folder
+FOLDERS = [
+    ".zarr",
+    "folder of .parquet",
+    "save_to_disk",
+    "minari",
+    *PICTURES,
+]  # their input is a folder
 
 pytestmark = pytest.mark.filterwarnings("ignore:`:UserWarning")  # in minari
 
@@ -54,17 +61,25 @@ def source(reader, rows, tmp_path, monkeypatch):
 
 def parts(tmp_path):
     """The files of the input."""
-    return sorted(path for path in (tmp_path / "input").rglob("*") if path.is_file() and path.name != "namespace_metadata.json")
+    return sorted(
+        path
+        for path in (tmp_path / "input").rglob("*")
+        if path.is_file() and path.name != "namespace_metadata.json"
+    )
 
 
 def test_every_reader_is_in_the_table():
-    assert {*inputs._OPENERS} | {f"folder of {suffix}" for suffix in pictures.FORMATS} <= READERS.keys()
+    assert {*inputs._OPENERS} | {
+        f"folder of {suffix}" for suffix in pictures.FORMATS
+    } <= READERS.keys()
 
 
 def test_every_reader_reads(source, rows):
     with files.open_input(source) as opened:
         assert opened.rows == len(rows)
-        found = np.concatenate([opened.read(start, min(start + 6, len(rows))) for start in range(0, len(rows), 6)])
+        found = np.concatenate(
+            [opened.read(start, min(start + 6, len(rows))) for start in range(0, len(rows), 6)]
+        )
         again = opened.read(3, 12)
         stored = {path.name for path in opened.reads}
     assert np.array_equal(found[3:12], again)
@@ -74,7 +89,8 @@ def test_every_reader_reads(source, rows):
 
 
 def test_outputs_on_top_of_inputs_are_refused(source, tmp_path):
-    """Each file of the input as output: by its name, by a link, by another name of the same file, and through a link to its folder."""
+    """Each file of the input as output: by its name, by a link, by another name of the same file,
+    and through a link to its folder."""
     before = {path: path.read_bytes() for path in parts(tmp_path)}
     (tmp_path / "folder").symlink_to(tmp_path / "input")
     for k, path in enumerate(before):
@@ -105,10 +121,13 @@ def put_folder(path, moved):
 
 @pytest.mark.parametrize("reader", FOLDERS, indirect=True)
 @pytest.mark.parametrize(
-    ("kind", "put"), [("a link", put_link), ("a special file", put_pipe), ("", put_folder)], ids=["link", "pipe", "folder"]
+    ("kind", "put"),
+    [("a link", put_link), ("a special file", put_pipe), ("", put_folder)],
+    ids=["link", "pipe", "folder"],
 )
 def test_special_files_in_folders_are_refused(source, reader, tmp_path, read, kind, put):
-    """A link to the file's own contents outside the folder, a pipe, and a folder take the place of each file."""
+    """A link to the file's own contents outside the folder, a pipe, and a folder take the place of
+    each file."""
     for path in parts(tmp_path):
         moved = tmp_path / "moved"
         path.rename(moved)
@@ -134,12 +153,18 @@ def test_pipes_are_refused(source, read):
 
 
 def test_damaged_inputs_are_refused_or_read(source, tmp_path, read):
-    """Each file is cut off, or filled with other bytes from some place on. Nothing crashes, hangs or raises another error."""
+    """Each file is cut off, or filled with other bytes from some place on.
+
+    Nothing crashes, hangs or raises another error.
+    """
     rng = np.random.default_rng(0)
     for path in parts(tmp_path)[:3]:
         whole = path.read_bytes()
         for at in rng.integers(len(whole), size=4).tolist():
-            for damaged in (whole[:at], whole[:at] + rng.bytes(min(16, len(whole) - at)) + whole[at + 16 :]):
+            for damaged in (
+                whole[:at],
+                whole[:at] + rng.bytes(min(16, len(whole) - at)) + whole[at + 16 :],
+            ):
                 path.write_bytes(damaged)
                 found = read(source)
                 assert found == "read" or found.startswith("InputError"), (path, at, found)
@@ -150,12 +175,16 @@ def png_of(width, height):
     """A PNG picture of black pixels in a few kilobytes."""
 
     def chunk(name, data):
-        return struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        return (
+            struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data))
+        )
 
     packer = zlib.compressobj(9)
     data = b"".join(packer.compress(bytes(1 + width)) for _ in range(height)) + packer.flush()
     header = struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+    return (
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", data) + chunk(b"IEND", b"")
+    )
 
 
 @pytest.fixture(scope="module", params=[9_000, 13_000])
@@ -200,7 +229,11 @@ HOLDERS = {
 }
 
 
-OTHERS = {"eps": b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 160 210\n", "ppm": b"P5 160 210 255 ", "long": bytes(2**20 + 1)}
+OTHERS = {
+    "eps": b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 160 210\n",
+    "ppm": b"P5 160 210 255 ",
+    "long": bytes(2**20 + 1),
+}
 
 
 @pytest.mark.parametrize("holder", HOLDERS)
@@ -230,17 +263,34 @@ def npz(path, name, header, data):
     return path
 
 
-@pytest.mark.parametrize(("kind", "name"), [("input", "game"), ("recording", "game"), ("recording", "settings"), ("policy", "description")])
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [
+        ("input", "game"),
+        ("recording", "game"),
+        ("recording", "settings"),
+        ("policy", "description"),
+    ],
+)
 def test_giant_texts_are_refused(tmp_path, read, kind, name):
-    path = npz(tmp_path / "Pong.npz", name, {"descr": "<U100000000", "shape": ()}, [bytes(2**22)] * 95 + [bytes(400_000_000 - 95 * 2**22)])
+    path = npz(
+        tmp_path / "Pong.npz",
+        name,
+        {"descr": "<U100000000", "shape": ()},
+        [bytes(2**22)] * 95 + [bytes(400_000_000 - 95 * 2**22)],
+    )
     found = read(path, kind=kind)
     assert "text of 400,000,000 bytes" in found, found
 
 
-@pytest.mark.parametrize(("kind", "name"), [("recording", "lives"), ("recording", "screens"), ("policy", "w0")])
+@pytest.mark.parametrize(
+    ("kind", "name"), [("recording", "lives"), ("recording", "screens"), ("policy", "w0")]
+)
 def test_giant_arrays_are_refused(tmp_path, read, kind, name):
     """They do not fit the other arrays, and are no more read than that."""
-    path = npz(tmp_path / "Pong.npz", name, {"descr": "|u1", "shape": (2**29,)}, [bytes(2**23)] * 2**6)
+    path = npz(
+        tmp_path / "Pong.npz", name, {"descr": "|u1", "shape": (2**29,)}, [bytes(2**23)] * 2**6
+    )
     found = read(path, kind=kind)
     assert found.startswith({"recording": "RecordingError", "policy": "PolicyError"}[kind]), found
     assert "MemoryError" not in found
@@ -248,20 +298,26 @@ def test_giant_arrays_are_refused(tmp_path, read, kind, name):
 
 def giant_npy(folder):
     with (folder / "Pong.npy").open("wb") as file:
-        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (1, 10**10, 128)})
+        np.lib.format.write_array_header_1_0(
+            file, {"descr": "|u1", "fortran_order": False, "shape": (1, 10**10, 128)}
+        )
     return folder / "Pong.npy"
 
 
 def long_npy(folder):
     with (folder / "Pong.npy").open("wb") as file:
-        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (10**12, 128)})
+        np.lib.format.write_array_header_1_0(
+            file, {"descr": "|u1", "fortran_order": False, "shape": (10**12, 128)}
+        )
         file.write(bytes(256))
     return folder / "Pong.npy"
 
 
 def negative_npy(folder):
     with (folder / "Pong.npy").open("wb") as file:
-        np.lib.format.write_array_header_1_0(file, {"descr": "|u1", "fortran_order": False, "shape": (-4, 128)})
+        np.lib.format.write_array_header_1_0(
+            file, {"descr": "|u1", "fortran_order": False, "shape": (-4, 128)}
+        )
     return folder / "Pong.npy"
 
 
@@ -290,7 +346,9 @@ def repeated_filter(folder):
 def zarr(**options):
     def write(folder):
         library = pytest.importorskip("zarr")
-        array = library.create_group(folder / "Pong.zarr").create_array("rams", dtype="u1", **options)
+        array = library.create_group(folder / "Pong.zarr").create_array(
+            "rams", dtype="u1", **options
+        )
         array[0] = 1
         return folder / "Pong.zarr"
 
@@ -313,8 +371,19 @@ def pickling_zarr(part):
         pytest.importorskip("zarr")
         path = folder / "Pong.zarr"
         path.mkdir()
-        codec = {"filters": [{"id": "pickle"}]} if part == "filters" else {"compressor": {"id": "pickle"}}
-        fields = {"zarr_format": 2, "shape": [4, 128], "chunks": [4, 128], "dtype": "|u1", "compressor": None, "filters": None}
+        codec = (
+            {"filters": [{"id": "pickle"}]}
+            if part == "filters"
+            else {"compressor": {"id": "pickle"}}
+        )
+        fields = {
+            "zarr_format": 2,
+            "shape": [4, 128],
+            "chunks": [4, 128],
+            "dtype": "|u1",
+            "compressor": None,
+            "filters": None,
+        }
         (path / ".zarray").write_text(json.dumps(fields | {"fill_value": 0, "order": "C"} | codec))
         (path / "0.0").write_bytes(b"cos\nsystem\n(S'touch %s'\ntR." % bytes(folder / "executed"))
         return path
@@ -325,8 +394,12 @@ def pickling_zarr(part):
 def repeated_rows(folder):
     """A few kilobytes of Parquet that hold ten million rows."""
     pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    column = pa.DictionaryArray.from_arrays(pa.array(np.zeros(10**7, np.int8)), pa.array([bytes(128)]))
-    parquet.write_table(pa.table({"ram": column.dictionary_decode()}), folder / "Pong.parquet", compression="zstd")
+    column = pa.DictionaryArray.from_arrays(
+        pa.array(np.zeros(10**7, np.int8)), pa.array([bytes(128)])
+    )
+    parquet.write_table(
+        pa.table({"ram": column.dictionary_decode()}), folder / "Pong.parquet", compression="zstd"
+    )
     return folder / "Pong.parquet"
 
 
@@ -342,16 +415,25 @@ def arrow(column):
 
 def offsets_out_of_bounds(pa):
     offsets = np.array([0, 128, 2**30, 384], np.int32)
-    return pa.Array.from_buffers(pa.binary(), 3, [None, pa.py_buffer(offsets), pa.py_buffer(bytes(384))])
+    return pa.Array.from_buffers(
+        pa.binary(), 3, [None, pa.py_buffer(offsets), pa.py_buffer(bytes(384))]
+    )
 
 
 def lists_out_of_bounds(pa):
     offsets = np.array([0, 128, 2**30, 384], np.int32)
-    return pa.Array.from_buffers(pa.list_(pa.uint8()), 3, [None, pa.py_buffer(offsets)], children=[pa.array(bytes(384), pa.uint8())])
+    return pa.Array.from_buffers(
+        pa.list_(pa.uint8()),
+        3,
+        [None, pa.py_buffer(offsets)],
+        children=[pa.array(bytes(384), pa.uint8())],
+    )
 
 
 def pictures_out_of_bounds(pa):
-    return pa.StructArray.from_arrays([offsets_out_of_bounds(pa), pa.nulls(3, pa.string())], ["bytes", "path"])
+    return pa.StructArray.from_arrays(
+        [offsets_out_of_bounds(pa), pa.nulls(3, pa.string())], ["bytes", "path"]
+    )
 
 
 def repeated_runs(pa):
@@ -360,11 +442,15 @@ def repeated_runs(pa):
 
 def shared_lists(pa):
     offsets, sizes = np.zeros(1000, np.int32), np.full(1000, 128 * 1000, np.int32)
-    return pa.ListViewArray.from_arrays(pa.array(offsets), pa.array(sizes), pa.array(np.zeros(128_000, np.uint8)))
+    return pa.ListViewArray.from_arrays(
+        pa.array(offsets), pa.array(sizes), pa.array(np.zeros(128_000, np.uint8))
+    )
 
 
 def shared_bytes(pa):
-    return pa.DictionaryArray.from_arrays(pa.array(np.zeros(1000, np.int32)), pa.array([bytes(2**20)]))
+    return pa.DictionaryArray.from_arrays(
+        pa.array(np.zeros(1000, np.int32)), pa.array([bytes(2**20)])
+    )
 
 
 GIANTS = {
@@ -374,7 +460,9 @@ GIANTS = {
     "hdf5, many rows": hdf5(shape=(10**12, 128)),
     "hdf5, many rows in chunks": hdf5(shape=(10**12, 128), chunks=(64, 128), compression="gzip"),
     "hdf5, giant entries": hdf5(shape=(2, 10**9, 128), chunks=(1, 64, 128)),
-    "hdf5, giant chunks": hdf5(shape=(4, 128), maxshape=(None, 128), chunks=(2**24, 128), compression="gzip"),
+    "hdf5, giant chunks": hdf5(
+        shape=(4, 128), maxshape=(None, 128), chunks=(2**24, 128), compression="gzip"
+    ),
     "hdf5, repeated filter": repeated_filter,
     "zarr, many rows": zarr(shape=(10**12, 128), chunks=(64, 128)),
     "zarr, giant chunks": giant_zarr_chunks,
@@ -465,13 +553,17 @@ def test_minari_reads_no_other_file(tmp_path, secret, rows, refer, monkeypatch):
 
 
 def test_minari_makes_no_environment(tmp_path, rows, read, monkeypatch):
-    """Without spaces in the metadata, minari would import the entry point that they name, and call it."""
+    """Without spaces in the metadata, minari would import the entry point that they name, and call
+    it."""
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
     name = reading.write_minari(tmp_path, rows)
     path = tmp_path / "pong" / "test-v0" / "data" / "metadata.json"
     fields = json.loads(path.read_text())
     spec = gymnasium.spec("ocjax/Pong-v5").to_json()
-    changed = json.loads(spec) | {"entry_point": "os:system", "kwargs": {"command": f"touch {tmp_path / 'executed'}"}}
+    changed = json.loads(spec) | {
+        "entry_point": "os:system",
+        "kwargs": {"command": f"touch {tmp_path / 'executed'}"},
+    }
     del fields["action_space"]
     path.write_text(json.dumps(fields | {"env_spec": json.dumps(changed)}))
     found = read(name)
@@ -491,7 +583,10 @@ def test_minari_claims_are_checked(tmp_path, rows, read, monkeypatch):
         assert "claims 1,000,000,000,000" in read(name)
 
 
-@pytest.mark.parametrize("other", ["../../secret/a.arrow", "{secret}/a.arrow", "..", ".", "", 3, "link.arrow", "folder/a.arrow"])
+@pytest.mark.parametrize(
+    "other",
+    ["../../secret/a.arrow", "{secret}/a.arrow", "..", ".", "", 3, "link.arrow", "folder/a.arrow"],
+)
 def test_folders_of_datasets_refer_to_their_own_files(tmp_path, secret, rows, other):
     path = reading.write_hugging_face(tmp_path, rows)
     (path / "train" / "link.arrow").symlink_to(secret / "a.arrow")
@@ -509,7 +604,9 @@ def test_folders_of_datasets_refer_to_their_own_files(tmp_path, secret, rows, ot
 
 def test_files_that_are_listed_twice(tmp_path, rows):
     path = reading.write_hugging_face(tmp_path, rows) / "train"
-    (path / "state.json").write_text(json.dumps({"_data_files": [{"filename": "data-1.arrow"}] * 1000}))
+    (path / "state.json").write_text(
+        json.dumps({"_data_files": [{"filename": "data-1.arrow"}] * 1000})
+    )
     with pytest.raises(InputError, match="lists a file twice"):
         files.extract(path, tmp_path / "out.npz", "Pong")
 
@@ -533,7 +630,9 @@ def test_animations_are_refused(tmp_path, suffix):
     if suffix == ".bmp":
         return
     options = {"lossless": True} if suffix == ".webp" else {}
-    frames[0].save(tmp_path / "pong" / f"0{suffix}", save_all=True, append_images=frames[1:], **options)
+    frames[0].save(
+        tmp_path / "pong" / f"0{suffix}", save_all=True, append_images=frames[1:], **options
+    )
     with pytest.raises(InputError, match="holds several frames"):
         files.extract(tmp_path / "pong", tmp_path / "out.npz")
 
@@ -561,7 +660,8 @@ def test_frames_in_pictures(tmp_path, suffix):
 
 
 def write_groups(path, parts, name):
-    """Arrays in groups, in an archive or a file of each format that has groups; `name` has a place for the number of the episode."""
+    """Arrays in groups, in an archive or a file of each format that has groups; `name` has a place
+    for the number of the episode."""
     if path.suffix == ".npz":
         np.savez(path, **{name.format(k): part for k, part in parts.items()})
     elif path.suffix == ".h5":
@@ -579,11 +679,15 @@ def grouped(request, tmp_path):
     return tmp_path / f"Pong{request.param}"
 
 
-@pytest.mark.parametrize("name", ["episode_{}/observations", "data/demo_{}/obs/ram", "rollout{}/step{}/rams"])
+@pytest.mark.parametrize(
+    "name", ["episode_{}/observations", "data/demo_{}/obs/ram", "rollout{}/step{}/rams"]
+)
 def test_episodes_in_groups(grouped, tmp_path, rows, name):
     """Groups are read in natural order, and outputs number the episodes."""
     lengths = {10: 5, 9: 7, 1: 0, 100: 8}
-    ends = dict(zip(sorted(lengths), np.cumsum([lengths[k] for k in sorted(lengths)]).tolist(), strict=True))
+    ends = dict(
+        zip(sorted(lengths), np.cumsum([lengths[k] for k in sorted(lengths)]).tolist(), strict=True)
+    )
     episodes = {k: rows[ends[k] - lengths[k] : ends[k]] for k in lengths}
     write_groups(grouped, episodes, name.replace("{}", "{0}"))
     with files.open_input(grouped) as opened:
@@ -614,7 +718,9 @@ def test_one_episode_by_its_name(grouped, rows):
 
 def test_arrays_of_one_name_that_are_no_episodes(grouped, tmp_path, rows):
     write_groups(grouped, {"train": rows, "test": rows[:3]}, "{}/rams")
-    with pytest.raises(InputError, match=r"several arrays that match: test/rams \[3, 128\], train/rams \[20, 128\]"):
+    with pytest.raises(
+        InputError, match=r"several arrays that match: test/rams \[3, 128\], train/rams \[20, 128\]"
+    ):
         files.extract(grouped, tmp_path / "out.npz")
     with files.open_input(grouped, "test/rams") as opened:
         assert opened.rows == 3
@@ -624,7 +730,10 @@ def test_episodes_of_different_rows(grouped, tmp_path, rows):
     for k, other in enumerate((np.zeros((2, 210, 160), np.uint8), rows[:, :127])):
         path = grouped.with_stem(f"Pong{k}")
         write_groups(path, {1: rows, 2: other}, "episode_{}/observations")
-        with pytest.raises(InputError, match=rf"episode_2/observations, has the shape \[{len(other)}, {other.shape[1]}"):
+        with pytest.raises(
+            InputError,
+            match=rf"episode_2/observations, has the shape \[{len(other)}, {other.shape[1]}",
+        ):
             files.extract(path, tmp_path / "out.npz", "Pong")
 
 
@@ -632,7 +741,9 @@ def test_episodes_of_different_rows(grouped, tmp_path, rows):
 def test_episodes_of_minari(tmp_path, rows, monkeypatch):
     for data_format in ("hdf5", "arrow", "parquet"):
         monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / data_format))
-        files.extract(reading.write_minari(tmp_path / data_format, rows, data_format), tmp_path / "out.npz")
+        files.extract(
+            reading.write_minari(tmp_path / data_format, rows, data_format), tmp_path / "out.npz"
+        )
         with np.load(tmp_path / "out.npz") as found:
             assert np.array_equal(found["episode"], [0] * 9 + [1] * 11)
             assert np.array_equal(found["xywh"], ocjax.load("Pong").rem(rows).xywh)
@@ -653,7 +764,10 @@ def test_folders_of_parquet_files(tmp_path, rows):
         with files.open_input(source) as opened:
             assert np.array_equal(opened.read(0, 20), rows)
     (folder / "train-00001-of-00002.parquet").rename(tmp_path / "moved")
-    with pytest.raises(InputError, match=r"has 1 Parquet files, but the name of train-00000-of-00002\.parquet is one of 2"):
+    with pytest.raises(
+        InputError,
+        match=r"has 1 Parquet files, but the name of train-00000-of-00002\.parquet is one of 2",
+    ):
         files.extract(folder, tmp_path / "out.npz", "Pong")
     (tmp_path / "moved").rename(folder / "test-00001-of-00002.parquet")
     with pytest.raises(InputError, match="has the splits test, train"):

@@ -71,7 +71,10 @@ def test_a_datasheet_that_is_a_pipe(dataset, made, way):
 
 
 def test_a_shard_that_is_a_link(dataset, made, tmp_path, monkeypatch):
-    """As in the cache of the Hugging Face hub. It is read, but a new version does not change the file behind it."""
+    """As in the cache of the Hugging Face hub.
+
+    It is read, but a new version does not change the file behind it.
+    """
     shard, blob = dataset / "data" / "train-00000-of-00001.parquet", tmp_path / "blob"
     shard.rename(blob)
     shard.symlink_to(blob)
@@ -99,7 +102,10 @@ def test_temporary_files_of_a_dataset(dataset, outside):
     (dataset / "data" / ".link.tmp").symlink_to(outside)
     (dataset / "data" / ".folder.tmp").mkdir()
     datasets.relabel(dataset)
-    assert {path.name for path in (dataset / "data").iterdir()} == {"train-00000-of-00001.parquet", ".folder.tmp"}
+    assert {path.name for path in (dataset / "data").iterdir()} == {
+        "train-00000-of-00001.parquet",
+        ".folder.tmp",
+    }
 
 
 @pytest.fixture
@@ -118,7 +124,9 @@ def test_a_work_folder_that_is_a_link(ram, outside, tmp_path):
 def test_a_work_folder_with_links(ram, outside, tmp_path, name):
     (tmp_path / "x.npz.parts").mkdir()
     (tmp_path / "x.npz.parts" / name).symlink_to(outside / name)
-    with pytest.raises(ValueError, match=r"is a link: a work folder must consist of files and folders"):
+    with pytest.raises(
+        ValueError, match=r"is a link: a work folder must consist of files and folders"
+    ):
         files.extract(ram, tmp_path / "x.npz")
 
 
@@ -179,11 +187,17 @@ def test_files_are_replaced_at_their_own_path(outside, tmp_path):
     assert not list((tmp_path / "folder" / "inner").iterdir())
 
 
-@pytest.mark.parametrize("make", [lambda path: path.symlink_to("/dev/null"), os.mkfifo, lambda path: path.symlink_to(path)])
+@pytest.mark.parametrize(
+    "make",
+    [lambda path: path.symlink_to("/dev/null"), os.mkfifo, lambda path: path.symlink_to(path)],
+)
 def test_contents_of_work_folders(make, tmp_path):
     (tmp_path / "deep" / "deeper").mkdir(parents=True)
     check_contents(tmp_path, "work folder")
     make(tmp_path / "deep" / "deeper" / "entry")
-    with pytest.raises(ValueError, match=r"deeper/entry is a (link|device, pipe or socket): a work folder must consist"):
+    with pytest.raises(
+        ValueError,
+        match=r"deeper/entry is a (link|device, pipe or socket): a work folder must consist",
+    ):
         check_contents(tmp_path, "work folder")
     check_contents(tmp_path / "missing", "work folder")

@@ -1,4 +1,5 @@
-"""HackAtari, as PyPI has it: with the import of OCAtari changed, every modification of every game runs; variations write its bytes."""
+"""HackAtari, as PyPI has it: with the import of OCAtari changed, every modification of every game
+runs; variations write its bytes."""
 
 import contextlib
 import functools
@@ -22,11 +23,26 @@ from tests.test_neighbours import IMPORT
 
 STEPS = 8  # agent steps with a modification
 # Modifications of HackAtari 0.0.6 that read an attribute which its environment does not have.
-BROKEN = ("asterix", "obelix"), ("bankheist", "random_city"), ("boxing", "gravity"), ("choppercommand", "delay_shots")
+BROKEN = (
+    ("asterix", "obelix"),
+    ("bankheist", "random_city"),
+    ("boxing", "gravity"),
+    ("choppercommand", "delay_shots"),
+)
 SPEC = importlib.util.find_spec("hackatari")  # which does not import it
 FRAMES = 700  # in which bytes are compared
-OWN = {"Alien:no_alien", "Freeway:stopped_cars", "Pong:parallel_enemy", "Riverraid:red_river", "SpaceInvaders:no_shields"}
-SWITCHED_OFF = ("edible_ghosts", "shark_no_movement_easy", "shark_no_movement_hard")  # HackAtari has the functions and ignores the names
+OWN = {
+    "Alien:no_alien",
+    "Freeway:stopped_cars",
+    "Pong:parallel_enemy",
+    "Riverraid:red_river",
+    "SpaceInvaders:no_shields",
+}
+SWITCHED_OFF = (
+    "edible_ghosts",
+    "shark_no_movement_easy",
+    "shark_no_movement_hard",
+)  # HackAtari has the functions and ignores the names
 RANDOM = {
     "Atlantis:random_enemies",
     "Boxing:drunken_boxing",
@@ -35,7 +51,10 @@ RANDOM = {
     "Kangaroo:randomize_kangaroo_position",
     "Venture:random_enemy_colors",
 }
-ONE_OF_OURS = {"DonkeyKong:random_start", "MontezumaRevenge:random_position_start"}  # HackAtari always draws the same place
+ONE_OF_OURS = {
+    "DonkeyKong:random_start",
+    "MontezumaRevenge:random_position_start",
+}  # HackAtari always draws the same place
 OTHER_FRAMES = {  # HackAtari's own counter tells in which frames it writes
     *(f"Breakout:{name}" for name in ("gravity", "inverse_gravity", "left_drift", "right_drift")),
     *(f"Pong:{direction}_drift" for direction in ("up", "down", "left", "right")),
@@ -45,7 +64,8 @@ OTHER_FRAMES = {  # HackAtari's own counter tells in which frames it writes
 DIFFERENT = {
     "Asterix:obelix",  # AttributeError
     "BankHeist:random_city",  # AttributeError
-    "MsPacman:end_game",  # HackAtari draws once in its environment's life, also a byte without pills
+    # HackAtari draws once in its environment's life, also a byte without pills
+    "MsPacman:end_game",
     "Pong:lazy_enemy",  # HackAtari's enemy stands only after its stroke
     "Seaquest:random_color_enemies",  # any colour
     "Seaquest:unlimited_oxygen",  # HackAtari's takes lives at the surface
@@ -76,17 +96,30 @@ def hackatari(tmp_path_factory):
     sys.path.remove(str(folder))
 
 
-@pytest.mark.parametrize("name", NAMES or [pytest.param("", marks=pytest.mark.skip(reason="needs the package hackatari"))])
+@pytest.mark.parametrize(
+    "name",
+    NAMES or [pytest.param("", marks=pytest.mark.skip(reason="needs the package hackatari"))],
+)
 def test_modifications_run(hackatari, name):
     module = importlib.import_module(f"hackatari.games.{name}")
-    known = [m for m, value in vars(getattr(module, "GameModifications", object)).items() if not m.startswith("_") and callable(value)]
+    known = [
+        m
+        for m, value in vars(getattr(module, "GameModifications", object)).items()
+        if not m.startswith("_") and callable(value)
+    ]
     for modification in known:
-        with pytest.raises(AttributeError) if (name, modification) in BROKEN else contextlib.nullcontext():
+        with (
+            pytest.raises(AttributeError)
+            if (name, modification) in BROKEN
+            else contextlib.nullcontext()
+        ):
             run(hackatari, name, modification)
 
 
 def run(hackatari, name, modification):
-    env = hackatari.HackAtari(ocjax.load(name).name, modifs=[modification], mode="ram", hud=True, obs_mode="ori")
+    env = hackatari.HackAtari(
+        ocjax.load(name).name, modifs=[modification], mode="ram", hud=True, obs_mode="ori"
+    )
     env.reset(seed=0)
     for step in range(STEPS):
         observation, *_ = env.step(step % env.action_space.n)
@@ -163,7 +196,9 @@ def called(console, ram, some):
     return console.ram
 
 
-@pytest.mark.parametrize("key", [key for key in PUBLISHED if key not in RANDOM | ONE_OF_OURS | DIFFERENT])
+@pytest.mark.parametrize(
+    "key", [key for key in PUBLISHED if key not in RANDOM | ONE_OF_OURS | DIFFERENT]
+)
 def test_variations_write_its_bytes(key):
     console = Console(None)
     steps, resets = functions(key, console)

@@ -29,16 +29,47 @@ def make():
 
 
 def test_arguments_and_attributes(make):
-    env = make("Pong", "both", True, "obj", "rgb_array", False, 3, ["ori", "dqn"], frameskip=2, repeat_action_probability=0.0, difficulty=1)
+    env = make(
+        "Pong",
+        "both",
+        True,
+        "obj",
+        "rgb_array",
+        False,
+        3,
+        ["ori", "dqn"],
+        frameskip=2,
+        repeat_action_probability=0.0,
+        difficulty=1,
+    )
     observation, info = env.reset(seed=0)
     assert info.keys() >= {"lives", "episode_frame_number", "frame_number"}
-    assert observation.shape == env.observation_space.shape == env._env.observation_space.shape == (3, 10)
+    assert (
+        observation.shape
+        == env.observation_space.shape
+        == env._env.observation_space.shape
+        == (3, 10)
+    )
     assert observation.dtype == np.int64
     assert (env.env_name, env.game_name, env.nb_actions) == ("Pong", "Pong", 6)
-    assert (env.mode, env.hud, env.obs_mode, env.buffer_window_size, env.render_mode) == ("both", True, "obj", 3, "rgb_array")
-    assert env.max_objects_per_cat == {"Player": 1, "Ball": 1, "Enemy": 1, "PlayerScore": 1, "EnemyScore": 1}
+    assert (env.mode, env.hud, env.obs_mode, env.buffer_window_size, env.render_mode) == (
+        "both",
+        True,
+        "obj",
+        3,
+        "rgb_array",
+    )
+    assert env.max_objects_per_cat == {
+        "Player": 1,
+        "Ball": 1,
+        "Enemy": 1,
+        "PlayerScore": 1,
+        "EnemyScore": 1,
+    }
     assert env.ns_meaning[1] == "Ball (['POSITION'])"
-    assert [len(b) for b in (env._state_buffer_rgb, env._state_buffer_dqn, env._state_buffer_ns)] == [3, 3, 3]
+    assert [
+        len(b) for b in (env._state_buffer_rgb, env._state_buffer_dqn, env._state_buffer_ns)
+    ] == [3, 3, 3]
     for _ in range(60):
         observation, reward, terminated, truncated, info = env.step(3)
     assert (type(reward), type(terminated), type(truncated)) == (float, bool, bool)
@@ -66,7 +97,8 @@ def test_frames_are_those_of_ale(make):
 
 
 @pytest.mark.parametrize(
-    ("obs_mode", "shape", "dtype"), [("ori", (210, 160, 3), "uint8"), ("dqn", (4, 84, 84), "uint8"), ("obj", (4, 6), "int64")]
+    ("obs_mode", "shape", "dtype"),
+    [("ori", (210, 160, 3), "uint8"), ("dqn", (4, 84, 84), "uint8"), ("obj", (4, 6), "int64")],
 )
 def test_gymnasium_api(make, obs_mode, shape, dtype):
     env = make("Pong", obs_mode=obs_mode, render_mode="rgb_array")
@@ -94,11 +126,24 @@ def test_object(make):
     assert isinstance(ball, GameObject)
     assert isinstance(score, ValueObject)
     assert not isinstance(ball, ValueObject)
-    assert (score.hud, score.value, score.value_diff, ball.hud, ball.value, ball.visible) == (True, score.prev_value, 0, False, None, True)
+    assert (score.hud, score.value, score.value_diff, ball.hud, ball.value, ball.visible) == (
+        True,
+        score.prev_value,
+        0,
+        False,
+        None,
+        True,
+    )
     assert ball.center == (ball.x + 1, ball.y + 2)
-    assert (ball.xywh, ball._nsrepr, ball._ns_meaning) == ((*ball.xy, *ball.wh), [*ball.xy], ["POSITION"])
+    assert (ball.xywh, ball._nsrepr, ball._ns_meaning) == (
+        (*ball.xy, *ball.wh),
+        [*ball.xy],
+        ["POSITION"],
+    )
     assert ball.closest_object(env.objects)[0] == 1
-    assert ball.manhattan_distance(player) == abs(ball.center[0] - player.center[0]) + abs(ball.center[1] - player.center[1])
+    assert ball.manhattan_distance(player) == abs(ball.center[0] - player.center[0]) + abs(
+        ball.center[1] - player.center[1]
+    )
     assert set(ball.properties) >= {"x", "prev_x", "rgb", "center"}
     assert repr(score) == f"EnemyScore at ({score.x}, {score.y}), ({score.w}, {score.h})"
     assert pickle.loads(pickle.dumps(env.objects)) == copy.deepcopy(env.objects) == env.objects
@@ -118,7 +163,12 @@ def test_empty_slots(make):
     empty = env.objects[1]
     assert not empty
     assert empty == NoObject()
-    assert (empty.category, repr(empty), empty.xywh, empty.nsrepr) == ("NoObject", "NaO", (0, 0, 0, 0), [0, 0])
+    assert (empty.category, repr(empty), empty.xywh, empty.nsrepr) == (
+        "NoObject",
+        "NaO",
+        (0, 0, 0, 0),
+        [0, 0],
+    )
     assert empty.iou(NoObject()) == 1
     assert len(env.objects) == 3
     assert sum(map(bool, env.objects)) < 3
@@ -153,27 +203,46 @@ def test_slots_of_other_games(make):
 def test_names(make, name, env_id):
     env = make(name, obs_mode="ori")
     assert (env.env_name, env._env.spec.id) == (name, env_id)
-    assert env._env.unwrapped._frameskip == ((2, 5) if name.lower() == "pong" else 1 if "No" in name else 4)
+    assert env._env.unwrapped._frameskip == (
+        (2, 5) if name.lower() == "pong" else 1 if "No" in name else 4
+    )
 
 
 @pytest.mark.parametrize("name", ["Pong", "Freeway", "BeamRider"])
 def test_objects_without_a_slot_follow(name):
-    """All objects that are present are listed once, each in a slot of its category or after the slots."""
+    """All objects that are present are listed once, each in a slot of its category or after the
+    slots."""
     game = ocjax.load(name)
     objects = ocatari._host(game.rem(excerpt(name)["rams"][30:31]))
     for hud in (False, True):
         table = ocatari.SlotTable(game, hud)
         listed = table.arrange(objects, None)
         records = [r for r in objects.to_list() if hud or not r["hud"]]
-        assert sorted(o.xywh for o in listed if o) == sorted((r["x"], r["y"], r["w"], r["h"]) for r in records)
+        assert sorted(o.xywh for o in listed if o) == sorted(
+            (r["x"], r["y"], r["w"], r["h"]) for r in records
+        )
         for o, meaning in zip(listed, table.meaning, strict=False):
             assert not o or game.slices[meaning.split(" ")[0]] == game.slices[o.category]
-        assert len(table.ns_state(listed)) == len(table.ns_state(table.empty())) == 2 * sum(table.counts.values())
+        assert (
+            len(table.ns_state(listed))
+            == len(table.ns_state(table.empty()))
+            == 2 * sum(table.counts.values())
+        )
 
 
 def test_slots_of_games_that_differ():
-    crazy_climber, kangaroo = ocatari.SlotTable(ocjax.load("CrazyClimber"), True), ocatari.SlotTable(ocjax.load("Kangaroo"), False)
-    assert list(crazy_climber.counts) == ["Player", "Window", "Enemy_Red", "Enemy_Bird", "Projectile", "Helicopter"]
+    crazy_climber, kangaroo = (
+        ocatari.SlotTable(ocjax.load("CrazyClimber"), True),
+        ocatari.SlotTable(ocjax.load("Kangaroo"), False),
+    )
+    assert list(crazy_climber.counts) == [
+        "Player",
+        "Window",
+        "Enemy_Red",
+        "Enemy_Bird",
+        "Projectile",
+        "Helicopter",
+    ]
     assert list(kangaroo.counts)[:3] == ["Player", "Child", "Monkey"]
 
 
@@ -220,7 +289,9 @@ def test_overlay_and_drawing(make):
     ocatari.mark_bb(frame, (10, 20, 4, 6), (9, 9, 9))
     assert np.argwhere(frame[..., 0])[[0, -1]].tolist() == [[19, 9], [26, 14]]
     ocatari.mark_bb(frame, (158, 208, 9, 9))
-    with pytest.raises(ValueError, match=r"got shape \[4, 6\]: OCAtari returns frames with obs_mode='ori'"):
+    with pytest.raises(
+        ValueError, match=r"got shape \[4, 6\]: OCAtari returns frames with obs_mode='ori'"
+    ):
         ocatari.mark_bb(np.zeros((4, 6)), (0, 0, 1, 1))
     assert ocatari.make_darker((100, 50, 11)) == [80, 40, 8]
     assert ocatari.to_rgba((255, 0, 51)).tolist() == [1, 0, 0.2, 0.7]
@@ -274,7 +345,9 @@ def test_names_that_are_absent():
         from ocjax.ocatari import MAX_NB_OBJECTS  # noqa: F401  # pyright: ignore
     with pytest.raises(ImportError, match="cannot import name 'nothing'"):
         from ocjax.ocatari import nothing  # noqa: F401  # pyright: ignore
-    with pytest.raises(ValueError, match=r"does not load agents of OCAtari: .* load the model with the library"):
+    with pytest.raises(
+        ValueError, match=r"does not load agents of OCAtari: .* load the model with the library"
+    ):
         ocatari.load_agent("model.pt", None)
     first, second = ocatari.__getattr__("parser"), ocatari.__getattr__("parser")
     first.add_argument("-g", "--game")

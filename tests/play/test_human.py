@@ -18,7 +18,14 @@ A = ale_py.Action
 
 @pytest.mark.parametrize(
     ("held", "action"),
-    [("", A.NOOP), ("w", A.UP), ("a ", A.LEFTFIRE), ("dw", A.UPRIGHT), (" as", A.DOWNLEFTFIRE), ("ws", A.NOOP)],
+    [
+        ("", A.NOOP),
+        ("w", A.UP),
+        ("a ", A.LEFTFIRE),
+        ("dw", A.UPRIGHT),
+        (" as", A.DOWNLEFTFIRE),
+        ("ws", A.NOOP),
+    ],
 )
 def test_held_keys_make_an_action(held, action):
     assert human.held_action(set(held)) == action
@@ -77,7 +84,11 @@ def test_boxes_can_be_hidden():
     shown = np.asarray(playing.picture())
     playing.key("b", pressed=True)
     game = playing.game
-    plain = np.asarray(Image.fromarray(game.palette[playing.screen]).resize(shown.shape[1::-1], Image.Resampling.NEAREST))
+    plain = np.asarray(
+        Image.fromarray(game.palette[playing.screen]).resize(
+            shown.shape[1::-1], Image.Resampling.NEAREST
+        )
+    )
     np.testing.assert_array_equal(np.asarray(playing.picture()), plain)
     assert (shown != plain).any()
 
@@ -124,4 +135,6 @@ def test_without_a_display(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "tkinter", SimpleNamespace(Tk=failing))
     result = run("play", "Pong", "--human")
     assert result.exit_code == 2
-    assert "no window can be opened (no display)" in " ".join(result.output.replace("│", " ").split())
+    assert "no window can be opened (no display)" in " ".join(
+        result.output.replace("│", " ").split()
+    )

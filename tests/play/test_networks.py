@@ -25,12 +25,23 @@ def layers():
     """Initial weights of an actor, without biases of zero."""
     params = networks.shared(CONFIG.groups, ACTIONS).init(jax.random.key(0))["actor"]
     rng = np.random.default_rng(0)
-    return [(np.float32(np.float16(layer["w"])), np.float32(np.float16(rng.normal(size=layer["b"].shape)))) for layer in params]
+    return [
+        (
+            np.float32(np.float16(layer["w"])),
+            np.float32(np.float16(rng.normal(size=layer["b"].shape))),
+        )
+        for layer in params
+    ]
 
 
 @pytest.fixture
 def path(layers, tmp_path):
-    known = {"settings": settings("dqn", clip_rewards=False), "preset": "dqn", "sampled": True, "network": "shared"}
+    known = {
+        "settings": settings("dqn", clip_rewards=False),
+        "preset": "dqn",
+        "sampled": True,
+        "network": "shared",
+    }
     SavedPolicy(GAME, layers, CONFIG.vector, **known).write(tmp_path / "policy.npz")
     return tmp_path / "policy.npz"
 
@@ -39,7 +50,9 @@ def observations(count, seed=0):
     """Random features `[count, inputs]`; slots that are not valid are 0."""
     rng, parts = np.random.default_rng(seed), []
     for group in CONFIG.groups:
-        slots = rng.normal(50, 60, size=(count, group.slots, len(group.features))).astype(np.float32)
+        slots = rng.normal(50, 60, size=(count, group.slots, len(group.features))).astype(
+            np.float32
+        )
         valid = rng.random((count, group.slots, 1)) < 0.5
         slots = np.where(valid, slots, np.float32(0))
         slots[:, :, group.features.index("valid")] = valid[:, :, 0]
@@ -55,8 +68,15 @@ def by_slots(layers, observed, groups):
         encoded = []
         for i in range(group.slots):
             start = group.first + i * len(group.features)
-            own = dict(zip(group.features, observed[start : start + len(group.features)], strict=True))
-            code = np.array([np.clip((v - SCALES[f][0]) / SCALES[f][1], -5, 5) * own["valid"] for f, v in own.items()])
+            own = dict(
+                zip(group.features, observed[start : start + len(group.features)], strict=True)
+            )
+            code = np.array(
+                [
+                    np.clip((v - SCALES[f][0]) / SCALES[f][1], -5, 5) * own["valid"]
+                    for f, v in own.items()
+                ]
+            )
             for w, b in encoder:
                 code = np.maximum(code @ w + b, 0)
             encoded.append(code * own["valid"] if group.pooled else code)
@@ -71,7 +91,9 @@ def test_slots_share_an_encoder(layers):
     """The network is what its docstring says, slot by slot."""
     x = observations(5)
     logits = NETWORKS["shared"].apply(layers, x, CONFIG.groups)
-    assert np.allclose(logits, [by_slots(layers, own, CONFIG.groups) for own in x], rtol=1e-4, atol=1e-4)
+    assert np.allclose(
+        logits, [by_slots(layers, own, CONFIG.groups) for own in x], rtol=1e-4, atol=1e-4
+    )
 
 
 def test_the_order_of_slots_does_not_matter(layers):
@@ -82,7 +104,9 @@ def test_the_order_of_slots_does_not_matter(layers):
     y[:, columns] = x[:, columns].reshape(5, group.slots, -1)[:, ::-1].reshape(5, -1)
     assert not np.array_equal(x, y)
     apply = NETWORKS["shared"].apply
-    assert np.allclose(apply(layers, x, CONFIG.groups), apply(layers, y, CONFIG.groups), rtol=1e-5, atol=1e-5)
+    assert np.allclose(
+        apply(layers, x, CONFIG.groups), apply(layers, y, CONFIG.groups), rtol=1e-5, atol=1e-5
+    )
 
 
 def test_a_file_gives_the_same_actions(layers, path):

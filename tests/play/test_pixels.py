@@ -22,19 +22,32 @@ SHAPES = ((32, 4, 8, 8), (64, 32, 4, 4), (64, 64, 3, 3), (3136, 512), (512, ACTI
 def path(tmp_path_factory):
     """The file of a policy with random weights."""
     rng = np.random.default_rng(0)
-    layers = [(0.05 * rng.normal(size=shape), rng.normal(size=shape[0] if len(shape) == 4 else shape[1])) for shape in SHAPES]
+    layers = [
+        (0.05 * rng.normal(size=shape), rng.normal(size=shape[0] if len(shape) == 4 else shape[1]))
+        for shape in SHAPES
+    ]
     path = tmp_path_factory.mktemp("pixels") / "policy.npz"
-    known = {"settings": settings("dqn", clip_rewards=False), "preset": "dqn", "frames": 3, "sampled": True}
+    known = {
+        "settings": settings("dqn", clip_rewards=False),
+        "preset": "dqn",
+        "frames": 3,
+        "sampled": True,
+    }
     SavedPolicy(ocjax.load("Pong"), layers, Dqn(), network="nature_cnn", **known).write(path)
     return path
 
 
 def test_a_policy_on_pixels_sees_what_environments_show(path):
     """The same frames, through the ends of games, and so the same actions."""
-    game, changes = ocjax.load("Pong"), {"preset": "dqn", "max_episode_frames": 120, "num_workers": 0}
+    game, changes = (
+        ocjax.load("Pong"),
+        {"preset": "dqn", "max_episode_frames": 120, "num_workers": 0},
+    )
     policy = policies.read(path, game)
     envs = ocjax.make_vec("Pong", 3, mode="raw", obs="dqn", **changes)
-    pool = AlePool(game, 3, settings("dqn", max_episode_frames=120), screens=policy.screens, num_workers=0)
+    pool = AlePool(
+        game, 3, settings("dqn", max_episode_frames=120), screens=policy.screens, num_workers=0
+    )
     act, rng = policy.playing(3, seed=4), np.random.default_rng(4)
     obs, _ = envs.reset(seed=0)
     pool.reset([0, 1, 2])
@@ -64,12 +77,18 @@ def test_everything_that_plays_saved_policies_plays_those_on_pixels(path):
 
 @pytest.mark.slow
 def test_play_command(path):
-    result = CliRunner().invoke(app, ["play", "pong", "--policy", str(path), "--episodes", "1"], terminal_width=200)
+    result = CliRunner().invoke(
+        app, ["play", "pong", "--policy", str(path), "--episodes", "1"], terminal_width=200
+    )
     assert result.exit_code == 0, result.output
 
 
 def test_other_policies_need_no_screens():
-    assert policies.needs("random", ocjax.load("Pong")).screens == policies.needs("trained", ocjax.load("Pong")).screens == ()
+    assert (
+        policies.needs("random", ocjax.load("Pong")).screens
+        == policies.needs("trained", ocjax.load("Pong")).screens
+        == ()
+    )
 
 
 @pytest.mark.parametrize(

@@ -24,12 +24,27 @@ ACTIONS = 6  # of Pong
 def policy():
     """A policy of Pong with random weights that looks at movements."""
     game, rng = ocjax.load("Pong", hud=False), np.random.default_rng(0)
-    kind = Vector(("x", "y", "dx", "dy", "valid"), grid_features=("valid",), history=2, normalize=False)
+    kind = Vector(
+        ("x", "y", "dx", "dy", "valid"), grid_features=("valid",), history=2, normalize=False
+    )
     n = len(kind.features_of(game))
-    layers = [(rng.normal(size=(n, 8)), rng.normal(size=8)), (rng.normal(size=(8, ACTIONS)), rng.normal(size=ACTIONS))]
-    settings = Settings(frame_skip=4, repeat_action_probability=0.0, noop_max=30, episodic_life=True)
+    layers = [
+        (rng.normal(size=(n, 8)), rng.normal(size=8)),
+        (rng.normal(size=(8, ACTIONS)), rng.normal(size=ACTIONS)),
+    ]
+    settings = Settings(
+        frame_skip=4, repeat_action_probability=0.0, noop_max=30, episodic_life=True
+    )
     return SavedPolicy(
-        game, layers, kind, rng.normal(size=n), rng.uniform(1, 50, n), sampled=True, settings=settings, preset="dqn", frames=7
+        game,
+        layers,
+        kind,
+        rng.normal(size=n),
+        rng.uniform(1, 50, n),
+        sampled=True,
+        settings=settings,
+        preset="dqn",
+        frames=7,
     )
 
 
@@ -38,15 +53,23 @@ def test_a_policy_survives_its_file(policy, tmp_path):
     policy.write(path)
     again = policies.read(path, ocjax.load("Pong"))
     features = np.random.default_rng(1).uniform(0, 160, (5, len(policy.mean)))
-    assert np.allclose(policy.logits(features), again.logits(features), atol=0.02)  # weights are kept in half precision
-    assert (again.game, again.observation, again.settings) == (policy.game, policy.observation, policy.settings)
+    assert np.allclose(
+        policy.logits(features), again.logits(features), atol=0.02
+    )  # weights are kept in half precision
+    assert (again.game, again.observation, again.settings) == (
+        policy.game,
+        policy.observation,
+        policy.settings,
+    )
     assert (again.sampled, again.preset, again.frames) == (True, "dqn", 7)
     assert path.stat().st_size < 10_000
 
 
 def test_a_policy_on_ram_sees_what_environments_show(policy):
     """The same features, through the ends of games, and so the same actions."""
-    envs = ocjax.make_vec("Pong", 3, obs=policy.observation, hud=False, num_workers=0, max_episode_frames=120)
+    envs = ocjax.make_vec(
+        "Pong", 3, obs=policy.observation, hud=False, num_workers=0, max_episode_frames=120
+    )
     act, rng = policy.playing(3, seed=4), np.random.default_rng(4)
     obs, _ = envs.reset(seed=0)
     for _ in range(80):
@@ -60,7 +83,10 @@ def test_sampled_actions_have_the_probabilities_of_the_logits(policy):
     features = np.zeros((1, len(policy.mean)))
     expected = np.exp(policy.logits(features)[0].astype(float))
     actions = policy.choose(np.repeat(features, 20_000, axis=0), np.random.default_rng(0))
-    assert np.abs(np.bincount(actions, minlength=ACTIONS) / 20_000 - expected / expected.sum()).max() < 0.02
+    assert (
+        np.abs(np.bincount(actions, minlength=ACTIONS) / 20_000 - expected / expected.sum()).max()
+        < 0.02
+    )
 
 
 def test_files_that_are_no_policies(policy, tmp_path):
@@ -77,9 +103,15 @@ def test_files_that_are_no_policies(policy, tmp_path):
         return np.array(json.dumps(description))
 
     for change, message in (
-        ({"description": np.array(json.dumps({"md5": policy.game.md5}))}, "description of the policy is damaged"),
+        (
+            {"description": np.array(json.dumps({"md5": policy.game.md5}))},
+            "description of the policy is damaged",
+        ),
         ({"description": described(drop="hud")}, "description of the policy is damaged: KeyError"),
-        ({"description": described(history=10**12)}, "too few for a history of 1,000,000,000,000 states"),
+        (
+            {"description": described(history=10**12)},
+            "too few for a history of 1,000,000,000,000 states",
+        ),
         ({"description": described(history=1e400)}, "description of the policy is damaged"),
         ({"description": np.array("{")}, "must be a JSON object"),
         ({"description": np.array("[1]")}, "must be a JSON object"),
@@ -129,7 +161,8 @@ RIGHT = {
 
 @pytest.mark.parametrize("kind", WRONG)
 @pytest.mark.parametrize(
-    "name", "md5 hud features grid_features history normalize sampled settings preset frames frame_skip noop_max".split()
+    "name",
+    "md5 hud features grid_features history normalize sampled settings preset frames frame_skip noop_max".split(),
 )
 def test_fields_of_the_description(policy, tmp_path, name, kind):
     """A wrong one is an error at once, not when the policy plays."""
@@ -194,7 +227,8 @@ def test_damaged_policies_are_refused(policy, tmp_path):
 
 @pytest.mark.slow
 def test_every_instance_plays_equally_many_games(policy, tmp_path, monkeypatch):
-    """Games are complete although training ends episodes with lives, and equal seeds play equal games."""
+    """Games are complete although training ends episodes with lives, and equal seeds play equal
+    games."""
     monkeypatch.setattr("ocjax.play.games.MOST_ENVS", 2)
     path = tmp_path / "policy.npz"
     policy.write(path)
@@ -232,7 +266,9 @@ def test_trained_policies_win(name):
 def test_games_without_trained_policy(tmp_path, monkeypatch):
     (tmp_path / "Pong.npz").touch()
     monkeypatch.setattr(policies, "SHIPPED", tmp_path)
-    with pytest.raises(PolicyError, match=r"no trained policy of Alien .* there are those of .*Pong"):
+    with pytest.raises(
+        PolicyError, match=r"no trained policy of Alien .* there are those of .*Pong"
+    ):
         play(ocjax.load("Alien"), "trained", 1)
 
 
@@ -240,7 +276,18 @@ def test_games_without_trained_policy(tmp_path, monkeypatch):
 def test_play_command(policy, tmp_path):
     path, table, gif = tmp_path / "policy.npz", tmp_path / "returns.csv", tmp_path / "game.gif"
     policy.write(path)
-    arguments = ["play", "pong", "--policy", str(path), "--episodes", "2", "--csv", str(table), "--gif", str(gif)]
+    arguments = [
+        "play",
+        "pong",
+        "--policy",
+        str(path),
+        "--episodes",
+        "2",
+        "--csv",
+        str(table),
+        "--gif",
+        str(gif),
+    ]
     result = CliRunner().invoke(app, arguments, terminal_width=200)
     assert result.exit_code == 0, result.output
     with table.open() as file:
@@ -250,7 +297,10 @@ def test_play_command(policy, tmp_path):
     with Image.open(gif) as picture:
         assert getattr(picture, "n_frames", 1) > 100
     for arguments, message in (
-        (["play", "Pong", "--policy", "greedy"], "it must be random, repeat, idle, seldom, trained, or the path"),
+        (
+            ["play", "Pong", "--policy", "greedy"],
+            "it must be random, repeat, idle, seldom, trained, or the path",
+        ),
         (["play", "Pong", "--policy", str(DATA / "Pong.npz")], "no layer w0"),
         (["play", "Pong", "--gif", "x.png"], "must end in .gif"),
     ):

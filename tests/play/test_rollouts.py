@@ -18,8 +18,13 @@ GAMES_PLAYED = 20  # for the returns on the page
 def documented():
     """Mean and standard deviation of the returns of each policy that ships, by its game."""
     table = PAGE.split("## Trained agents")[1].split("\n\n")[2]
-    rows = re.findall(r"^\| (\w+) \| [\d]+ million \| ([-\d.,]+) \| ([\d.,]+) \|", table, re.MULTILINE)
-    return {game: (float(mean.replace(",", "")), float(deviation.replace(",", ""))) for game, mean, deviation in rows}
+    rows = re.findall(
+        r"^\| (\w+) \| [\d]+ million \| ([-\d.,]+) \| ([\d.,]+) \|", table, re.MULTILINE
+    )
+    return {
+        game: (float(mean.replace(",", "")), float(deviation.replace(",", "")))
+        for game, mean, deviation in rows
+    }
 
 
 def test_all_policies_are_documented():
@@ -30,7 +35,9 @@ def test_all_policies_are_documented():
 @pytest.mark.parametrize("name", documented())
 def test_trained_play_reaches_the_documented_return(name):
     mean, deviation = documented()[name]
-    tape = rollouts.rollout(ocjax.load(name), 2 * GAMES_PLAYED, policy="trained", seed=2000, num_envs=GAMES_PLAYED)
+    tape = rollouts.rollout(
+        ocjax.load(name), 2 * GAMES_PLAYED, policy="trained", seed=2000, num_envs=GAMES_PLAYED
+    )
     returns = tape.rewards.reshape(GAMES_PLAYED, 2)[:, -1]  # at the ends of games
     assert tape.ends.reshape(GAMES_PLAYED, 2)[:, -1].all()
     errors = [deviation / GAMES_PLAYED**0.5, returns.std(ddof=1) / GAMES_PLAYED**0.5]
@@ -44,13 +51,23 @@ def test_settings_of_the_policy():
     assert own.episodic_life
     assert tape.settings == own.to_dict() | {"clip_rewards": False}
     assert tape.frame_skip == own.frame_skip
-    other = rollouts.rollout(PONG, 4, policy="trained", num_envs=2, whole_games=False, frame_skip=2, repeat_action_probability=0.25)
+    other = rollouts.rollout(
+        PONG,
+        4,
+        policy="trained",
+        num_envs=2,
+        whole_games=False,
+        frame_skip=2,
+        repeat_action_probability=0.25,
+    )
     assert other.settings == tape.settings | {"frame_skip": 2, "repeat_action_probability": 0.25}
     random = rollouts.rollout(PONG, 4, num_envs=2)
     assert random.settings == rollouts.DEFAULT.to_dict()
 
 
-@pytest.mark.parametrize(("count", "lengths"), [(1, [5]), (4, [3, 2, 7]), (10, [10]), (10, [9, 30])])
+@pytest.mark.parametrize(
+    ("count", "lengths"), [(1, [5]), (4, [3, 2, 7]), (10, [10]), (10, [9, 30])]
+)
 def test_sample_of_complete_games(count, lengths):
     states = [(game, t == n - 1) for game, n in enumerate(lengths) for t in range(n)]
     counts = np.zeros(len(states))
@@ -67,7 +84,9 @@ def test_sample_of_complete_games(count, lengths):
         assert kept == sorted(set(kept))
         assert states[kept[-1]][1]
         games = [states[t][0] for t in kept]
-        assert [state["resets"] for state in sampler.states] == [g not in games[:i] for i, g in enumerate(games)]
+        assert [state["resets"] for state in sampler.states] == [
+            g not in games[:i] for i, g in enumerate(games)
+        ]
     played = np.flatnonzero(counts)[-1]
     expected = 400 * (count - 1) / max(played, 1)
     assert (abs(counts[:played] - expected) <= 5 * expected**0.5).all()

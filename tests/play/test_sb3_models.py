@@ -22,12 +22,17 @@ INPUTS = len(ocjax.envs.Vector().features_of(PONG))
 
 def linear(name, n, m):
     rng = np.random.default_rng(n + m)
-    return {f"{name}.weight": torch.tensor(rng.normal(size=(m, n)), dtype=torch.float32), f"{name}.bias": torch.zeros(m)}
+    return {
+        f"{name}.weight": torch.tensor(rng.normal(size=(m, n)), dtype=torch.float32),
+        f"{name}.bias": torch.zeros(m),
+    }
 
 
 def perceptron(inputs=INPUTS):
     """The tensors of PPO with MlpPolicy."""
-    hidden = linear("mlp_extractor.policy_net.0", inputs, HIDDEN) | linear("mlp_extractor.value_net.0", inputs, HIDDEN)
+    hidden = linear("mlp_extractor.policy_net.0", inputs, HIDDEN) | linear(
+        "mlp_extractor.value_net.0", inputs, HIDDEN
+    )
     return hidden | linear("action_net", HIDDEN, ACTIONS) | linear("value_net", HIDDEN, 1)
 
 
@@ -56,11 +61,27 @@ def test_a_perceptron(tmp_path, hud):
 def test_everything_that_plays_saved_policies_plays_models(tmp_path):
     path = write(tmp_path / "model.zip", perceptron())
     assert len(rollouts.rollout(PONG, 8, policy=str(path), num_envs=2, whole_games=False)) == 8
-    options = ["--episodes", "1", "--preset", "v5", "--frame-skip", "10", "--repeat-action-probability", "0"]
-    result = CliRunner().invoke(app, ["play", "pong", "--policy", str(path), *options], terminal_width=200)
+    options = [
+        "--episodes",
+        "1",
+        "--preset",
+        "v5",
+        "--frame-skip",
+        "10",
+        "--repeat-action-probability",
+        "0",
+    ]
+    result = CliRunner().invoke(
+        app, ["play", "pong", "--policy", str(path), *options], terminal_width=200
+    )
     assert result.exit_code == 0, result.output
-    for wrong, message in ((["--preset", "v9"], "no preset 'v9'"), (["--repeat-action-probability", "2"], "must be in [0, 1)")):
-        result = CliRunner().invoke(app, ["play", "pong", "--policy", str(path), *wrong], terminal_width=200)
+    for wrong, message in (
+        (["--preset", "v9"], "no preset 'v9'"),
+        (["--repeat-action-probability", "2"], "must be in [0, 1)"),
+    ):
+        result = CliRunner().invoke(
+            app, ["play", "pong", "--policy", str(path), *wrong], terminal_width=200
+        )
         assert result.exit_code == 2
         assert message in result.output
 
@@ -84,23 +105,53 @@ PPO = perceptron()
 BAD = {
     "harm": (lambda tmp: {"action_net.weight": Harm(tmp / "written")}, "not a readable model"),
     "list": (lambda tmp: [1, 2], "not a readable model"),
-    "empty": (lambda tmp: {}, "this kind of model is not supported; supported are PPO, A2C and DQN"),
+    "empty": (
+        lambda tmp: {},
+        "this kind of model is not supported; supported are PPO, A2C and DQN",
+    ),
     "numbers": (lambda tmp: PPO | {"action_net.bias": 3}, "must hold named tensors"),
-    "integers": (lambda tmp: PPO | {"action_net.bias": torch.zeros(ACTIONS, dtype=torch.int32)}, "must hold named tensors"),
-    "sparse": (lambda tmp: PPO | {"action_net.bias": torch.zeros(ACTIONS).to_sparse()}, "must hold named tensors"),
+    "integers": (
+        lambda tmp: PPO | {"action_net.bias": torch.zeros(ACTIONS, dtype=torch.int32)},
+        "must hold named tensors",
+    ),
+    "sparse": (
+        lambda tmp: PPO | {"action_net.bias": torch.zeros(ACTIONS).to_sparse()},
+        "must hold named tensors",
+    ),
     "huge": (lambda tmp: PPO | huge("action_net.bias"), "at most"),
-    "nan": (lambda tmp: PPO | {"action_net.bias": torch.full((ACTIONS,), float("nan"))}, "finite numbers"),
-    "recurrent": (lambda tmp: PPO | linear("lstm_actor.weight_ih_l0", 3, 3), "this kind of model is not supported"),
-    "continuous": (lambda tmp: PPO | {"log_std": torch.zeros(3)}, "this kind of model is not supported"),
-    "no head": (lambda tmp: {k: v for k, v in PPO.items() if "action_net" not in k}, "this kind of model is not supported"),
-    "other inputs": (lambda tmp: perceptron(7), rf'inputs of obs="vector" of Pong, {INPUTS} or, with hud=False, \d+, got 7'),
-    "other layer": (lambda tmp: PPO | linear("action_net", HIDDEN + 1, ACTIONS), rf"w1 \[{HIDDEN}, n\].*got \[{HIDDEN + 1}, {ACTIONS}\]"),
+    "nan": (
+        lambda tmp: PPO | {"action_net.bias": torch.full((ACTIONS,), float("nan"))},
+        "finite numbers",
+    ),
+    "recurrent": (
+        lambda tmp: PPO | linear("lstm_actor.weight_ih_l0", 3, 3),
+        "this kind of model is not supported",
+    ),
+    "continuous": (
+        lambda tmp: PPO | {"log_std": torch.zeros(3)},
+        "this kind of model is not supported",
+    ),
+    "no head": (
+        lambda tmp: {k: v for k, v in PPO.items() if "action_net" not in k},
+        "this kind of model is not supported",
+    ),
+    "other inputs": (
+        lambda tmp: perceptron(7),
+        rf'inputs of obs="vector" of Pong, {INPUTS} or, with hud=False, \d+, got 7',
+    ),
+    "other layer": (
+        lambda tmp: PPO | linear("action_net", HIDDEN + 1, ACTIONS),
+        rf"w1 \[{HIDDEN}, n\].*got \[{HIDDEN + 1}, {ACTIONS}\]",
+    ),
     "other bias": (lambda tmp: PPO | {"action_net.bias": torch.zeros(5)}, r"b1 \[n\]"),
     "no bias": (lambda tmp: {k: v for k, v in PPO.items() if k != "action_net.bias"}, r"b1 \[n\]"),
     "vectors": (lambda tmp: PPO | {"mlp_extractor.policy_net.0.weight": torch.zeros(INPUTS)}, "w0"),
     "scalars": (lambda tmp: PPO | {"mlp_extractor.policy_net.0.weight": torch.zeros(())}, "inputs"),
     "other actions": (lambda tmp: PPO | linear("action_net", HIDDEN, 4), "must have 6 outputs"),
-    "half a network": (lambda tmp: PPO | linear("features_extractor.cnn.0", 4, 4), "this kind of model is not supported"),
+    "half a network": (
+        lambda tmp: PPO | linear("features_extractor.cnn.0", 4, 4),
+        "this kind of model is not supported",
+    ),
 }
 
 
@@ -171,7 +222,11 @@ def test_models_of_stable_baselines3(tmp_path, algorithm, kind, options):
     env.close()
     batch = model.policy.obs_to_tensor(observed)[0]
     with torch.no_grad():
-        own = model.q_net(batch) if algorithm == "DQN" else model.policy.get_distribution(batch).distribution.logits
+        own = (
+            model.q_net(batch)
+            if algorithm == "DQN"
+            else model.policy.get_distribution(batch).distribution.logits
+        )
     expected, got = own.numpy(), policy.logits(observed)
     if algorithm != "DQN":  # logits are equal up to a constant
         expected, got = (a - a.mean(axis=1, keepdims=True) for a in (expected, got))

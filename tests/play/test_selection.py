@@ -24,7 +24,9 @@ def rebuilt(game, categories, change=lambda name, found: found, **more):
     """The game with other categories, in any order, and with other boxes."""
 
     def decode(m):
-        return {name: change(name, found) for name, found in game.decode(m).items()} | {name: f(m) for name, f in more.items()}
+        return {name: change(name, found) for name, found in game.decode(m).items()} | {
+            name: f(m) for name, f in more.items()
+        }
 
     return game.replaced(categories=tuple(sorted(categories, key=lambda c: c.hud)), decode=decode)
 
@@ -32,7 +34,11 @@ def rebuilt(game, categories, change=lambda name, found: found, **more):
 def with_category(game):
     """A category in front of the others, whose objects are always there."""
     new = Category("Ghost", RULE, count=3, attributes=("orientation", "value"))
-    return rebuilt(game, (new, *game.categories), Ghost=lambda m: box(np.array([30, 80, 120]), 90, 5, 5, value=3, orientation=2))
+    return rebuilt(
+        game,
+        (new, *game.categories),
+        Ghost=lambda m: box(np.array([30, 80, 120]), 90, 5, 5, value=3, orientation=2),
+    )
 
 
 def with_slots(game):
@@ -40,14 +46,26 @@ def with_slots(game):
     counts = {c.name: c.count for c in game.categories}
 
     def longer(name, found):
-        return jax.tree.map(lambda a: jnp.concatenate([jnp.broadcast_to(a, (counts[name],)), jnp.ravel(a)[:1]]), found)
+        return jax.tree.map(
+            lambda a: jnp.concatenate([jnp.broadcast_to(a, (counts[name],)), jnp.ravel(a)[:1]]),
+            found,
+        )
 
-    return rebuilt(game, [dataclasses.replace(c, count=c.count + 1, rule=RULE, rgb=(1, 2, 3)) for c in game.categories], longer)
+    return rebuilt(
+        game,
+        [
+            dataclasses.replace(c, count=c.count + 1, rule=RULE, rgb=(1, 2, 3))
+            for c in game.categories
+        ],
+        longer,
+    )
 
 
 def without_grid(game):
     """No category lies on a grid."""
-    return rebuilt(game, [dataclasses.replace(c, rule=RULE, rgb=(1, 2, 3)) for c in game.categories])
+    return rebuilt(
+        game, [dataclasses.replace(c, rule=RULE, rgb=(1, 2, 3)) for c in game.categories]
+    )
 
 
 def with_attributes(game):
@@ -56,9 +74,15 @@ def with_attributes(game):
 
     def more(name, found):
         new = {"orientation": found.x * 0 + 7, "value": found.x * 0 + 9}
-        return dataclasses.replace(found, **{a: value for a, value in new.items() if a not in has[name]})
+        return dataclasses.replace(
+            found, **{a: value for a, value in new.items() if a not in has[name]}
+        )
 
-    return rebuilt(game, [dataclasses.replace(c, attributes=("orientation", "value")) for c in game.categories], more)
+    return rebuilt(
+        game,
+        [dataclasses.replace(c, attributes=("orientation", "value")) for c in game.categories],
+        more,
+    )
 
 
 def with_display(game):
@@ -71,14 +95,30 @@ def with_other_names(game):
     """Every category has a new name, and the old one as an alias."""
     names = {c.name: f"New{c.name}" for c in game.categories}
     categories = [
-        dataclasses.replace(c, name=names[c.name], aliases=(c.name,), needs=(), rule=RULE, rgb=(1, 2, 3)) for c in game.categories
+        dataclasses.replace(
+            c, name=names[c.name], aliases=(c.name,), needs=(), rule=RULE, rgb=(1, 2, 3)
+        )
+        for c in game.categories
     ]
-    return game.replaced(categories=tuple(categories), decode=lambda m: {names[name]: found for name, found in game.decode(m).items()})
+    return game.replaced(
+        categories=tuple(categories),
+        decode=lambda m: {names[name]: found for name, found in game.decode(m).items()},
+    )
 
 
 CHANGES = {
     "reversed": lambda game: rebuilt(game, game.categories[::-1]),
-    **{f.__name__: f for f in (with_category, with_slots, without_grid, with_attributes, with_display, with_other_names)},
+    **{
+        f.__name__: f
+        for f in (
+            with_category,
+            with_slots,
+            without_grid,
+            with_attributes,
+            with_display,
+            with_other_names,
+        )
+    },
 }
 
 
@@ -86,7 +126,9 @@ def actions(path, game, rams):
     """What a policy does in recorded states, int `[STEPS, ENVS]`."""
     count = policies.read(path, game).num_actions
     act = policies.make_policy(str(path), game, count, ENVS, seed=3)
-    return np.array([act(policies.Seen(ram, np.full(ENVS, t % 100 == 0))) for t, ram in enumerate(rams)])
+    return np.array(
+        [act(policies.Seen(ram, np.full(ENVS, t % 100 == 0))) for t, ram in enumerate(rams)]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +137,9 @@ def recorded():
 
     def of(name):
         if name not in tapes:
-            tape = rollout(ocjax.load(name), ENVS * STEPS, policy="trained", num_envs=ENVS, whole_games=False)
+            tape = rollout(
+                ocjax.load(name), ENVS * STEPS, policy="trained", num_envs=ENVS, whole_games=False
+            )
             tapes[name] = tape.rams.reshape(ENVS, STEPS, 128).swapaxes(0, 1)
         return tapes[name]
 
@@ -125,25 +169,43 @@ def test_a_changed_game_has_other_features_for_new_policies(change):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda c: None if c.name == "Enemy" else c, "expected 1 slots of the category 'Enemy', but Pong has only the categories Player"),
-        (lambda c: None if c.hud or c.name == "Player" else c, "category 'Player', but Pong has only the categories Enemy, Ball"),
+        (
+            lambda c: None if c.name == "Enemy" else c,
+            "expected 1 slots of the category 'Enemy', but Pong has only the categories Player",
+        ),
+        (
+            lambda c: None if c.hud or c.name == "Player" else c,
+            "category 'Player', but Pong has only the categories Enemy, Ball",
+        ),
     ],
 )
 def test_a_category_that_is_gone(change, message):
     game = ocjax.load("Pong")
-    less = game.replaced(categories=tuple(c for c in map(change, game.categories) if c is not None), hud=False)
+    less = game.replaced(
+        categories=tuple(c for c in map(change, game.categories) if c is not None), hud=False
+    )
     with pytest.raises(PolicyError, match=message):
         policies.read(policies.SHIPPED / "Pong.npz", less.replaced(hud=True))
 
 
 def test_slots_and_attributes_that_are_gone():
     game = ocjax.load("Breakout")
-    fewer = [dataclasses.replace(c, count=107, rule=RULE, rgb=(1, 2, 3)) if c.name == "Block" else c for c in game.categories]
-    with pytest.raises(PolicyError, match=r"Breakout\.npz: .*expected 108 slots of the category 'Block', but Breakout has 107"):
+    fewer = [
+        dataclasses.replace(c, count=107, rule=RULE, rgb=(1, 2, 3)) if c.name == "Block" else c
+        for c in game.categories
+    ]
+    with pytest.raises(
+        PolicyError,
+        match=r"Breakout\.npz: .*expected 108 slots of the category 'Block', but Breakout has 107",
+    ):
         policies.read(policies.SHIPPED / "Breakout.npz", rebuilt(game, fewer))
     game = ocjax.load("Skiing")
-    plain = [dataclasses.replace(c, attributes=("value",) if c.hud else ()) for c in game.categories]
-    with pytest.raises(PolicyError, match=r"expected the category '.*' with orientation, but Skiing has it without"):
+    plain = [
+        dataclasses.replace(c, attributes=("value",) if c.hud else ()) for c in game.categories
+    ]
+    with pytest.raises(
+        PolicyError, match=r"expected the category '.*' with orientation, but Skiing has it without"
+    ):
         policies.read(policies.SHIPPED / "Skiing.npz", rebuilt(game, plain))
 
 
@@ -179,7 +241,10 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize(("field", "value"), [(field, value) for field, values in WRONG.items() for value in [..., *values]])
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [(field, value) for field, values in WRONG.items() for value in [..., *values]],
+)
 def test_fields_of_slots(tmp_path, field, value):
     def change(description):
         entry = description["slots"][0]
@@ -193,14 +258,21 @@ def test_fields_of_slots(tmp_path, field, value):
     assert len(str(caught.value)) < 500
 
 
-@pytest.mark.parametrize("slots", [None, [], {}, "Player", [1], [None], [[]], [{}], 7, [{"category": "Player"}] * 10_000])
+@pytest.mark.parametrize(
+    "slots", [None, [], {}, "Player", [1], [None], [[]], [{}], 7, [{"category": "Player"}] * 10_000]
+)
 def test_lists_of_slots(tmp_path, slots):
     with pytest.raises(PolicyError, match=r"p\.npz: "):
-        policies.read(described(tmp_path / "p.npz", lambda description: description.update(slots=slots)), ocjax.load("Pong"))
+        policies.read(
+            described(tmp_path / "p.npz", lambda description: description.update(slots=slots)),
+            ocjax.load("Pong"),
+        )
 
 
 def test_files_without_slots(tmp_path, recorded):
     """Older files see the slots of the game."""
     path = described(tmp_path / "p.npz", lambda description: description.pop("slots"))
     game, rams = ocjax.load("Pong"), recorded("Pong")
-    assert np.array_equal(actions(path, game, rams), actions(policies.SHIPPED / "Pong.npz", game, rams))
+    assert np.array_equal(
+        actions(path, game, rams), actions(policies.SHIPPED / "Pong.npz", game, rams)
+    )

@@ -14,7 +14,9 @@ from tests.support.command import run
 
 def test_colors_do_not_matter_to_random_actions():
     """The seeds are the same for each variation, so that games with other colours are equal."""
-    rows = varied.compare(ocjax.load("Breakout"), "random", ["Breakout:color_all_blocks_red", "gravity"], 2, seed=3)
+    rows = varied.compare(
+        ocjax.load("Breakout"), "random", ["Breakout:color_all_blocks_red", "gravity"], 2, seed=3
+    )
     assert [row.name for row in rows] == ["original", "color_all_blocks_red", "gravity"]
     assert dataclasses.replace(rows[1], name="original", drop=None) == rows[0]
     assert rows[0].drop is None
@@ -22,28 +24,68 @@ def test_colors_do_not_matter_to_random_actions():
 
 
 @pytest.mark.parametrize(
-    ("returns", "drops"), [(([10, 20], [5, 10], [30]), [None, 50, -100]), (([-20], [-21]), [None, 5]), (([0], [3]), [None, None])]
+    ("returns", "drops"),
+    [
+        (([10, 20], [5, 10], [30]), [None, 50, -100]),
+        (([-20], [-21]), [None, 5]),
+        (([0], [3]), [None, None]),
+    ],
 )
 def test_drops(monkeypatch, returns, drops):
     results = iter(returns)
-    monkeypatch.setattr(varied, "play", lambda *_, **_options: Played(np.array(next(results)), np.zeros(1), ocjax.envs.Settings(), []))
+    monkeypatch.setattr(
+        varied,
+        "play",
+        lambda *_, **_options: Played(
+            np.array(next(results)), np.zeros(1), ocjax.envs.Settings(), []
+        ),
+    )
     names = ["lazy_enemy", "up_drift"][: len(returns) - 1]
     rows = varied.compare(ocjax.load("Pong"), "random", names, 2)
     assert [row.drop for row in rows] == drops
-    assert rows[0].deviation == pytest.approx(np.std(returns[0], ddof=1) if len(returns[0]) > 1 else 0)
+    assert rows[0].deviation == pytest.approx(
+        np.std(returns[0], ddof=1) if len(returns[0]) > 1 else 0
+    )
 
 
 def test_command(tmp_path, monkeypatch):
-    monkeypatch.setattr(varied, "play", lambda *_, **_options: Played(np.array([1.0, 3]), np.zeros(2), ocjax.envs.Settings(), []))
+    monkeypatch.setattr(
+        varied,
+        "play",
+        lambda *_, **_options: Played(np.array([1.0, 3]), np.zeros(2), ocjax.envs.Settings(), []),
+    )
     markdown, out = tmp_path / "table.md", tmp_path / "table.json"
-    result = run("play", "Pong", "--policy", "random", "--variations", "all", "--episodes", 2, "--markdown", markdown, "--json", out)
+    result = run(
+        "play",
+        "Pong",
+        "--policy",
+        "random",
+        "--variations",
+        "all",
+        "--episodes",
+        2,
+        "--markdown",
+        markdown,
+        "--json",
+        out,
+    )
     assert result.exit_code == 0, result.output
     names = ["original", *ocjax.envs.variations.of("Pong")]
-    assert all(name in result.output and f"| {name} | 2.0 | 1.4 |" in markdown.read_text() for name in names)
+    assert all(
+        name in result.output and f"| {name} | 2.0 | 1.4 |" in markdown.read_text()
+        for name in names
+    )
     written = json.loads(out.read_text())
     assert written["game"] == "Pong"
     assert [row["name"] for row in written["variations"]] == names
-    assert written["variations"][1] == {"name": "lazy_enemy", "games": 2, "mean": 2, "deviation": 2**0.5, "drop": 0, "seed": 0}
+    assert written["variations"][1] == {
+        "name": "lazy_enemy",
+        "games": 2,
+        "mean": 2,
+        "deviation": 2**0.5,
+        "drop": 0,
+        "seed": 0,
+    }
 
 
 @pytest.mark.parametrize(
@@ -51,7 +93,10 @@ def test_command(tmp_path, monkeypatch):
     [
         (("Pong", "--variations", "lazy"), "Pong has no variation 'lazy'; it has"),
         (("Pitfall", "--variations", "all"), "Pitfall has no variations; there are those of Alien"),
-        (("Pong", "--variations", "all", "--csv", "x.csv"), "--csv and --gif are of the original game"),
+        (
+            ("Pong", "--variations", "all", "--csv", "x.csv"),
+            "--csv and --gif are of the original game",
+        ),
         (("Pong", "--json", "x.json"), "the comparison that --variations makes"),
         (("Pong", "--human", "--variations", "all"), "do not apply with --human"),
     ],

@@ -40,7 +40,11 @@ def formula(finding, i=0):
         (("Ball", "x"), r"byte\(49\) - 49", 0.99),
         (("Ball", "y"), r"byte\(54\) - 14", 0.75),  # it is one row lower on one side of the beam
         (("Enemy", "y"), r"byte\((50|21)\) - 15", 0.98),
-        (("Player", "y"), r"byte\(51\) - 14, \+1 where bits\(51, first=0, count=1\)", 0.75),  # the rest is cut off at the walls
+        (
+            ("Player", "y"),
+            r"byte\(51\) - 14, \+1 where bits\(51, first=0, count=1\)",
+            0.75,
+        ),  # the rest is cut off at the walls
     ],
 )
 def test_correlate_finds_pong(pong_findings, at, pattern, share):
@@ -68,8 +72,19 @@ def test_values_that_are_unknown_in_some_samples(share, span):
     value = rams[:, 7].astype(np.int32) * max(1, span // 256)
     unknown = rng.random(400) < share
     value[unknown] = UNKNOWN_VALUE
-    target = targets.Target("Score", True, np.ones((400, 1, 4), int), np.ones((400, 1), bool), value[:, None], np.zeros((400, 1), int))
-    found = [f for f in correlate._explain_slot(tape, target, 0, fits.halves(tape.episode)) if f.field == "value"]
+    target = targets.Target(
+        "Score",
+        True,
+        np.ones((400, 1, 4), int),
+        np.ones((400, 1), bool),
+        value[:, None],
+        np.zeros((400, 1), int),
+    )
+    found = [
+        f
+        for f in correlate._explain_slot(tape, target, 0, fits.halves(tape.episode))
+        if f.field == "value"
+    ]
     assert [f.samples for f in found] == ([] if share == 1 else [400 - unknown.sum()])
     if span <= 256 and found:
         assert (found[0].fits[0].source.address, found[0].fits[0].exact) == (7, 1)
@@ -133,7 +148,11 @@ def test_digits():
         two = score // 100**power % 100
         rams[:, address] = two // 10 * 16 + two % 10
     parts = fits.digits(rams, score, fits.halves(np.zeros(600, int)))
-    assert [(str(p.source), p.offset) for p in parts] == [("bcd(70)", 0), ("bcd(20)", 1), ("bcd(9)", 2)]
+    assert [(str(p.source), p.offset) for p in parts] == [
+        ("bcd(70)", 0),
+        ("bcd(20)", 1),
+        ("bcd(9)", 2),
+    ]
 
 
 def test_affine_finds_what_is_there():
@@ -157,7 +176,9 @@ def test_residual(pong):
     right = residual.residual(pong, "Player", "y")
     assert right.exact > 0.999
     assert right.bits == ()
-    odd = np.random.default_rng(0).integers(2, size=len(pong))  # the decoder is one column off where bit 3 of byte 127 is set
+    odd = np.random.default_rng(0).integers(
+        2, size=len(pong)
+    )  # the decoder is one column off where bit 3 of byte 127 is set
     rams = pong.rams.copy()
     rams[:, 49] += odd.astype(np.uint8)
     rams[:, 127] = 8 * odd
@@ -176,7 +197,8 @@ def pong_causes():
 
 
 def test_causes_finds_pong(pong_causes):
-    """Byte 49 is the ball's column and 54 its row; 13 and 14 are the scores; most bytes do nothing."""
+    """Byte 49 is the ball's column and 54 its row; 13 and 14 are the scores; most bytes do
+    nothing."""
     by_name = {a: {e.category: e for e in es} for a, es in pong_causes.effects.items()}
     x, y = by_name[49]["Ball"].formulas["x"], by_name[54]["Ball"].formulas["y"]
     assert x.scale == y.scale == 1
@@ -203,14 +225,21 @@ def test_causes_finds_freeway():
 
 @pytest.mark.slow
 def test_twins(monkeypatch):
-    """Bytes 69 and 73 of Pong point to the picture of a digit that is drawn before the scores are compared with them again."""
+    """Bytes 69 and 73 of Pong point to the picture of a digit that is drawn before the scores are
+    compared with them again."""
     found = twins.twins(ocjax.load("Pong"), count=2)
-    assert (found.moments, set(found.bytes), set(found.bytes["EnemyScore"])) == (2, {"EnemyScore"}, {69, 73})
+    assert (found.moments, set(found.bytes), set(found.bytes["EnemyScore"])) == (
+        2,
+        {"EnemyScore"},
+        {69, 73},
+    )
     end = twins.twins(ocjax.load("Bowling"), "end", count=1)
     assert end.bytes["Pin"].total() > 10
     assert twins.to_table(end).rows[0][0] == "Pin"
     monkeypatch.setattr(twins, "MOST_FRAMES", 200)
-    with pytest.raises(ValueError, match="does not come to the last frame of a game within 200 frames"):
+    with pytest.raises(
+        ValueError, match="does not come to the last frame of a game within 200 frames"
+    ):
         twins.twins(ocjax.load("Pong"), "end", count=1)
 
 
@@ -227,13 +256,22 @@ def test_map():
 def test_map_as_json():
     rows = json.loads(run("ram", "map", "Pong", "--json").stdout)
     (ball,) = [row for row in rows if row["name"] == "ball_x"]
-    assert ball == {"bytes": [49], "read_as": "unsigned", "range": "0-255", "name": "ball_x", "meaning": ball["meaning"]}
+    assert ball == {
+        "bytes": [49],
+        "read_as": "unsigned",
+        "range": "0-255",
+        "name": "ball_x",
+        "meaning": ball["meaning"],
+    }
     assert "--confirm needs --json" in run("ram", "map", "Pong", "--confirm").output
 
 
 @pytest.mark.slow
 def test_map_tells_what_an_intervention_confirmed():
-    rows = {row["name"]: row["confirmed"] for row in json.loads(run("ram", "map", "Pong", "--json", "--confirm").stdout)}
+    rows = {
+        row["name"]: row["confirmed"]
+        for row in json.loads(run("ram", "map", "Pong", "--json", "--confirm").stdout)
+    }
     assert "Ball" in rows["ball_x"]
     assert "Player" not in rows["ball_x"]
     assert "EnemyScore" in rows["enemy_score"]
@@ -292,7 +330,16 @@ def test_terminal_input_is_split_into_keys():
 def test_sidebar_of_the_window():
     text = window.sidebar(Session(ocjax.load("Pong")))
     assert text.startswith("Pong  frame")
-    assert len([line for line in text.splitlines() if len(line.split()) == 8 and line.replace(" ", "").isdigit()]) == 16
+    assert (
+        len(
+            [
+                line
+                for line in text.splitlines()
+                if len(line.split()) == 8 and line.replace(" ", "").isdigit()
+            ]
+        )
+        == 16
+    )
 
 
 def test_watch_in_terminal():
@@ -307,7 +354,21 @@ def test_commands(tmp_path):
     for args, words in (
         (("correlate", DATA / "Pong.npz"), ("present", "Constant")),
         (("residual", DATA / "SpaceInvaders.npz", "Alien", "x"), ("matched objects",)),
-        (("causes", "Pong", "--values", 4, "--envs", 8, "--steps", 5, "--out", tmp_path / "c.png"), ("Byte", "EnemyScore")),
+        (
+            (
+                "causes",
+                "Pong",
+                "--values",
+                4,
+                "--envs",
+                8,
+                "--steps",
+                5,
+                "--out",
+                tmp_path / "c.png",
+            ),
+            ("Byte", "EnemyScore"),
+        ),
         (("twins", "Pong", "--count", 1), ("Pong, 1 times any frame of play", "EnemyScore")),
         (("map", "Pong"), ("ball_x", "x + 49")),
     ):

@@ -13,7 +13,9 @@ from tests.support.record import __main__ as command
 from tests.support.record import arbitrary, deciding, fixtures
 from tests.support.states import DATA, excerpt
 
-PARTS = np.cumsum([arbitrary.ANYTHING, arbitrary.ALTERED, arbitrary.MIXED, arbitrary.MIXED])  # where kinds of arbitrary states end
+PARTS = np.cumsum(
+    [arbitrary.ANYTHING, arbitrary.ALTERED, arbitrary.MIXED, arbitrary.MIXED]
+)  # where kinds of arbitrary states end
 SUMS = [98000948, 122015012, 59502019, 59517842, 637821455]
 NEW_GAME = {10: 60, 54: 60}  # bytes of Pong, on the first frame of a game
 
@@ -46,7 +48,10 @@ def test_arbitrary_states_are_the_same_everywhere():
     game, played = ocjax.load("Pong"), excerpt("Pong")["rams"]
     rams = arbitrary.rams(game, played)
     assert [int(part.astype(int).sum()) for part in np.split(rams, PARTS)] == SUMS
-    counts = [(part != played[np.arange(len(part)) % len(played)]).sum(axis=1) for part in np.split(rams, PARTS)]
+    counts = [
+        (part != played[np.arange(len(part)) % len(played)]).sum(axis=1)
+        for part in np.split(rams, PARTS)
+    ]
     assert counts[0].mean() > 120
     assert all(1 < count.mean() < 40 for count in counts[1:4])
     assert set(counts[4]) == {0, 1, 2}
@@ -57,7 +62,10 @@ def test_arbitrary_frames_resemble_play():
     frames = arbitrary.frames(game, played)
     assert frames.shape == (arbitrary.FRAMES, 210, 160)
     whole = played[np.arange(arbitrary.FRAMES) % len(played)]
-    colors = [(set(np.unique(frame)), set(np.unique(before))) for frame, before in zip(frames, whole, strict=True)]
+    colors = [
+        (set(np.unique(frame)), set(np.unique(before)))
+        for frame, before in zip(frames, whole, strict=True)
+    ]
     assert all(len(left | {0}) == len(own | {0}) - 1 or left == own for left, own in colors[::8])
     assert all(len(left | {0}) <= 2 for left, _ in colors[1::8])
     for turn in range(2, 8):
@@ -72,7 +80,14 @@ def test_deciding_states_show_what_others_do_not(tmp_path, monkeypatch):
     shutil.copy(DATA / "Pong.npz", tmp_path)
     result = run_app(command.app, "Pong", "modes", "--data", tmp_path)
     assert result.exit_code == 0, result.output
-    tape, known, game = recordings.read(tmp_path / "modes" / "Pong.npz"), recordings.read(tmp_path / "Pong.npz"), ocjax.load("Pong")
+    tape, known, game = (
+        recordings.read(tmp_path / "modes" / "Pong.npz"),
+        recordings.read(tmp_path / "Pong.npz"),
+        ocjax.load("Pong"),
+    )
     assert 1 <= len(tape) <= 6
-    rows, _ = deciding.shown(game, *(np.concatenate([known.arrays[name], tape.arrays[name]]) for name in ("rams", "screens")))
+    rows, _ = deciding.shown(
+        game,
+        *(np.concatenate([known.arrays[name], tape.arrays[name]]) for name in ("rams", "screens")),
+    )
     assert rows[~rows[:, : len(known)].any(axis=1)].any(axis=0)[len(known) :].all()

@@ -16,14 +16,21 @@ from tests.support.record import limits
 from tests.support.states import DATA, excerpt
 
 
-@pytest.mark.parametrize("size", [(1, 1, 1), (4, 3, 12), (4, 3, 11), (4, 3, 6), (4, 3, 4), (2, 7, 7)])
+@pytest.mark.parametrize(
+    "size", [(1, 1, 1), (4, 3, 12), (4, 3, 11), (4, 3, 6), (4, 3, 4), (2, 7, 7)]
+)
 def test_components_have_their_size_and_pixels(size):
     frame = np.zeros((20, 20), np.uint8)
     limits.Component(6, 5, 8, *size).draw(frame)
     rows, columns = np.nonzero(frame)
     assert (columns.min(), rows.min()) == (5, 8)
     assert (np.ptp(columns) + 1, np.ptp(rows) + 1, len(rows)) == size
-    steps = np.abs(np.stack([rows, columns], axis=1)[:, None] - np.stack([rows, columns], axis=1)).max(axis=-1) <= 1
+    steps = (
+        np.abs(np.stack([rows, columns], axis=1)[:, None] - np.stack([rows, columns], axis=1)).max(
+            axis=-1
+        )
+        <= 1
+    )
     assert np.linalg.matrix_power(steps.astype(float), len(rows))[0].all(), "connected"
 
 
@@ -35,7 +42,17 @@ def test_what_is_beyond_the_frame_is_not_drawn():
 
 def test_sizes_are_at_a_limit_or_beyond_it():
     sizes = set(limits._sizes(Shape(w=(3, 5), h=4, pixels=(10, 18))))
-    assert {(3, 4, 12), (3, 4, 10), (3, 4, 9), (5, 4, 18), (5, 4, 19), (2, 4, 8), (6, 4, 18), (3, 5, 15), (3, 3, 9)} - sizes == {(2, 4, 8)}
+    assert {
+        (3, 4, 12),
+        (3, 4, 10),
+        (3, 4, 9),
+        (5, 4, 18),
+        (5, 4, 19),
+        (2, 4, 8),
+        (6, 4, 18),
+        (3, 5, 15),
+        (3, 3, 9),
+    } - sizes == {(2, 4, 8)}
 
 
 def test_pixels_are_counted_with_those_that_a_gap_bridges():
@@ -54,7 +71,10 @@ def test_cells_may_lack_pixels_and_have_others_beside_them():
 
 
 def test_runs_of_a_filter_touch_an_object_or_are_apart():
-    runs = [(drawn[1].height, drawn[1].left) for drawn in limits._filtered((ShortRuns(5),), 6, (0, 0, 20, 20), (4, 4))]
+    runs = [
+        (drawn[1].height, drawn[1].left)
+        for drawn in limits._filtered((ShortRuns(5),), 6, (0, 0, 20, 20), (4, 4))
+    ]
     assert runs == [(5, 12), (5, 14), (6, 12), (6, 14)]
 
 
@@ -86,5 +106,7 @@ def test_command(tmp_path):
     shutil.copy(DATA / "Pong.npz", tmp_path)
     result = run_app(command.app, "Pong", "limits", "--data", tmp_path)
     assert result.exit_code == 0, result.output
-    assert (tmp_path / "limits" / "Pong.txt").read_text() == (DATA / "limits" / "Pong.txt").read_text()
+    assert (tmp_path / "limits" / "Pong.txt").read_text() == (
+        DATA / "limits" / "Pong.txt"
+    ).read_text()
     assert len(limits.read(ocjax.load("Pong"), tmp_path)) > 5

@@ -3,7 +3,13 @@
 import jax
 import numpy as np
 
-FIELDS = {"xywh": (np.int16, (4,)), "valid": (np.bool_, ()), "orientation": (np.int8, ()), "value": (np.int32, ()), "rgb": (np.uint8, (3,))}
+FIELDS = {
+    "xywh": (np.int16, (4,)),
+    "valid": (np.bool_, ()),
+    "orientation": (np.int8, ()),
+    "value": (np.int32, ()),
+    "rgb": (np.uint8, (3,)),
+}
 
 
 def host(objects):
@@ -11,11 +17,15 @@ def host(objects):
 
 
 def same(a, b):
-    return all(np.array_equal(p, q) for p, q in zip(jax.tree.leaves(host(a)), jax.tree.leaves(host(b)), strict=True))
+    return all(
+        np.array_equal(p, q)
+        for p, q in zip(jax.tree.leaves(host(a)), jax.tree.leaves(host(b)), strict=True)
+    )
 
 
 def check(game, objects, batch):
-    """Well-formed: dtypes and shapes, boxes on the screen, invalid slots zero, only declared attributes."""
+    """Well-formed: dtypes and shapes, boxes on the screen, invalid slots zero, only declared
+    attributes."""
     o = host(objects)
     height, width = game.screen
     for name, (dtype, tail) in FIELDS.items():
@@ -33,10 +43,13 @@ def check(game, objects, batch):
 def random_frames(game, rng, n):
     """Noise of all colours, of the game's own, and blocks of them (large, touching objects).
 
-    A third is noise, which takes a hundred times as long as a frame of a game, because it has thousands of components.
+    A third is noise, which takes a hundred times as long as a frame of a game, because it has
+    thousands of components.
     """
     height, width = game.screen
-    own = np.array(sorted({c for category in game.categories for c in category.rule.palette}), np.uint8)
+    own = np.array(
+        sorted({c for category in game.categories for c in category.rule.palette}), np.uint8
+    )
     kinds = rng.choice(3, size=n, p=(1 / 6, 1 / 6, 2 / 3))
     frames = np.empty((n, height, width), np.uint8)
     for i, kind in enumerate(kinds):
@@ -44,6 +57,8 @@ def random_frames(game, rng, n):
             frames[i] = rng.integers(0, 128, (height, width)) * 2
         else:
             size = 1 if kind == 1 else int(rng.integers(2, 40))
-            coarse = rng.choice(np.append(own, [0] * (2 * len(own))), (height // size + 1, width // size + 1))
+            coarse = rng.choice(
+                np.append(own, [0] * (2 * len(own))), (height // size + 1, width // size + 1)
+            )
             frames[i] = coarse.repeat(size, 0).repeat(size, 1)[:height, :width]
     return frames

@@ -6,11 +6,16 @@ import pytest
 
 
 def slow_but(quick, values):
-    """All values, as parameters of a test; those that are not among `quick` run only with `--all`. A tuple is the values of several."""
+    """All values, as parameters of a test; those that are not among `quick` run only with `--all`.
+
+    A tuple is the values of several.
+    """
     missing = [value for value in quick if value not in values]
     assert not missing, f"{missing} are no values"
     return [
-        value if value in quick else pytest.param(*value if isinstance(value, tuple) else (value,), marks=pytest.mark.slow)
+        value
+        if value in quick
+        else pytest.param(*value if isinstance(value, tuple) else (value,), marks=pytest.mark.slow)
         for value in values
     ]
 

@@ -62,12 +62,21 @@ class Reader:
 
     def __init__(self):
         self._process = subprocess.Popen(
-            [sys.executable, "-c", SERVER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            [sys.executable, "-c", SERVER],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
         )
 
     def __call__(self, path, *, kind="input", memory=2**28, seconds=60):
         """The type and message of the error, or "read"."""
-        self._process.stdin.write(json.dumps([kind, str(path), memory, seconds, os.environ.get("MINARI_DATASETS_PATH", "")]) + "\n")
+        self._process.stdin.write(
+            json.dumps(
+                [kind, str(path), memory, seconds, os.environ.get("MINARI_DATASETS_PATH", "")]
+            )
+            + "\n"
+        )
         self._process.stdin.flush()
         return json.loads(self._process.stdout.readline())
 
@@ -84,7 +93,9 @@ def picture_folder(suffix, **options):
         for i, ram in enumerate(rows):
             frame = np.zeros((210, 160), np.uint8)
             frame[:1, :128] = ram & 0xFE
-            Image.fromarray(ocjax.load("Pong").palette[frame]).save(path / f"{i}.{suffix}", **options)
+            Image.fromarray(ocjax.load("Pong").palette[frame]).save(
+                path / f"{i}.{suffix}", **options
+            )
         return path
 
     return write
@@ -119,7 +130,12 @@ def write_zarr(folder, rows):
 
 def table(rows):
     pa = pytest.importorskip("pyarrow")
-    return pa.table({"n": np.arange(len(rows)), "ram": pa.FixedSizeListArray.from_arrays(pa.array(rows.reshape(-1)), 128)})
+    return pa.table(
+        {
+            "n": np.arange(len(rows)),
+            "ram": pa.FixedSizeListArray.from_arrays(pa.array(rows.reshape(-1)), 128),
+        }
+    )
 
 
 def save_arrow(path, whole, *, stream=False, batch=None):
@@ -146,7 +162,9 @@ def write_feather(folder, rows):
 
 
 def write_parquet(folder, rows):
-    pytest.importorskip("pyarrow.parquet").write_table(table(rows), folder / "Pong.parquet", row_group_size=7)
+    pytest.importorskip("pyarrow.parquet").write_table(
+        table(rows), folder / "Pong.parquet", row_group_size=7
+    )
     return folder / "Pong.parquet"
 
 
@@ -154,7 +172,9 @@ def write_parquet_folder(folder, rows):
     parquet = pytest.importorskip("pyarrow.parquet")
     (folder / "Pong" / "data").mkdir(parents=True)
     for k, part in enumerate((rows[:9], rows[9:])):
-        parquet.write_table(table(part), folder / "Pong" / "data" / f"train-{k:05}-of-00002.parquet")
+        parquet.write_table(
+            table(part), folder / "Pong" / "data" / f"train-{k:05}-of-00002.parquet"
+        )
     return folder / "Pong"
 
 
@@ -164,7 +184,9 @@ def write_hugging_face(folder, rows):
     names = ["data-1.arrow", "data-0.arrow"]
     for name, part in zip(names, (rows[:9], rows[9:]), strict=True):
         save_arrow(path / name, table(part), stream=True, batch=5)
-    (path / "state.json").write_text(json.dumps({"_data_files": [{"filename": name} for name in names]}))
+    (path / "state.json").write_text(
+        json.dumps({"_data_files": [{"filename": name} for name in names]})
+    )
     (folder / "Pong" / "dataset_dict.json").write_text('{"splits": ["train"]}')
     return folder / "Pong"
 
@@ -181,11 +203,19 @@ def write_minari(folder, rows, data_format="hdf5"):
     (folder / "pong" / "namespace_metadata.json").write_text("{}")
     box = spaces.Box(0, 255, rows.shape[1:], np.uint8)
     storage = MinariStorage.new(path / "data", box, spaces.Discrete(6), data_format=data_format)
-    storage.update_metadata({"dataset_id": "pong/test-v0", "minari_version": "0.5.4", "ocjax": {"game": "Pong"}})
+    storage.update_metadata(
+        {"dataset_id": "pong/test-v0", "minari_version": "0.5.4", "ocjax": {"game": "Pong"}}
+    )
     for k, part in enumerate((rows[:9], rows[9:])):
         n = len(part) - 1
         flags = np.zeros(n, bool)
-        storage.update_episodes([EpisodeBuffer(k, None, None, part, np.zeros(n, np.int64), np.zeros(n), flags, flags, {})])
+        storage.update_episodes(
+            [
+                EpisodeBuffer(
+                    k, None, None, part, np.zeros(n, np.int64), np.zeros(n), flags, flags, {}
+                )
+            ]
+        )
     return "minari:pong/test-v0"
 
 

@@ -16,9 +16,10 @@ DATA = ROOT / "tests" / "data"
 def excerpt(name):
     """The arrays of a game's recording in `tests/data`.
 
-    `rams` uint8 `[n, 128]`, `screens` and `previous` uint8 `[n, H, 160]` (the last two emulated frames), `rewards` `[n]` (since the episode
-    began) and `lives` `[n]`. Recordings cut from an instrumented emulator's have `drawn` bool `[n, H, 160]` too: a graphics object shows
-    there on one of the two frames.
+    `rams` uint8 `[n, 128]`, `screens` and `previous` uint8 `[n, H, 160]` (the last two emulated
+    frames), `rewards` `[n]` (since the episode began) and `lives` `[n]`. Recordings cut from an
+    instrumented emulator's have `drawn` bool `[n, H, 160]` too: a graphics object shows there on
+    one of the two frames.
     """
     path = DATA / f"{name}.npz"
     if not path.exists():
@@ -32,7 +33,9 @@ def damaged_archive(good, number):
     data = bytearray(good)
     at = int(rng.integers(len(data)))
     if number % 2:  # in the headers, which are a small part of the file
-        at = int(rng.choice([i for i in range(len(data)) if data[i : i + 2] == b"PK"])) + int(rng.integers(60))
+        at = int(rng.choice([i for i in range(len(data)) if data[i : i + 2] == b"PK"])) + int(
+            rng.integers(60)
+        )
     at = min(at, len(data) - 1)
     match number % 8 // 2:
         case 0:

@@ -1,4 +1,5 @@
-"""A game that exists only for tests: it uses every rule, every way to read RAM, and every part of a box."""
+"""A game that exists only for tests: it uses every rule, every way to read RAM, and every part of a
+box."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -22,7 +23,13 @@ GRID_X, GRID_Y = (20, 30, 40, 62), (150, 150, 150, 151)
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
 TABLE = np.arange(100, 0, -3)
 PAIRS = Shape(w=(1, 28), h=(1, 28), pixels=(3, 500), split=(7, 7))
-FLOORS = Runs((Run(24, 141, left=(0, 159), width=(4, 30), height=3), Run((24, 26), 145, left=(9, 98), width=(2, W), height=2)), most=1)
+FLOORS = Runs(
+    (
+        Run(24, 141, left=(0, 159), width=(4, 30), height=3),
+        Run((24, 26), 145, left=(9, 98), width=(2, W), height=2),
+    ),
+    most=1,
+)
 
 
 class Ram(RamMap):
@@ -45,7 +52,9 @@ def decode(m):
     present = m.flags >> jnp.arange(4) & 1 == 1
     return {
         "Walker": box(x, y, size, size, m.kind > 0, color=color),
-        "Turner": box(packed_position(m.code), 40 + m.delta, 8, jnp.array([6, 12]), orientation=m.nibbles).clip(8, 32, 152, 196),
+        "Turner": box(
+            packed_position(m.code), 40 + m.delta, 8, jnp.array([6, 12]), orientation=m.nibbles
+        ).clip(8, 32, 152, 196),
         "Pair": box(jnp.stack([m.x[0], m.x[5]]), 100, 7, 7),
         "Thin": box(div(m.word, 500), 120, 3, 2, m.tops > 3),
         "Background": box(5, 60, 20, 20),
@@ -65,27 +74,64 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Walker", Blobs((20, 22), (0, 30, W, 140), Shape(w=(2, 20), h=(2, 20)), gap=(2, 1)), count=6, doc="dynamic colours"),
         Category(
-            "Turner", Blobs(40, connectivity=4, filters=(NoLines(12),)), count=2, attributes=("orientation",), doc="any size, 4-connected"
+            "Walker",
+            Blobs((20, 22), (0, 30, W, 140), Shape(w=(2, 20), h=(2, 20)), gap=(2, 1)),
+            count=6,
+            doc="dynamic colours",
         ),
-        Category("Pair", Blobs(60, None, PAIRS, also=(Blobs(62, None, PAIRS),)), count=2, doc="touching"),
+        Category(
+            "Turner",
+            Blobs(40, connectivity=4, filters=(NoLines(12),)),
+            count=2,
+            attributes=("orientation",),
+            doc="any size, 4-connected",
+        ),
+        Category(
+            "Pair", Blobs(60, None, PAIRS, also=(Blobs(62, None, PAIRS),)), count=2, doc="touching"
+        ),
         Category(
             "Thin",
-            Blobs((80, 82), (0, 30, W, 200), filters=(ShortRuns(3),), first=80, exclude=("Pebble",), ignore=((0, 30, 9, 60),)),
+            Blobs(
+                (80, 82),
+                (0, 30, W, 200),
+                filters=(ShortRuns(3),),
+                first=80,
+                exclude=("Pebble",),
+                ignore=((0, 30, 9, 60),),
+            ),
             doc="low",
         ),
-        Category("Background", Bounds(0, (5, 60, 40, 90), inverse=True, exclude=("Walker", "Pebble"), min_size=(2, 1)), doc="not black"),
-        Category("Pebble", Cells(100, GRID_X, GRID_Y, 4, 4, margin=(1, 1)), count=4, doc="whole cells"),
+        Category(
+            "Background",
+            Bounds(0, (5, 60, 40, 90), inverse=True, exclude=("Walker", "Pebble"), min_size=(2, 1)),
+            doc="not black",
+        ),
+        Category(
+            "Pebble", Cells(100, GRID_X, GRID_Y, 4, 4, margin=(1, 1)), count=4, doc="whole cells"
+        ),
         Category(
             "Pill",
-            Cells((100, 102), tuple(x + 40 for x in GRID_X), (170,) * 4, 3, 3, whole=False, exclude=("Turner",)),
+            Cells(
+                (100, 102),
+                tuple(x + 40 for x in GRID_X),
+                (170,) * 4,
+                3,
+                3,
+                whole=False,
+                exclude=("Turner",),
+            ),
             count=4,
             blinks=True,
             doc="parts of cells",
         ),
         Category("Floor", FLOORS, count=2, doc="runs"),
-        Category("Link", Bounds((28,), ((0, 199, 80, 205), (80, 199, W, 205)), then=(SideBySide(4),)), count=3, doc="side by side"),
+        Category(
+            "Link",
+            Bounds((28,), ((0, 199, 80, 205), (80, 199, W, 205)), then=(SideBySide(4),)),
+            count=3,
+            doc="side by side",
+        ),
         display(
             "Score",
             Bounds(120, (24, 4, 80, 14), value=Digits(FONT, (20, 36, 52, 68), 4, required=True)),

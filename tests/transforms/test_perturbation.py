@@ -67,11 +67,16 @@ def test_swapped(objects):
     for swap, stay in ((1.0, (0, 0.3)), (0.2, (0.7, 1))):
         noisy = ocjax.perturb(KEY, objects, swap=swap)
         for s in game.slices.values():
-            got, want = (np.concatenate([np.asarray(o.xywh), np.asarray(o.rgb)], axis=-1)[:, s] for o in (noisy, objects))
+            got, want = (
+                np.concatenate([np.asarray(o.xywh), np.asarray(o.rgb)], axis=-1)[:, s]
+                for o in (noisy, objects)
+            )
             for a, b in zip(got, want, strict=True):
                 assert sorted(map(tuple, a.tolist())) == sorted(map(tuple, b.tolist()))
         blocks = game.slices["Block"]
-        same = (np.asarray(noisy.xywh) == np.asarray(objects.xywh)).all(axis=-1)[:, blocks][valid[:, blocks]]
+        same = (np.asarray(noisy.xywh) == np.asarray(objects.xywh)).all(axis=-1)[:, blocks][
+            valid[:, blocks]
+        ]
         assert stay[0] <= same.mean() <= stay[1]
 
 
@@ -80,7 +85,9 @@ def test_keys_and_batches(objects):
     noisy = ocjax.perturb(KEY, objects, **options)
     assert equal(ocjax.perturb(KEY, objects, **options), noisy)
     assert not equal(ocjax.perturb(jax.random.key(4), objects, **options), noisy)
-    mapped = jax.vmap(lambda key, o: ocjax.perturb(key, o, **options))(jax.random.split(KEY, 60), objects)
+    mapped = jax.vmap(lambda key, o: ocjax.perturb(key, o, **options))(
+        jax.random.split(KEY, 60), objects
+    )
     assert mapped.xywh.shape == objects.xywh.shape
     assert mapped.xywh.dtype == jnp.int16
     assert len(noisy[0].to_list()) == noisy.valid[0].sum()
@@ -105,7 +112,9 @@ def test_misuse(objects):
 def test_environments_observe_perturbed_objects():
     runs = []
     for seed in (0, 0, 1):
-        envs = ocjax.make_vec("Pong", 3, num_workers=0, autoreset_mode="SameStep", max_episode_frames=40)
+        envs = ocjax.make_vec(
+            "Pong", 3, num_workers=0, autoreset_mode="SameStep", max_episode_frames=40
+        )
         noisy = PerturbObjects(envs, jax.random.key(seed), jitter=2, drop=0.3)
         noisy.reset(seed=0)
         shown, existing, moves, ends = [], 0, [], 0

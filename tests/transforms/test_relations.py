@@ -18,7 +18,18 @@ def made(boxes, valid):
     n = len(valid)
     boxes = np.where(np.array(valid)[:, None], np.array(boxes, np.int16).reshape(n, 4), np.int16(0))
     zeros = np.zeros(n, np.int8)
-    return Objects(*map(jnp.asarray, (boxes, np.array(valid, bool), zeros, zeros.astype(np.int32), np.zeros((n, 3), np.uint8))))
+    return Objects(
+        *map(
+            jnp.asarray,
+            (
+                boxes,
+                np.array(valid, bool),
+                zeros,
+                zeros.astype(np.int32),
+                np.zeros((n, 3), np.uint8),
+            ),
+        )
+    )
 
 
 box = st.tuples(st.integers(0, 159), st.integers(0, 209), st.integers(0, 40), st.integers(0, 40))
@@ -26,8 +37,11 @@ group = st.lists(st.tuples(box, st.booleans()), min_size=4, max_size=4)
 
 
 def touch(a, b):
-    """Whether boxes that are one pixel larger on the right and at the bottom have a pixel in common."""
-    mine, other = ({(i, j) for i in range(x, x + w + 1) for j in range(y, y + h + 1)} for x, y, w, h in (a, b))
+    """Whether boxes that are one pixel larger on the right and at the bottom have a pixel in
+    common."""
+    mine, other = (
+        {(i, j) for i in range(x, x + w + 1) for j in range(y, y + h + 1)} for x, y, w, h in (a, b)
+    )
     return bool(mine & other)
 
 
@@ -51,7 +65,17 @@ def test_against_numpy(first, second):
 
 
 @pytest.mark.parametrize(
-    ("offset", "point"), [((0, -9), 0), ((9, -9), 2), ((9, 0), 4), ((0, 9), 8), ((-9, 0), 12), ((-9, -9), 14), ((-3, -40), 0), ((0, 0), -1)]
+    ("offset", "point"),
+    [
+        ((0, -9), 0),
+        ((9, -9), 2),
+        ((9, 0), 4),
+        ((0, 9), 8),
+        ((-9, 0), 12),
+        ((-9, -9), 14),
+        ((-3, -40), 0),
+        ((0, 0), -1),
+    ],
 )
 def test_directions(offset, point):
     a, b = made([(50, 50, 4, 4)], [True]), made([(50 + offset[0], 50 + offset[1], 4, 4)], [True])

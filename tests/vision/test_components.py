@@ -30,7 +30,8 @@ H, W = 24, 160
 
 
 def reference(mask, search):
-    """Boxes in raster order of the components' first pixels, by label and find_objects; with the column of that pixel."""
+    """Boxes in raster order of the components' first pixels, by label and find_objects; with the
+    column of that pixel."""
     dx, dy = search.gap
     wide = np.zeros((mask.shape[0] + dy, mask.shape[1] + dx), bool)
     for i in range(dx + 1):
@@ -41,7 +42,14 @@ def reference(mask, search):
     for label, (rows, columns) in enumerate(ndimage.find_objects(labels), start=1):
         first = int(np.flatnonzero(labels[rows.start] == label)[0])
         w, h = columns.stop - columns.start - dx, rows.stop - rows.start - dy
-        size = next((s.split or (256, 256) for s in search.shapes if meets(s, w, h, (labels == label).sum())), None)
+        size = next(
+            (
+                s.split or (256, 256)
+                for s in search.shapes
+                if meets(s, w, h, (labels == label).sum())
+            ),
+            None,
+        )
         if size is not None:
             boxes = parts(columns.start, rows.start, w, h, size)
             if w > PICTURE_WIDTH or h > max(map(len, search.pictures), default=256):
@@ -53,7 +61,11 @@ def reference(mask, search):
 def meets(shape, w, h, pixels):
     limit = shape.max_size or (W, 256)
     least, most = (1, W * 256) if shape.pixels is None else limits(shape.pixels)
-    return shape.min_size[0] <= w <= limit[0] and shape.min_size[1] <= h <= limit[1] and least <= pixels <= most
+    return (
+        shape.min_size[0] <= w <= limit[0]
+        and shape.min_size[1] <= h <= limit[1]
+        and least <= pixels <= most
+    )
 
 
 def parts(x, y, w, h, size):
@@ -61,16 +73,28 @@ def parts(x, y, w, h, size):
     across = min(-(-w // size[0]), MAX_PARTS)
     down = min(-(-h // size[1]), MAX_PARTS // across)
     part_w, part_h = size[0] if across > 1 else w, size[1] if down > 1 else h
-    places = [(i * (w - part_w) // max(across - 1, 1), j * (h - part_h) // max(down - 1, 1)) for j in range(down) for i in range(across)]
+    places = [
+        (i * (w - part_w) // max(across - 1, 1), j * (h - part_h) // max(down - 1, 1))
+        for j in range(down)
+        for i in range(across)
+    ]
     return [(x + i, y + j, part_w, part_h) for i, j in places]
 
 
 def by_picture(component, x, y, search):
-    """The boxes of the first picture that fits at a component's first pixel, and of what is left; none without both."""
+    """The boxes of the first picture that fits at a component's first pixel, and of what is left;
+    none without both."""
     for bits in search.pictures:
         rows, columns = np.nonzero(np.array(bits)[:, None] >> np.arange(PICTURE_WIDTH)[::-1] & 1)
-        at = {(y + j, x + i - columns[0]) for j, i in zip(rows.tolist(), columns.tolist(), strict=True)}
-        at = {(j, i) for j, i in at if j < component.shape[0] and search.columns[0] <= i < search.columns[1]}
+        at = {
+            (y + j, x + i - columns[0])
+            for j, i in zip(rows.tolist(), columns.tolist(), strict=True)
+        }
+        at = {
+            (j, i)
+            for j, i in at
+            if j < component.shape[0] and search.columns[0] <= i < search.columns[1]
+        }
         if all(component[j, i] for j, i in at):
             rest = {(j, i) for j, i in np.argwhere(component).tolist()} - at
             return [bounding_box(at), bounding_box(rest)] if rest else []
@@ -92,7 +116,11 @@ def compiled(searches):
     @jax.jit
     def run(frames):
         planes = bitmap.planes(frames)
-        return components([bitmap.color_mask(planes, (2 * i + 2,)) for i in range(len(searches))], searches, heads=True)
+        return components(
+            [bitmap.color_mask(planes, (2 * i + 2,)) for i in range(len(searches))],
+            searches,
+            heads=True,
+        )
 
     return run
 
@@ -108,8 +136,16 @@ def check(masks, searches):
         for b in range(len(frames)):
             want = reference(mask[b], search)
             assert (boxes.head is None) == search.splits
-            fields = [field for field in (boxes.x, boxes.y, boxes.w, boxes.h, boxes.head) if field is not None]
-            got = [tuple(int(v[k, b]) for v in fields) for k in range(search.count) if boxes.valid[k, b]]
+            fields = [
+                field
+                for field in (boxes.x, boxes.y, boxes.w, boxes.h, boxes.head)
+                if field is not None
+            ]
+            got = [
+                tuple(int(v[k, b]) for v in fields)
+                for k in range(search.count)
+                if boxes.valid[k, b]
+            ]
             assert got == [box[: len(fields)] for box in want[: search.count]]
             assert boxes.overflow[b] == max(len(want) - search.count, 0)
             assert not boxes.valid[len(want) :, b].any()
@@ -128,7 +164,10 @@ def test_searches_of_one_mask_find_what_each_finds_alone():
         masks = [bitmap.color_mask(bitmap.planes(frames), (2,)) for _ in searches]
         return components(masks[:1] * len(searches), searches), components(masks, searches)
 
-    mask = np.random.default_rng(3).random((5, H, W)) < np.array([0, 0.02, 0.1, 0.3, 0.5])[:, None, None]
+    mask = (
+        np.random.default_rng(3).random((5, H, W))
+        < np.array([0, 0.02, 0.1, 0.3, 0.5])[:, None, None]
+    )
     together, alone = both(jnp.asarray(2 * mask, jnp.uint8))
     assert jax.tree.all(jax.tree.map(lambda a, b: bool((a == b).all()), together, alone))
     assert all(boxes.valid.any() for boxes in together)
@@ -178,7 +217,9 @@ WORST = {
     "diagonal": np.indices((H, W))[1] // 6 == np.indices((H, W))[0],
 }
 PICTURES = (  # a disc, a wedge and a spot
-    picture(np.hypot(*np.indices((9, 16)) - np.array([4, 7.5])[:, None, None] * np.ones((2, 1, 1))) < 5),
+    picture(
+        np.hypot(*np.indices((9, 16)) - np.array([4, 7.5])[:, None, None] * np.ones((2, 1, 1))) < 5
+    ),
     picture(np.indices((6, 9)).sum(0) > 5),
     picture(np.ones((3, 2))),
 )
@@ -192,12 +233,15 @@ SEARCHES = {
     "joined, any size": Search(30, gap=(2, 5)),
     "4-connected": Search(700, (Shape(w=(1, 8), h=(1, 10)),), connectivity=4),
     "4-connected, any size": Search(12, connectivity=4),
-    "two sizes": Search(700, (Shape(w=(1, 8), h=(1, 2), pixels=(3, 9)), Shape(w=(1, 5), h=(3, 10), split=(3, 4)))),
+    "two sizes": Search(
+        700, (Shape(w=(1, 8), h=(1, 2), pixels=(3, 9)), Shape(w=(1, 5), h=(3, 10), split=(3, 4)))
+    ),
     "two sizes, one of them any": Search(30, (Shape(w=(1, 4), h=(1, 4)), Shape(w=(9, None)))),
     "pictures": Search(60, (Shape(w=(1, 30), h=(1, 20), split=(16, 9)),), pictures=PICTURES),
     "so many pixels": Search(60, (Shape(w=(1, 20), h=(1, 10), pixels=(5, 40)),), gap=(1, 0)),
 }
-# Of which these have all features: a gap, both connectivities, several sizes, parts, numbers of pixels, and pictures.
+# Of which these have all features: a gap, both connectivities, several sizes, parts, numbers of
+# pixels, and pictures.
 FEATURES = ("any size", "joined", "4-connected", "two sizes", "pictures")
 
 
@@ -208,16 +252,25 @@ def test_worst_cases(search):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "colors"), [("SpaceInvaders", (20,)), ("MsPacman", (38, 184, 88, 70, 42)), ("Skiing", (198, 212, 214, 218))]
+    ("name", "colors"),
+    [
+        ("SpaceInvaders", (20,)),
+        ("MsPacman", (38, 184, 88, 70, 42)),
+        ("Skiing", (198, 212, 214, 218)),
+    ],
 )
 @pytest.mark.parametrize("search", SEARCHES)
 def test_real_frames(search, name, colors):
     check([np.isin(excerpt(name)["screens"][::4], colors)], (SEARCHES[search],))
 
 
-@pytest.mark.parametrize(("most", "connectivity"), slow_but([(17, 4), (32, 8)], list(itertools.product([15, 16, 17, 31, 32, 33], [4, 8]))))
+@pytest.mark.parametrize(
+    ("most", "connectivity"),
+    slow_but([(17, 4), (32, 8)], list(itertools.product([15, 16, 17, 31, 32, 33], [4, 8]))),
+)
 def test_widest_objects(most, connectivity):
-    """Components of the greatest width and one column wider that begin at their right, left or middle, on every column of the screen."""
+    """Components of the greatest width and one column wider that begin at their right, left or
+    middle, on every column of the screen."""
     masks = []
     for width in (most, most + 1):
         for first in (0, width // 2, width - 1):
@@ -225,8 +278,13 @@ def test_widest_objects(most, connectivity):
                 figure = np.zeros((3, width + 2 * diagonal), bool)
                 figure[0, first + diagonal] = figure[1, diagonal : width + diagonal] = True
                 figure[2, [0, -1]] = True  # beside the row above, or below its ends
-                masks += [np.pad(figure, ((5, H - 8), (x, W - x - figure.shape[1]))) for x in range(W - figure.shape[1] + 1)]
-    check([np.stack(masks)], (Search(5, (Shape(w=(1, most), h=(1, 10)),), connectivity=connectivity),))
+                masks += [
+                    np.pad(figure, ((5, H - 8), (x, W - x - figure.shape[1])))
+                    for x in range(W - figure.shape[1] + 1)
+                ]
+    check(
+        [np.stack(masks)], (Search(5, (Shape(w=(1, most), h=(1, 10)),), connectivity=connectivity),)
+    )
 
 
 @st.composite
@@ -252,7 +310,10 @@ def test_random_masks(search, mask):
 @settings(max_examples=25)
 @given(first=masks(), second=masks(), third=masks())
 def test_several_masks_at_once(first, second, third):
-    check([first, second, third], (SEARCHES["small"], SEARCHES["joined"], SEARCHES["4-connected, any size"]))
+    check(
+        [first, second, third],
+        (SEARCHES["small"], SEARCHES["joined"], SEARCHES["4-connected, any size"]),
+    )
 
 
 @pytest.mark.parametrize("columns", [(0, W), (5, 131)])
@@ -263,8 +324,12 @@ def test_pictures_that_touch(seed, columns):
     rng = np.random.default_rng(seed)
     frames = np.zeros((len(WORST), H + 9, W + 64), bool)
     for frame in frames:
-        for x in rng.choice([24, 30, 60, 90, 120, columns[1] + 20, columns[1] + 26], 4, replace=False):
-            for offset, rows in zip((0, rng.integers(-9, 17)), rng.choice(np.array(PICTURES, object), 2), strict=True):
+        for x in rng.choice(
+            [24, 30, 60, 90, 120, columns[1] + 20, columns[1] + 26], 4, replace=False
+        ):
+            for offset, rows in zip(
+                (0, rng.integers(-9, 17)), rng.choice(np.array(PICTURES, object), 2), strict=True
+            ):
                 ink = np.array(rows)[:, None] >> np.arange(PICTURE_WIDTH)[::-1] & 1
                 y = rng.integers(0, H)
                 frame[y : y + len(ink), x + offset : x + offset + PICTURE_WIDTH] |= ink.astype(bool)
@@ -282,7 +347,12 @@ def test_shifts_and_fills(seed, n, words):
 
     def pack(p):
         return jnp.asarray(
-            np.packbits(p, axis=1).reshape(4, words, 4, 3).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype(np.uint32)
+            np.packbits(p, axis=1)
+            .reshape(4, words, 4, 3)
+            .transpose(1, 0, 3, 2)
+            .copy()
+            .view(">u4")[..., 0]
+            .astype(np.uint32)
         )
 
     def unpack(words_):
@@ -304,9 +374,13 @@ def test_shifts_and_fills(seed, n, words):
 @settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), margin=st.integers(0, 15), words=st.integers(1, 6))
 def test_windows_hold_what_moves(seed, margin, words):
-    """Pixels that spread column by column within windows are those that spread across the words of the bitmap."""
+    """Pixels that spread column by column within windows are those that spread across the words of
+    the bitmap."""
     rng = np.random.default_rng(seed)
-    pixels = jnp.asarray(rng.integers(0, 2**32, (words, 4, 3), np.uint32) & rng.integers(0, 2**32, (words, 4, 3), np.uint32))
+    pixels = jnp.asarray(
+        rng.integers(0, 2**32, (words, 4, 3), np.uint32)
+        & rng.integers(0, 2**32, (words, 4, 3), np.uint32)
+    )
     inside, across = bitmap.windows(pixels, margin), pixels
     for _ in range(margin):
         inside, across = inside | (inside << 1) | (inside >> 1), bitmap.spread(across)
@@ -351,7 +425,8 @@ def _beside(pixels):
 
 @pytest.mark.parametrize("least", [2, 5, 6, 31])
 def test_only_lines_of_one_colour_are_left(least):
-    """Lines of 31 rows upright and slanting both ways, across words and over each other; one that changes its colour, and a spot."""
+    """Lines of 31 rows upright and slanting both ways, across words and over each other; one that
+    changes its colour, and a spot."""
     height, rows = 70, np.arange(31)
     frame = np.zeros((height, W), np.uint8)
     frame[2 + rows, 31], frame[3 + rows, 20 + rows], frame[4 + rows, 80 - rows] = 2, 4, 6
@@ -368,7 +443,9 @@ def test_only_lines_of_one_colour_are_left(least):
     found = jax.jit(Lines(least, (0, height)))(colored, planes)
     assert np.array_equal(found, packed_bits(expected))
     inner = jax.jit(Lines(least, (1, 60)))(colored, planes[:3])
-    assert np.array_equal(inner[:, 1:60], found[:, 1:60])  # no line ends outside of these rows, and these bits tell the colours apart
+    assert np.array_equal(
+        inner[:, 1:60], found[:, 1:60]
+    )  # no line ends outside of these rows, and these bits tell the colours apart
     assert not inner[:, :1].any()
     assert not inner[:, 60:].any()
 
@@ -377,14 +454,22 @@ def test_only_lines_of_one_colour_are_left(least):
 @settings(deadline=None, max_examples=5)
 @given(st.randoms(use_true_random=False))
 def test_tight_boxes(random):
-    """The bounds of regions of several masks, high and low ones, some of one mask, some of which overlap; with the first pixels."""
+    """The bounds of regions of several masks, high and low ones, some of one mask, some of which
+    overlap; with the first pixels."""
     height, n_frames = 90, 6
     rng = np.random.default_rng(random.getrandbits(32))
-    pixels = rng.random((2, n_frames, height, W)) < rng.choice([0, 0.0005, 0.01, 1], (2, n_frames, 1, 1))
+    pixels = rng.random((2, n_frames, height, W)) < rng.choice(
+        [0, 0.0005, 0.01, 1], (2, n_frames, 1, 1)
+    )
     masks = [bitmap.color_mask(bitmap.planes(2 * jnp.asarray(m, jnp.uint8)), (2,)) for m in pixels]
-    which, regions = [0, 1, 1, 1], [(0, 0, W, height), (0, height - 1, W, height), (3, 70, 90, height), (31, 0, 33, 1)]
+    which, regions = (
+        [0, 1, 1, 1],
+        [(0, 0, W, height), (0, height - 1, W, height), (3, 70, 90, height), (31, 0, 33, 1)],
+    )
     for _ in range(7):
-        (left, right), (top, bottom) = (sorted(random.sample(range(size + 1), 2)) for size in (W, height))
+        (left, right), (top, bottom) = (
+            sorted(random.sample(range(size + 1), 2)) for size in (W, height)
+        )
         which.append(random.randrange(2))
         regions.append((left, top, right, bottom))
     found = np.array(tight_boxes([masks[i] for i in which], regions))
@@ -405,7 +490,14 @@ def test_rows_and_columns(height):
     """First and last set rows and columns of bitmaps with a few pixels, or none."""
     rng = np.random.default_rng(height)
     pixels = rng.random((height, 160, 20)) < rng.choice([0, 0.0005, 0.5], 20)
-    words = jnp.asarray(np.packbits(pixels, axis=1).reshape(height, 5, 4, 20).transpose(1, 0, 3, 2).copy().view(">u4")[..., 0].astype("u4"))
+    words = jnp.asarray(
+        np.packbits(pixels, axis=1)
+        .reshape(height, 5, 4, 20)
+        .transpose(1, 0, 3, 2)
+        .copy()
+        .view(">u4")[..., 0]
+        .astype("u4")
+    )
     for used, (first, last) in (
         (pixels.any(axis=1), _edges(lambda w: bitmap.rows(bitmap.any_of(w)), words)),
         (pixels.any(axis=0), _edges(lambda w: bitmap.columns(bitmap.or_rows(w)), words)),
@@ -413,7 +505,9 @@ def test_rows_and_columns(height):
         for lane in range(20):
             where = np.flatnonzero(used[:, lane])
             assert int(last[lane]) == (where[-1] if len(where) else -1)
-            assert int(first[lane]) == where[0] if len(where) else int(first[lane]) > int(last[lane])
+            assert (
+                int(first[lane]) == where[0] if len(where) else int(first[lane]) > int(last[lane])
+            )
 
 
 def _edges(method, words):
@@ -442,14 +536,21 @@ def test_stage_starts():
     rows = np.zeros((4, 32), np.uint8)
     rows[1, 3:6] = rows[2, 6] = rows[2, 10] = rows[3, 9:12] = 1
     board = jnp.asarray(np.packbits(rows, axis=1).view(">u4").astype(np.uint32))[None]
-    for corners, want in ((bitmap.ALL, [(1, 3), (2, 10)]), (~bitmap.ALL, [(1, 3), (2, 6), (2, 10)])):
-        starts = np.asarray(stages.starts(list(board[:, 1:]), list(board[:, :-1]), corners))[0, :, 0]
+    for corners, want in (
+        (bitmap.ALL, [(1, 3), (2, 10)]),
+        (~bitmap.ALL, [(1, 3), (2, 6), (2, 10)]),
+    ):
+        starts = np.asarray(stages.starts(list(board[:, 1:]), list(board[:, :-1]), corners))[
+            0, :, 0
+        ]
         found = np.unpackbits(starts.astype(">u4")[:, None].view(np.uint8), axis=1)
         assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == want
 
 
 def on_board(mask, seed, corners):
-    return jnp.moveaxis(fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0), corners), 0, 1)
+    return jnp.moveaxis(
+        fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0), corners), 0, 1
+    )
 
 
 @pytest.mark.parametrize("method", [fill, on_board])
@@ -457,11 +558,15 @@ def on_board(mask, seed, corners):
 def test_stage_fill(method, corners):
     rng = np.random.default_rng(1)
     mask = rng.random((12, 64)) < 0.55
-    words = np.packbits(mask, axis=1).reshape(12, 2, 4).view(">u4")[..., 0].astype(np.uint32)[..., None]
+    words = (
+        np.packbits(mask, axis=1).reshape(12, 2, 4).view(">u4")[..., 0].astype(np.uint32)[..., None]
+    )
     labels, _ = ndimage.label(mask, np.ones((3, 3)) if corners.all() else None)
     y, x = (int(v) for v in np.argwhere(mask)[40])
     seed = np.zeros_like(words)
     seed[y, x // 32] = 1 << (31 - x % 32)
     filled = np.asarray(method(jnp.asarray(words), jnp.asarray(seed), corners))[..., 0]
-    found = np.unpackbits(filled.astype(">u4")[..., None].view(np.uint8).reshape(12, 8), axis=1).astype(bool)
+    found = np.unpackbits(
+        filled.astype(">u4")[..., None].view(np.uint8).reshape(12, 8), axis=1
+    ).astype(bool)
     assert np.array_equal(found, labels == labels[y, x])

@@ -18,7 +18,9 @@ def seen(rule, frame):
     return [int(v[0, 0]) for v in (found.x, found.y, found.w, found.h, found.value)]
 
 
-@pytest.mark.parametrize(("number", "leading_zeros"), [(0, False), (7, False), (1230, False), (45, True)])
+@pytest.mark.parametrize(
+    ("number", "leading_zeros"), [(0, False), (7, False), (1230, False), (45, True)]
+)
 def test_a_number_is_read_where_its_box_is(number, leading_zeros):
     display = NumberDisplay(FONT, right=100, top=30, digits=4, leading_zeros=leading_zeros)
     frame = np.zeros((210, 160), np.uint8)
@@ -33,13 +35,17 @@ def test_a_number_is_read_where_its_box_is(number, leading_zeros):
 
 
 @pytest.mark.parametrize("icons", [1, 2, 5])
-@pytest.mark.parametrize(("left", "pitch"), [(40, 8), (80, -8)], ids=["to the right", "to the left"])
+@pytest.mark.parametrize(
+    ("left", "pitch"), [(40, 8), (80, -8)], ids=["to the right", "to the left"]
+)
 def test_icons_are_counted_where_their_box_is(icons, left, pitch):
     row = IconRow(left=left, top=180, width=5, height=7, pitch=pitch)
     frame = np.zeros((210, 160), np.uint8)
     for i in range(icons):
         frame[180:187, left + pitch * i : left + pitch * i + 5] = COLOR
     b = row.box(jnp.int32(icons), value=jnp.int32(icons + 1))
-    assert [int(v) for v in (b.x, b.y, b.w, b.h, b.value)] == seen(row.rule(COLOR, (30, 170, 120, 190), single=2), frame)
+    assert [int(v) for v in (b.x, b.y, b.w, b.h, b.value)] == seen(
+        row.rule(COLOR, (30, 170, 120, 190), single=2), frame
+    )
     assert not row.box(jnp.int32(0)).valid
     assert not row.box(jnp.int32(3), valid=False).valid

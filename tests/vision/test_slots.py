@@ -23,13 +23,19 @@ def test_objects_are_numbered_by_candidate_and_part(most, data):
     order = _Order(jnp.asarray(counts, jnp.int32), most)
     candidate, part = (np.asarray(v) for v in order.places())
     want = [(c, p) for c, n in enumerate(counts) for p in range(n)]
-    assert list(zip(candidate[: len(want)].tolist(), part[: len(want)].tolist(), strict=True)) == want
-    assert np.asarray(order.before(jnp.arange(65, dtype=jnp.int32))).tolist() == [0, *np.cumsum(counts).tolist()]
+    assert (
+        list(zip(candidate[: len(want)].tolist(), part[: len(want)].tolist(), strict=True)) == want
+    )
+    assert np.asarray(order.before(jnp.arange(65, dtype=jnp.int32))).tolist() == [
+        0,
+        *np.cumsum(counts).tolist(),
+    ]
     assert ((candidate >= 0) & (candidate < 64) & (part >= 0) & (part < most)).all()
 
 
 def test_slots_take_what_earlier_rounds_have_left():
-    """Two masks of two frames, with two slots and one; the first round has filled one slot of the first mask in the first frame."""
+    """Two masks of two frames, with two slots and one; the first round has filled one slot of the
+    first mask in the first frame."""
     masks = [jnp.zeros((5, 8, LANES), bitmap.U) for _ in range(2)]
     layout = Layout.of(masks, [Search(2, (SHAPE,)), Search(1, (SHAPE,))])
     n = layout.n_candidates
@@ -42,7 +48,10 @@ def test_slots_take_what_earlier_rounds_have_left():
         column=jnp.arange(n, dtype=jnp.int32),
     )
     totals = jnp.array([[1, 0], [0, 0]], jnp.int32)
-    before = jnp.array([[50, 0], [0, 0], [0, 0]], jnp.uint32), jnp.array([[7, 0], [0, 0], [0, 0]], jnp.uint32)
+    before = (
+        jnp.array([[50, 0], [0, 0], [0, 0]], jnp.uint32),
+        jnp.array([[7, 0], [0, 0], [0, 0]], jnp.uint32),
+    )
     totals, (box, head) = fill_slots(layout.counts, found, totals, before)
     assert totals.tolist() == [[3, 1], [0, 1]]
     assert box.tolist() == [[50, 102], [100, 0], [0, 104]]

@@ -1,4 +1,5 @@
-"""VEM's rules for colours that change, for objects side by side, and for cells that others cover."""
+"""VEM's rules for colours that change, for objects side by side, and for cells that others
+cover."""
 
 import jax
 import jax.numpy as jnp
@@ -27,7 +28,9 @@ def found(categories, frame, shades=None):
     """The boxes of each category and their colours."""
     out = jax.jit(lambda f: detect(categories, f, shades))(frame[None])
     boxes = [np.stack([f.x, f.y, f.w, f.h], -1)[np.asarray(f.valid)].tolist() for f in out]
-    colors = [None if f.color is None else np.asarray(f.color)[np.asarray(f.valid)].tolist() for f in out]
+    colors = [
+        None if f.color is None else np.asarray(f.color)[np.asarray(f.valid)].tolist() for f in out
+    ]
     return boxes, colors, out
 
 
@@ -62,7 +65,10 @@ def test_cells_under_other_objects():
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24, 20:24] = frame[20:30, 40:50] = 20
     player = Category("Player", Blobs(20, None, Shape(w=(9, 20), h=(9, 20))))
-    for exclude, expected in (((), [[20, 20, 4, 4], [42, 22, 4, 4]]), (("Player",), [[20, 20, 4, 4]])):
+    for exclude, expected in (
+        ((), [[20, 20, 4, 4], [42, 22, 4, 4]]),
+        (("Player",), [[20, 20, 4, 4]]),
+    ):
         cells = Cells(20, (20, 42), (20, 22), 4, 4, exclude=exclude)
         boxes, _, _ = found((player, Category("Pebble", cells, count=2)), frame)
         assert boxes[1] == expected
@@ -114,7 +120,9 @@ def test_other_colours_where_the_first_are_missing():
 @pytest.mark.parametrize("down", [0, 7, 60])
 def test_cells_of_a_grid_that_moves(down):
     frame = np.zeros((210, 160), np.uint8)
-    frame[down : down + 3, 124:132] = frame[down + 7 : down + 11, 128:132] = 20  # the first row of cells lacks its first row
+    frame[down : down + 3, 124:132] = frame[down + 7 : down + 11, 128:132] = (
+        20  # the first row of cells lacks its first row
+    )
     frame[150, 90] = 20  # not in a column of the grid
     cells = Cells(20, (124, 128) * 4, (0, 0, 4, 4, 8, 8, 12, 12), 4, 4, whole=False, floats=True)
     category = Category("Brick", cells, count=8)
@@ -143,7 +151,8 @@ def test_wrong_declarations():
 
 
 def test_objects_of_known_pictures_that_overlap():
-    """A triangle that overlaps a wide bar; the bar's edges cut it, so that what shows of it is 12 columns wide."""
+    """A triangle that overlaps a wide bar; the bar's edges cut it, so that what shows of it is 12
+    columns wide."""
     triangle, bar = np.tri(8, 8, dtype=int), np.ones((3, 16), int)
     frame = np.zeros((210, 160), np.uint8)
     frame[20:28, 40:48][triangle > 0] = 20
@@ -161,8 +170,14 @@ def test_objects_of_known_pictures_that_overlap():
         ({"pictures": ((1, 0),)}, "pictures must be rows of 16 bits"),
         ({"pictures": ((),)}, "pictures must be rows of 16 bits"),
         ({"pictures": ((1 << 16,),)}, "pictures must be rows of 16 bits"),
-        ({"pictures": ((1,),), "shapes": Shape()}, "pictures need no gap, and a shape that is limited"),
-        ({"pictures": ((1,),), "shapes": Shape(w=(1, 15), h=(1, 9))}, "pictures need no gap, and a shape that is limited"),
+        (
+            {"pictures": ((1,),), "shapes": Shape()},
+            "pictures need no gap, and a shape that is limited",
+        ),
+        (
+            {"pictures": ((1,),), "shapes": Shape(w=(1, 15), h=(1, 9))},
+            "pictures need no gap, and a shape that is limited",
+        ),
         ({"pictures": ((1,) * 10,)}, "pictures need no gap, and a shape that is limited"),
         ({"pictures": ((1,),), "gap": (1, 0)}, "pictures need no gap, and a shape that is limited"),
     ],
@@ -182,11 +197,17 @@ def test_rules_of_different_screens_share_their_pixels():
     def is_dark(planes):
         return planes[5, 0, 0] >> 31 == 0  # bit 6 of the first pixel's colour
 
-    both = Searched(lambda planes: color_mask(planes, (20, 30)), lambda _, pixels: pixels, whole=True)
+    both = Searched(
+        lambda planes: color_mask(planes, (20, 30)), lambda _, pixels: pixels, whole=True
+    )
     small, large = Shape((1, 4), (1, 4)), Shape((1, 8), (1, 8))
     categories = (
         Category("Dark", Blobs(20, shapes=small, filters=(both,), frames=is_dark), count=2),
-        Category("Light", Blobs(30, shapes=large, filters=(both,), frames=lambda planes: ~is_dark(planes)), count=2),
+        Category(
+            "Light",
+            Blobs(30, shapes=large, filters=(both,), frames=lambda planes: ~is_dark(planes)),
+            count=2,
+        ),
     )
     frame = np.zeros((210, 160), np.uint8)
     frame[20:24, 20:24], frame[50:58, 20:28] = 30, 20
@@ -218,13 +239,18 @@ def test_rows_below_what_rules_look_at_are_left_out(rule, rows):
 
 
 def test_large_windows_have_a_board_of_their_own():
-    searches = [Search(1, (Shape(w=(1, w), h=(1, h)),)) for w, h in ((4, 4), (8, 8), (40, 60), (8, 9), (20, 20))]
+    searches = [
+        Search(1, (Shape(w=(1, w), h=(1, h)),))
+        for w, h in ((4, 4), (8, 8), (40, 60), (8, 9), (20, 20))
+    ]
     assert [window_words([s.reach]) for s in searches] == [5, 9, 183, 10, 42]
     assert _boards(searches) == [[0, 1, 3, 4], [2]]  # 4 * 42 + 183 words
     assert _boards(searches[:2]) == [[0, 1]]
     assert _boards(searches[2:3] * 3) == [[0, 1, 2]]
     assert _boards([searches[4], searches[4], searches[2]]) == [[0, 1], [2]]
-    tall_and_wide = [Search(1, (Shape(w=(1, w), h=(1, h)),)) for w, h in ((1, 40), (17, 7), (17, 7))]
+    tall_and_wide = [
+        Search(1, (Shape(w=(1, w), h=(1, h)),)) for w, h in ((1, 40), (17, 7), (17, 7))
+    ]
     assert window_words([s.reach for s in tall_and_wide]) == 82
     assert _boards(tall_and_wide) == [[0], [1, 2]]
     gap = Search(1, (Shape(w=(1, 14), h=(1, 8)),), gap=(3, 2))

@@ -3,13 +3,16 @@
     ocjax.make_vec("Pong", 64, hook="lazy_enemy")
     ocjax.make_vec("Pong", 64, hook=["Pong:lazy_enemy", my_function])
 
-A variation is a hook: it writes its bytes before every emulated frame. Several are combined by `hook=[...]`. The addresses and values are
-those of HackAtari 0.0.6 and of the games' decoders in `extractors/`, and the tests check the effect of each on the screen. The names are
-HackAtari's where the effect is the same. What HackAtari does every fifth, sixth or tenth frame happens here every fourth or eighth frame of
-the game's own counter, and random numbers are a hash of the emulator's state, so that a restored state continues identically.
+A variation is a hook: it writes its bytes before every emulated frame. Several are combined by
+`hook=[...]`. The addresses and values are those of HackAtari 0.0.6 and of the games' decoders in
+`extractors/`, and the tests check the effect of each on the screen. The names are HackAtari's where
+the effect is the same. What HackAtari does every fifth, sixth or tenth frame happens here every
+fourth or eighth frame of the game's own counter, and random numbers are a hash of the emulator's
+state, so that a restored state continues identically.
 
-Categories of objects are removed, frozen and recoloured by name as well: `hook="Pong:remove Enemy"`, `hook="Boxing:recolor Player red"`, or
-`hook=variations.freeze("Freeway", "Car")`. `variations.names(game)` lists what is known for a game.
+Categories of objects are removed, frozen and recoloured by name as well: `hook="Pong:remove
+Enemy"`, `hook="Boxing:recolor Player red"`, or `hook=variations.freeze("Freeway", "Car")`.
+`variations.names(game)` lists what is known for a game.
 """
 
 import difflib
@@ -49,7 +52,9 @@ __all__ = [
 
 _GAMES = dict(sorted({**sports.GAMES, **shooters.GAMES, **mazes.GAMES}.items()))
 
-ALL: Mapping[str, Variation] = MappingProxyType({f"{game}:{name}": v for game, some in _GAMES.items() for name, v in some.items()})
+ALL: Mapping[str, Variation] = MappingProxyType(
+    {f"{game}:{name}": v for game, some in _GAMES.items() for name, v in some.items()}
+)
 """Every variation by its game and name, such as "Freeway:stop_all_cars"."""
 
 
@@ -69,8 +74,8 @@ def find(name: str, game: str | None = None) -> Variation:
     """A variation by name.
 
     Args:
-        name: the game and the name, "Freeway:stop_all_cars", or the name alone; or what is done with a category, "Freeway:freeze Car",
-            "Pong:remove Enemy", "Boxing:recolor Player red".
+        name: the game and the name, "Freeway:stop_all_cars", or the name alone; or what is done
+            with a category, "Freeway:freeze Car", "Pong:remove Enemy", "Boxing:recolor Player red".
         game: the game, if the name does not say it.
 
     Raises:
@@ -78,7 +83,10 @@ def find(name: str, game: str | None = None) -> Variation:
     """
     before, colon, own = name.rpartition(":")
     if not colon and game is None:
-        raise ValueError(f"the name of a variation must have a game, such as 'Freeway:stop_all_cars', got {name!r}")
+        raise ValueError(
+            "the name of a variation must have a game, such as 'Freeway:stop_all_cars', got "
+            f"{name!r}"
+        )
     title = load(before if colon else str(game)).name
     if (variation := by_name(title, own)) is not None:
         return variation
@@ -87,7 +95,9 @@ def find(name: str, game: str | None = None) -> Variation:
         return known[own]
     close = difflib.get_close_matches(own, known, cutoff=0.5)
     hint = f" Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
-    raise ValueError(f"{title} has no variation {own!r}; it has {', '.join(sorted(known)) or 'none'}.{hint}")
+    raise ValueError(
+        f"{title} has no variation {own!r}; it has {', '.join(sorted(known)) or 'none'}.{hint}"
+    )
 
 
 no_alien = ALL["Alien:no_alien"]

@@ -16,7 +16,9 @@ __all__ = ["Moment", "Variation"]
 class Moment(NamedTuple):
     """What the emulator knows besides the RAM before a frame; saved states have it."""
 
-    before: np.ndarray  # the RAM before the last frame, as the hooks left it; at the beginning of a game, the present RAM
+    # the RAM before the last frame, as the hooks left it; at the beginning of a game, the present
+    # RAM
+    before: np.ndarray
     seed: int  # of the environment
     frame: int  # emulated frames since the ROM was loaded
     game_frame: int  # emulated frames of the game
@@ -26,7 +28,9 @@ def _numbers(ram: np.ndarray, moment: Moment, name: str) -> Iterator[int]:
     """Random numbers that depend on the state of the emulator alone."""
     state = b"".join([ram.tobytes(), repr(moment[1:]).encode(), name.encode()])
     for i in itertools.count():
-        yield int.from_bytes(hashlib.blake2b(state + i.to_bytes(4, "little"), digest_size=8).digest(), "little")
+        yield int.from_bytes(
+            hashlib.blake2b(state + i.to_bytes(4, "little"), digest_size=8).digest(), "little"
+        )
 
 
 @dataclass(frozen=True)
@@ -42,20 +46,22 @@ class Variation:
         replaces: the new value of a byte by its old value, by address. Other values stay.
         keeps: addresses of bytes that are written as they were before the last frame.
         draws: the values of which a random one is written in every frame, by address.
-        choices: further variations of the game, of which a random one is written in every frame. One that is given twice is twice as
-            likely.
-        when: the values of bytes with which this is written, by address. With the byte of a game's frame counter, `range(0, 256, 8)` is
-            every eighth frame.
+        choices: further variations of the game, of which a random one is written in every frame.
+            One that is given twice is twice as likely.
+        when: the values of bytes with which this is written, by address. With the byte of a game's
+            frame counter, `range(0, 256, 8)` is every eighth frame.
         before: the values of bytes before the last frame with which this is written, by address.
         changed: addresses of bytes that must have changed since before the last frame.
-        frames: the emulated frames of a game, counted from 0, in which this is written. None stands for all.
+        frames: the emulated frames of a game, counted from 0, in which this is written. None stands
+            for all.
         parts: further variations of the game, with conditions of their own.
 
     Raises:
-        ValueError: an address is not in 0 to 127, or a value or a mask not in 0 to 255, or there is nothing to draw from.
+        ValueError: an address is not in 0 to 127, or a value or a mask not in 0 to 255, or there is
+            nothing to draw from.
 
-    Random numbers are a hash of the RAM, the frame and the seed. Saved states have these and the RAM before the last frame, so that a
-    restored state continues identically.
+    Random numbers are a hash of the RAM, the frame and the seed. Saved states have these and the
+    RAM before the last frame, so that a restored state continues identically.
     """
 
     takes_moment: ClassVar[bool] = True  # tells the emulator to pass the moment
@@ -75,12 +81,27 @@ class Variation:
     parts: "tuple[Variation, ...]" = ()
 
     def __post_init__(self) -> None:
-        for name in ("writes", "copies", "masks", "replaces", "keeps", "draws", "when", "before", "changed"):
+        for name in (
+            "writes",
+            "copies",
+            "masks",
+            "replaces",
+            "keeps",
+            "draws",
+            "when",
+            "before",
+            "changed",
+        ):
             if not all(isinstance(a, int) and 0 <= a < RAM_SIZE for a in self._addresses(name)):
-                raise ValueError(f"{name} must have addresses from 0 to {RAM_SIZE - 1}, got {getattr(self, name)}")
+                raise ValueError(
+                    f"{name} must have addresses from 0 to {RAM_SIZE - 1}, got "
+                    f"{getattr(self, name)}"
+                )
         for name in ("writes", "masks", "replaces", "draws", "when", "before"):
             if not all(isinstance(value, int) and 0 <= value < 256 for value in self._values(name)):
-                raise ValueError(f"{name} must have values from 0 to 255, got {getattr(self, name)}")
+                raise ValueError(
+                    f"{name} must have values from 0 to 255, got {getattr(self, name)}"
+                )
         if not all(self.draws.values()):
             raise ValueError(f"draws must have values for each address, got {self.draws}")
 
@@ -91,14 +112,19 @@ class Variation:
         values = getattr(self, name).values()
         if name == "replaces":
             return {value for new in values for value in (*new, *new.values())}
-        return {value for some in values for value in some} if name in ("draws", "when", "before") else set(values)
+        return (
+            {value for some in values for value in some}
+            if name in ("draws", "when", "before")
+            else set(values)
+        )
 
     def __call__(self, ram: np.ndarray, moment: Sequence[Any] | None = None) -> None:
         """Write to the RAM of one environment, uint8 `[128]`.
 
         Args:
             ram: the RAM.
-            moment: the fields of a `Moment`; None stands for the beginning of the first game of an environment with seed 0.
+            moment: the fields of a `Moment`; None stands for the beginning of the first game of an
+                environment with seed 0.
         """
         now = Moment(ram.copy(), 0, 0, 0) if moment is None else Moment(*moment)
         self._apply(ram, now, _numbers(ram.copy(), now, self.doc))
@@ -117,7 +143,9 @@ class Variation:
         return (
             (self.frames is None or moment.game_frame in self.frames)
             and all(int(ram[address]) in values for address, values in self.when.items())
-            and all(int(moment.before[address]) in values for address, values in self.before.items())
+            and all(
+                int(moment.before[address]) in values for address, values in self.before.items()
+            )
             and all(ram[address] != moment.before[address] for address in self.changed)
         )
 

@@ -24,7 +24,9 @@ _DOCS = {
 @functools.cache
 def _controls() -> dict[str, dict[str, dict[str, Any]]]:
     """What is confirmed, by game, kind and category: `bytes`, the values by address, and `also`, what else is recoloured."""
-    return json.loads(resources.files("ocjax.emulators.variations").joinpath("objects.json").read_text())
+    return json.loads(
+        resources.files("ocjax.emulators.variations").joinpath("objects.json").read_text()
+    )
 
 
 def names(game: str) -> tuple[str, ...]:
@@ -36,7 +38,11 @@ def names(game: str) -> tuple[str, ...]:
     Raises:
         UnknownGameError: a ValueError; there is no such game.
     """
-    return tuple(f"{kind} {category}" for kind, some in _controls().get(load(game).name, {}).items() for category in some)
+    return tuple(
+        f"{kind} {category}"
+        for kind, some in _controls().get(load(game).name, {}).items()
+        for category in some
+    )
 
 
 def remove(game: str, category: str) -> Variation:
@@ -70,26 +76,37 @@ def recolor(game: str, category: str, color: int | str) -> Variation:
     """
     index = COLORS.get(color, -1) if isinstance(color, str) else color
     if not 0 <= index < 256:
-        raise ValueError(f"the colour must be a palette index from 0 to 255, or one of {', '.join(COLORS)}, got {color!r}")
+        raise ValueError(
+            f"the colour must be a palette index from 0 to 255, or one of {', '.join(COLORS)}, "
+            f"got {color!r}"
+        )
     return _variation("recolor", game, category, index)
 
 
 def _variation(kind: str, game: str, category: str, color: int | None = None) -> Variation:
     declared = load(game)
     if category not in declared.slices:
-        raise ValueError(f"{declared.name} has no category {category!r}; it has {', '.join(declared.slices)}")
+        raise ValueError(
+            f"{declared.name} has no category {category!r}; it has {', '.join(declared.slices)}"
+        )
     known = _controls().get(declared.name, {}).get(kind, {})
     if category not in known:
         others = ", ".join(names(declared.name)) or "nothing"
-        raise ValueError(f"{declared.name}: no bytes are known that {kind} {category}; known: {others}")
+        raise ValueError(
+            f"{declared.name}: no bytes are known that {kind} {category}; known: {others}"
+        )
     control = known[category]
-    writes = {int(address): value if color is None else color for address, value in control["bytes"].items()}
+    writes = {
+        int(address): value if color is None else color
+        for address, value in control["bytes"].items()
+    }
     also = f", as well as {' and '.join(control['also'])}" if control["also"] else ""
     return Variation(declared.name, _DOCS[kind].format(category, also), writes)
 
 
 def by_name(game: str, name: str) -> Variation | None:
-    """The variation of a name such as "remove Enemy", "freeze Car" or "recolor Player red"; None if the name is of another form.
+    """The variation of a name such as "remove Enemy", "freeze Car" or "recolor Player red"; None if
+    the name is of another form.
 
     Raises:
         ValueError: see `remove` and `recolor`.
@@ -98,4 +115,8 @@ def by_name(game: str, name: str) -> Variation | None:
     if kind == "recolor" and rest:
         category, _, color = rest.rpartition(" ")
         return recolor(game, category, int(color) if color.isdecimal() else color)
-    return {"remove": remove, "freeze": freeze}[kind](game, rest) if kind in ("remove", "freeze") and rest else None
+    return (
+        {"remove": remove, "freeze": freeze}[kind](game, rest)
+        if kind in ("remove", "freeze") and rest
+        else None
+    )

@@ -1,11 +1,13 @@
-"""Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID`; it inherits both file descriptors.
+"""Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID`; it
+inherits both file descriptors.
 
 Its standard input is the parent's `sys.path` as JSON, so that hooks can import their modules.
 
 Importing this package as `ocjax.emulators.worker`
-would also import JAX, which takes start-up time and memory, and a worker does not need it. This file therefore imports the package by its
-location, as the top-level package `_worker`, and the modules of the package import each other relatively. The parent folder is never on
-the path, because its `envpool.py` would shadow the package envpool.
+would also import JAX, which takes start-up time and memory, and a worker does not need it. This
+file therefore imports the package by its location, as the top-level package `_worker`, and the
+modules of the package import each other relatively. The parent folder is never on the path, because
+its `envpool.py` would shadow the package envpool.
 """
 
 import importlib.util
@@ -15,7 +17,9 @@ from pathlib import Path
 
 sys.path[:] = json.load(sys.stdin)
 _package = Path(__file__).parent
-_spec = importlib.util.spec_from_file_location("_worker", _package / "__init__.py", submodule_search_locations=[str(_package)])
+_spec = importlib.util.spec_from_file_location(
+    "_worker", _package / "__init__.py", submodule_search_locations=[str(_package)]
+)
 assert _spec is not None  # the file exists
 sys.modules["_worker"] = importlib.util.module_from_spec(_spec)
 from _worker.program import main  # noqa: E402  # pyright: ignore[reportMissingImports]

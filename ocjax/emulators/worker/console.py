@@ -1,6 +1,8 @@
-"""The bytes of ALE's saved states: a check of every field that ALE trusts, and the facts that restoring needs.
+"""The bytes of ALE's saved states: a check of every field that ALE trusts, and the facts that
+restoring needs.
 
-ALE reads lengths, banks and positions without a check, so a forged state could make it write outside its memory.
+ALE reads lengths, banks and positions without a check, so a forged state could make it write
+outside its memory.
 """
 
 import struct
@@ -15,13 +17,18 @@ _STOPPED = 1  # bit of the processor's status: the last frame is complete
 _TRUE = _BOOLS[:1]
 _LINE = 228  # clocks of a scan line
 
-Kind = range | tuple[int, ...] | str  # the allowed integers; "same integer" or "same" text as in other states of the game; "random" text
+Kind = (
+    range | tuple[int, ...] | str
+    # the allowed integers; "same integer" or "same" text as in other states of the game; "random"
+    # text
+)
 Fields = tuple[tuple[int, Kind], ...]  # how many fields of each kind follow one another
 
 _HEAD: Fields = ((2, ANY), (4, COUNT))  # paddles; numbers of frames, mode, difficulty
 _FRAMES_AT = 12  # bytes before the number of frames since the reset
 _SYSTEM: Fields = ((2, "same"), (1, ANY), (1, "random"))  # ROM; cycles
-# A, X, Y, SP, IR; PC; flags; status. Then: number of bytes, RAM, timer, its shift, cycles, interrupt, directions of the ports.
+# A, X, Y, SP, IR; PC; flags; status. Then: number of bytes, RAM, timer, its shift, cycles,
+# interrupt, directions of the ports.
 _PROCESSOR: Fields = ((1, "same"), (5, BYTE), (1, WORD), (7, _BOOLS), (1, BYTE))
 _RAM: Fields = (
     *((1, "same"), (1, (128,)), (128, BYTE), (1, ANY), (1, (0, 3, 6, 10))),
@@ -46,9 +53,22 @@ _CARTRIDGES: dict[bytes, Fields] = {
     b"CartridgeF8": ((1, range(2)),),
     b"CartridgeF6": ((1, range(4)),),
     b"CartridgeFE": (),
-    b"CartridgeE0": ((1, (4,)), (4, "same integer")),  # ALE does not restore which parts of the ROM are mapped
+    b"CartridgeE0": (
+        (1, (4,)),
+        (4, "same integer"),
+    ),  # ALE does not restore which parts of the ROM are mapped
     b"CartridgeDPC": (
-        *((1, range(2)), (1, (8,)), (8, BYTE), (1, (8,)), (8, BYTE), (1, (8,)), (8, range(2048)), (1, (8,)), (8, BYTE)),
+        *(
+            (1, range(2)),
+            (1, (8,)),
+            (8, BYTE),
+            (1, (8,)),
+            (8, BYTE),
+            (1, (8,)),
+            (8, range(2048)),
+            (1, (8,)),
+            (8, BYTE),
+        ),
         *((1, (3,)), (3, _BOOLS), (1, BYTE), (1, ANY), (1, range(10**8))),
     ),
 }
@@ -60,7 +80,9 @@ class ConsoleState(NamedTuple):
     """Facts of one of ALE's states."""
 
     frames: int  # emulated since the reset
-    complete: bool  # whether the last frame is; ALE leaves one incomplete that takes very long, as Q*bert's first one
+    # whether the last frame is; ALE leaves one incomplete that takes very long, as Q*bert's first
+    # one
+    complete: bool
     random: bytes  # the random numbers, as `ExecutedAction.synchronize` takes them
 
 
@@ -76,7 +98,10 @@ class _Reader:
         size = 4 * count
         if self.at + size > len(self.data):
             raise ValueError("it is too short")
-        pair = struct.unpack_from(f"<{count}i", self.data, self.at), struct.unpack_from(f"<{count}i", self.good, self.good_at)
+        pair = (
+            struct.unpack_from(f"<{count}i", self.data, self.at),
+            struct.unpack_from(f"<{count}i", self.good, self.good_at),
+        )
         self.at, self.good_at = self.at + size, self.good_at + size
         return pair
 
@@ -85,7 +110,10 @@ class _Reader:
         (length,), (good_length,) = self.integers(1)
         if not 0 <= length <= len(self.data) - self.at:
             raise ValueError(f"a text has {length} bytes")
-        pair = self.data[self.at : self.at + length], self.good[self.good_at : self.good_at + good_length]
+        pair = (
+            self.data[self.at : self.at + length],
+            self.good[self.good_at : self.good_at + good_length],
+        )
         self.at, self.good_at = self.at + length, self.good_at + good_length
         return pair
 
@@ -145,7 +173,10 @@ def check(data: bytes, good: bytes) -> None:
 
 
 def _check_clocks(clocks: list[int], good: list[int], *, complete: bool) -> None:
-    """Check the clocks of the picture. ALE begins each frame with new ones, unless the last frame is incomplete."""
+    """Check the clocks of the picture.
+
+    ALE begins each frame with new ones, unless the last frame is incomplete.
+    """
     _, start, stop, last_update, left, *_ = clocks
     fits = stop - start == good[2] - good[1] and last_update >= start and 0 <= left <= _LINE
     if not complete and not fits:
@@ -176,7 +207,14 @@ def facts(data: bytes) -> ConsoleState:
 
 
 def equal(a: bytes, b: bytes) -> bool:
-    """Whether two states are the same. ALE rounds the last field of Pitfall II's cartridge each time that it reads and writes a state."""
+    """Whether two states are the same.
+
+    ALE rounds the last field of Pitfall II's cartridge each time that it reads and writes a state.
+    """
     at = a.find(_ROUNDED)
-    rounded = slice(0, 0) if at < 0 else slice(at + len(_ROUNDED) + _ROUNDED_AT, at + len(_ROUNDED) + _ROUNDED_AT + 4)
+    rounded = (
+        slice(0, 0)
+        if at < 0
+        else slice(at + len(_ROUNDED) + _ROUNDED_AT, at + len(_ROUNDED) + _ROUNDED_AT + 4)
+    )
     return a[: rounded.start] == b[: rounded.start] and a[rounded.stop :] == b[rounded.stop :]

@@ -10,11 +10,24 @@ import ale_py
 import numpy as np
 
 from . import console, snapshot
-from .interface import GRAY, OBSERVED, POOLED, SAME_STEP, SCREENS, STATE_BYTES, CommandArrays, EmulatorArrays, WorkerConfig
+from .interface import (
+    GRAY,
+    OBSERVED,
+    POOLED,
+    SAME_STEP,
+    SCREENS,
+    STATE_BYTES,
+    CommandArrays,
+    EmulatorArrays,
+    WorkerConfig,
+)
 from .snapshot import EmulatorState
 from .sticky import ExecutedAction
 
-PRESSING = ("berzerk", "double_dunk")  # ROMs that ALE's reset presses a button in, for as many frames as ALE's frame skip
+PRESSING = (
+    "berzerk",
+    "double_dunk",
+)  # ROMs that ALE's reset presses a button in, for as many frames as ALE's frame skip
 NOOP = 0  # its index in every action set
 FULL = 1.0  # strength of an action that is not continuous
 
@@ -29,7 +42,9 @@ class Phase(enum.IntEnum):
     RUNNING = 2  # the shown episode continues
     LIFE_LOST = 3  # the shown episode ended with a life, and its game continues
     GAME_OVER = 4  # the shown episode ended with its game, or was truncated
-    NEXT_READY = 5  # as GAME_OVER, and the emulator has already begun the next game, which is not shown yet
+    NEXT_READY = (
+        5  # as GAME_OVER, and the emulator has already begun the next game, which is not shown yet
+    )
 
 
 class Event(enum.Enum):
@@ -42,7 +57,8 @@ class Event(enum.Enum):
     PREPARE = enum.auto()  # the next game begins before it is asked for
 
 
-# Event -> (the phases in which it may happen, the phase that it leads to). Restoring a saved state leads to the phase of the saved state.
+# Event -> (the phases in which it may happen, the phase that it leads to). Restoring a saved state
+# leads to the phase of the saved state.
 TRANSITIONS: Mapping[Event, tuple[frozenset[Phase], Phase]] = MappingProxyType(
     {
         Event.LOAD: (frozenset(Phase), Phase.LOADED),
@@ -55,11 +71,16 @@ TRANSITIONS: Mapping[Event, tuple[frozenset[Phase], Phase]] = MappingProxyType(
 
 
 def apply_hooks(
-    ale: ale_py.ALEInterface, hooks: Sequence[tuple[str, Any]], before: np.ndarray | None = None, seed: int = 0, place: str = ""
+    ale: ale_py.ALEInterface,
+    hooks: Sequence[tuple[str, Any]],
+    before: np.ndarray | None = None,
+    seed: int = 0,
+    place: str = "",
 ) -> np.ndarray:
     """Write to the console what hooks, with their names, change in a copy of its RAM.
 
-    A hook with the attribute `takes_moment` also gets the RAM before the last frame, the seed and ALE's numbers of frames.
+    A hook with the attribute `takes_moment` also gets the RAM before the last frame, the seed and
+    ALE's numbers of frames.
 
     Returns:
         The edited RAM.
@@ -68,12 +89,17 @@ def apply_hooks(
         RuntimeError: a hook failed; the message says where with `place`.
     """
     ram, frame, game_frame = ale.getRAM(), ale.getFrameNumber(), ale.getEpisodeFrameNumber()
-    edited, moment = ram.copy(), (ram if before is None or not game_frame else before, seed, frame, game_frame)
+    edited, moment = (
+        ram.copy(),
+        (ram if before is None or not game_frame else before, seed, frame, game_frame),
+    )
     for name, hook in hooks:
         try:
             hook(edited, moment) if getattr(hook, "takes_moment", False) else hook(edited)
         except Exception as error:
-            raise RuntimeError(f"the hook {name} failed{place}: {type(error).__name__}: {error}") from error
+            raise RuntimeError(
+                f"the hook {name} failed{place}: {type(error).__name__}: {error}"
+            ) from error
     for address in np.flatnonzero(edited != ram).tolist():
         ale.setRAM(address, int(edited[address]))
     return edited
@@ -87,7 +113,8 @@ class Emulator:
         config: the worker's configuration.
         shown: arrays that the environment writes its results to.
         commands: arguments of the commands.
-        hooks: names, and functions that are called in turn with the RAM before every emulated frame.
+        hooks: names, and functions that are called in turn with the RAM before every emulated
+            frame.
         starts: likewise, called at the beginning of every game.
     """
 
@@ -100,11 +127,22 @@ class Emulator:
         hooks: Sequence[tuple[str, Hook]],
         starts: Sequence[tuple[str, Hook]],
     ) -> None:
-        self.i, self.config, self.shown, self.commands, self.hooks, self.starts = i, config, shown, commands, hooks, starts
+        self.i, self.config, self.shown, self.commands, self.hooks, self.starts = (
+            i,
+            config,
+            shown,
+            commands,
+            hooks,
+            starts,
+        )
         self.phase = Phase.UNLOADED
         self.ram = shown.ram[i]
-        self.screens: dict[str, np.ndarray] = {name: getattr(shown, name)[i] for name in config.screens}
-        self.previous = {name: frames[-2] for name, frames in self.screens.items() if SCREENS[name] > 1}
+        self.screens: dict[str, np.ndarray] = {
+            name: getattr(shown, name)[i] for name in config.screens
+        }
+        self.previous = {
+            name: frames[-2] for name, frames in self.screens.items() if SCREENS[name] > 1
+        }
         if POOLED in self.screens:
             self.previous[GRAY] = np.zeros(config.screen_size, np.uint8)
         self.actions = [ale_py.Action(a) for a in config.actions]
@@ -121,7 +159,9 @@ class Emulator:
         """Change the phase."""
         allowed, after = TRANSITIONS[event]
         if self.phase not in allowed:
-            raise RuntimeError(f"environment {self.i}: {event.name} cannot happen in phase {self.phase.name}")
+            raise RuntimeError(
+                f"environment {self.i}: {event.name} cannot happen in phase {self.phase.name}"
+            )
         self.phase = after
 
     def load(self, seed: int) -> None:
@@ -131,7 +171,8 @@ class Emulator:
         ale.setFloat("repeat_action_probability", c.repeat_action_probability)
         ale.setInt("max_num_frames_per_episode", c.max_episode_frames)
         ale.setInt("frame_skip", self.frames_per_act)
-        # Seeds are derived as in ale-py's Gymnasium environment, so that equal seeds give equal episodes.
+        # Seeds are derived as in ale-py's Gymnasium environment, so that equal seeds give equal
+        # episodes.
         rng_seed, ale_seed = np.random.SeedSequence(None if seed < 0 else seed).generate_state(2)
         self.rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(rng_seed))))
         ale.setInt("random_seed", int(ale_seed.astype(np.int32)))
@@ -157,7 +198,10 @@ class Emulator:
         return self.rng.bit_generator.state["state"]["inc"]
 
     def play(self, action: int, strength: float = FULL, *, visible: bool = True) -> float:
-        """Emulate the frames of one step with an action held, and return their reward. Screens are copied only if `visible`."""
+        """Emulate the frames of one step with an action held, and return their reward.
+
+        Screens are copied only if `visible`.
+        """
         if self.whole_steps:
             return self.act(action, strength)
         reward, frames = 0.0, self.draw_skip()
@@ -182,7 +226,9 @@ class Emulator:
     def frame(self, action: int, strength: float = FULL) -> float:
         """Emulate one frame, after the hooks have edited the RAM, and return its reward."""
         if self.hooks:
-            self.before = apply_hooks(self.ale, self.hooks, self.before, self.seed, f" in environment {self.i}")
+            self.before = apply_hooks(
+                self.ale, self.hooks, self.before, self.seed, f" in environment {self.i}"
+            )
         return self.act(action, strength)
 
     def copy_frame(self, name: str, out: np.ndarray) -> None:
@@ -268,7 +314,13 @@ class Emulator:
         self.start_totals = (0.0, 0)
         self.reset_game()
         if self.starts:
-            apply_hooks(self.ale, self.starts, None, self.seed, f" at the beginning of a game in environment {self.i}")
+            apply_hooks(
+                self.ale,
+                self.starts,
+                None,
+                self.seed,
+                f" at the beginning of a game in environment {self.i}",
+            )
 
     def reset_game(self) -> None:
         """Reset the console, which releases all buttons; in the games of `PRESSING` it also draws random numbers."""
@@ -283,7 +335,9 @@ class Emulator:
         shown.game_over[i] = game_over or self.next_episode_begins_game()
         if game_over:
             shown.terminated[i] |= self.ale.game_over(with_truncation=False)
-            shown.truncated[i] = self.ale.game_truncated() or shown.episode_length[i] >= (self.config.max_episode_steps or math.inf)
+            shown.truncated[i] = self.ale.game_truncated() or shown.episode_length[i] >= (
+                self.config.max_episode_steps or math.inf
+            )
         if self.config.autoreset == SAME_STEP:
             self.record_final()
             result = shown.reward[i], shown.terminated[i], shown.truncated[i]
@@ -309,8 +363,15 @@ class Emulator:
         if self.phase is Phase.NEXT_READY:
             return self.shown_state
         c, before = self.config, b"" if self.before is None else self.before.tobytes()
-        generator, held = dict(self.rng.bit_generator.state), (self.executed.action, self.executed.strength)
-        return snapshot.pack(c.rom, c.md5, EmulatorState(self.phase.value, *held, generator, before, self.console_state()))
+        generator, held = (
+            dict(self.rng.bit_generator.state),
+            (self.executed.action, self.executed.strength),
+        )
+        return snapshot.pack(
+            c.rom,
+            c.md5,
+            EmulatorState(self.phase.value, *held, generator, before, self.console_state()),
+        )
 
     def console_state(self) -> bytes:
         """ALE's state."""
@@ -320,13 +381,18 @@ class Emulator:
         """Leave the state in the shared memory."""
         state = self.state()
         if len(state) > STATE_BYTES:
-            raise RuntimeError(f"the emulator's state takes {len(state)} bytes, which exceeds the {STATE_BYTES} reserved for it")
+            raise RuntimeError(
+                f"the emulator's state takes {len(state)} bytes, which exceeds the {STATE_BYTES} "
+                "reserved for it"
+            )
         self.commands.state[self.i, : len(state)] = np.frombuffer(state, np.uint8)
         self.commands.state_bytes[self.i] = len(state)
 
     def restore(self) -> None:
         """Continue from the state in the shared memory, with the RAM there; the other observed arrays are the pool's to restore."""
-        saved = snapshot.unpack(self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes())
+        saved = snapshot.unpack(
+            self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes()
+        )
         try:
             self.restore_console(saved)
         except Exception:  # ALE's errors are of many types
@@ -340,8 +406,9 @@ class Emulator:
     def restore_console(self, saved: EmulatorState) -> None:
         """Bring the emulator to a saved state, including the facts that ALE's state lacks.
 
-        These are the action that a sticky frame repeats, whether the last frame is complete, and the pixels that the next frame does not
-        draw. They remain from the frames that the emulator has emulated before it gets ALE's state.
+        These are the action that a sticky frame repeats, whether the last frame is complete, and
+        the pixels that the next frame does not draw. They remain from the frames that the emulator
+        has emulated before it gets ALE's state.
 
         Raises:
             ValueError: the emulator did not take over the state.
@@ -349,13 +416,18 @@ class Emulator:
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         if facts.frames:
             self.hold(saved.action, saved.strength)
-            if not console.facts(self.console_state()).complete:  # written RAM has jammed the processor
+            if not console.facts(
+                self.console_state()
+            ).complete:  # written RAM has jammed the processor
                 self.reset_game()
                 self.hold(saved.action, saved.strength)
         else:  # resets leave the same pixels, and in some games an incomplete frame
             self.ale.restoreState(ale)  # its game mode
             self.reset_game()
-        prepared = console.facts(self.console_state()).complete == facts.complete and self.executed.action == saved.action
+        prepared = (
+            console.facts(self.console_state()).complete == facts.complete
+            and self.executed.action == saved.action
+        )
         self.ale.restoreState(ale)
         self.executed.synchronize(facts.random)
         if not prepared or not console.equal(self.console_state(), saved.ale):

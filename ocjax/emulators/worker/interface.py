@@ -1,8 +1,8 @@
 """What a pool and its workers share: commands, configuration and the arrays in shared memory.
 
-The pool sends commands with numbers over the socket. The worker notes in `CommandArrays.finished` that it has executed one, or has failed,
-and replies with one byte to wake the pool up. What went wrong it writes to stderr. A command that comes again has its old number and is
-not executed again.
+The pool sends commands with numbers over the socket. The worker notes in `CommandArrays.finished`
+that it has executed one, or has failed, and replies with one byte to wake the pool up. What went
+wrong it writes to stderr. A command that comes again has its old number and is not executed again.
 """
 
 import dataclasses
@@ -42,12 +42,18 @@ class WorkerConfig:
     max_episode_frames: int
     max_episode_steps: int | None
     noop_max: int
-    start_actions: tuple[int, ...]  # indices of the actions that each episode starts with, one step each
+    start_actions: tuple[
+        int, ...
+    ]  # indices of the actions that each episode starts with, one step each
     episodic_life: bool
     game_modes: tuple[int | None, ...]  # one per emulator of the pool, None for the game's default
     game_difficulties: tuple[int | None, ...]  # likewise
-    hooks: tuple[tuple[str, str], ...]  # name of each hook, and the hook pickled by value, in hexadecimal
-    starts: tuple[tuple[tuple[str, str], ...], ...]  # likewise, for each emulator of the pool, what its games begin with
+    hooks: tuple[
+        tuple[str, str], ...
+    ]  # name of each hook, and the hook pickled by value, in hexadecimal
+    starts: tuple[
+        tuple[tuple[str, str], ...], ...
+    ]  # likewise, for each emulator of the pool, what its games begin with
 
     def to_json(self) -> str:
         """The configuration as one line of JSON."""
@@ -77,19 +83,34 @@ def _screen(frames: int, *channels: int) -> dict[str, Any]:
 class ObservedArrays:
     """What observations and their info are made of, for N emulators with screens of H x W pixels.
 
-    These are the arrays that are preserved in `EmulatorArrays.final` when an episode ends and the next one starts in the same step.
+    These are the arrays that are preserved in `EmulatorArrays.final` when an episode ends and the
+    next one starts in the same step.
     """
 
     ram: np.ndarray = field(metadata=_array("uint8", 128))  # the console's RAM
     lives: np.ndarray = field(metadata=_array("int32"))
-    frame_number: np.ndarray = field(metadata=_array("int64"))  # emulated frames since the game began
-    episode_return: np.ndarray = field(metadata=_array("float64"))  # unclipped rewards since the game began
+    frame_number: np.ndarray = field(
+        metadata=_array("int64")
+    )  # emulated frames since the game began
+    episode_return: np.ndarray = field(
+        metadata=_array("float64")
+    )  # unclipped rewards since the game began
     episode_length: np.ndarray = field(metadata=_array("int64"))  # agent steps since the game began
-    game_over: np.ndarray = field(metadata=_array("bool"))  # the step ended the game: the next episode begins a new one
-    executed: np.ndarray = field(metadata=_array("int32"))  # the action of the last emulated frame, as ale-py numbers it
-    screen: np.ndarray | None = field(default=None, metadata=_screen(2))  # palette indices of the last two emulated frames, the latest last
-    gray: np.ndarray | None = field(default=None, metadata=_screen(1))  # the last emulated frame in shades of grey
-    pooled: np.ndarray | None = field(default=None, metadata=_screen(1))  # the pixelwise maximum of the step's last two in shades of grey
+    game_over: np.ndarray = field(
+        metadata=_array("bool")
+    )  # the step ended the game: the next episode begins a new one
+    executed: np.ndarray = field(
+        metadata=_array("int32")
+    )  # the action of the last emulated frame, as ale-py numbers it
+    screen: np.ndarray | None = field(
+        default=None, metadata=_screen(2)
+    )  # palette indices of the last two emulated frames, the latest last
+    gray: np.ndarray | None = field(
+        default=None, metadata=_screen(1)
+    )  # the last emulated frame in shades of grey
+    pooled: np.ndarray | None = field(
+        default=None, metadata=_screen(1)
+    )  # the pixelwise maximum of the step's last two in shades of grey
     rgb: np.ndarray | None = field(default=None, metadata=_screen(1, 3))  # the last emulated frame
 
 
@@ -101,7 +122,9 @@ class EmulatorArrays(ObservedArrays):
     terminated: np.ndarray = field(metadata=_array("bool"))
     truncated: np.ndarray = field(metadata=_array("bool"))
     started: np.ndarray = field(metadata=_array("bool"))  # an episode began in this step
-    final: ObservedArrays | None = None  # with same-step autoreset: the arrays at the end of each emulator's last episode
+    final: ObservedArrays | None = (
+        None  # with same-step autoreset: the arrays at the end of each emulator's last episode
+    )
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -109,19 +132,34 @@ class CommandArrays:
     """Arguments and results of the commands."""
 
     action: np.ndarray = field(metadata=_array("int32"))  # STEP: index into the action set
-    strength: np.ndarray = field(metadata=_array("float32"))  # STEP: the part of a paddle's full speed
+    strength: np.ndarray = field(
+        metadata=_array("float32")
+    )  # STEP: the part of a paddle's full speed
     seed: np.ndarray = field(metadata=_array("int64"))  # RESET: -1 for none
-    chosen: np.ndarray = field(metadata=_array("bool"))  # RESET, RESTORE and WRITE: which emulators they apply to
+    chosen: np.ndarray = field(
+        metadata=_array("bool")
+    )  # RESET, RESTORE and WRITE: which emulators they apply to
     loaded: np.ndarray = field(metadata=_array("bool"))  # which emulators have loaded their ROM
-    rejected: np.ndarray = field(metadata=_array("bool"))  # RESTORE: which emulators did not take over their state
+    rejected: np.ndarray = field(
+        metadata=_array("bool")
+    )  # RESTORE: which emulators did not take over their state
     new_ram: np.ndarray = field(metadata=_array("uint8", 128))  # WRITE: the desired RAM
-    state: np.ndarray = field(metadata=_array("uint8", STATE_BYTES))  # SAVE and RESTORE, as `snapshot` packs it
-    state_bytes: np.ndarray = field(metadata=_array("int64"))  # SAVE and RESTORE: how many of these bytes are used
-    # The number of the last command that the worker executed, in the row of its first emulator; negative if that failed.
+    state: np.ndarray = field(
+        metadata=_array("uint8", STATE_BYTES)
+    )  # SAVE and RESTORE, as `snapshot` packs it
+    state_bytes: np.ndarray = field(
+        metadata=_array("int64")
+    )  # SAVE and RESTORE: how many of these bytes are used
+    # The number of the last command that the worker executed, in the row of its first emulator;
+    # negative if that failed.
     finished: np.ndarray = field(metadata=_array("int64"))
 
 
-SCREENS: dict[str, int] = {f.name: f.metadata["frames"] for f in dataclasses.fields(ObservedArrays) if "frames" in f.metadata}
+SCREENS: dict[str, int] = {
+    f.name: f.metadata["frames"]
+    for f in dataclasses.fields(ObservedArrays)
+    if "frames" in f.metadata
+}
 GRAY, POOLED = "gray", "pooled"
 OBSERVED: tuple[str, ...] = tuple(f.name for f in dataclasses.fields(ObservedArrays))
 
@@ -147,7 +185,15 @@ def _layout(config: WorkerConfig) -> tuple[dict[tuple[str, str], _Place], int]:
             if "dtype" in f.metadata:
                 dtype, shape = f.metadata["dtype"], (config.num_envs, *f.metadata["shape"])
             elif f.name in config.screens:
-                dtype, shape = "uint8", (config.num_envs, f.metadata["frames"], *config.screen_size, *f.metadata["channels"])
+                dtype, shape = (
+                    "uint8",
+                    (
+                        config.num_envs,
+                        f.metadata["frames"],
+                        *config.screen_size,
+                        *f.metadata["channels"],
+                    ),
+                )
             else:
                 continue
             places[group, f.name] = _Place(dtype, shape, offset)
@@ -166,7 +212,10 @@ def shared_arrays(buffer: Any, config: WorkerConfig) -> tuple[EmulatorArrays, Co
 
     def views(group: str, kind: type[_Arrays], **more: Any) -> _Arrays:
         mine = {name: place for (g, name), place in places.items() if g == group}
-        return kind(**{name: np.ndarray(p.shape, p.dtype, buffer, p.offset) for name, p in mine.items()}, **more)
+        return kind(
+            **{name: np.ndarray(p.shape, p.dtype, buffer, p.offset) for name, p in mine.items()},
+            **more,
+        )
 
     final = views("final", ObservedArrays) if config.autoreset == SAME_STEP else None
     return views("shown", EmulatorArrays, final=final), views("command", CommandArrays)

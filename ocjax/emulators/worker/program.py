@@ -23,19 +23,32 @@ from .emulator import Emulator, Hook, Phase
 from .interface import CommandArrays, EmulatorArrays, WorkerConfig
 
 _STDERR = 2
-_MOST_STDERR, _KEPT_STDERR = 65_536, 4_000  # bytes of stderr, and how many of the last stay when there are more
+_MOST_STDERR, _KEPT_STDERR = (
+    65_536,
+    4_000,
+)  # bytes of stderr, and how many of the last stay when there are more
 _PARENT_CHECK = 1.0  # seconds between two looks whether the parent still runs
 
 
 class EmulatorBlock:
     """The environments of one worker: rows `config.block` of the arrays."""
 
-    def __init__(self, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays) -> None:
-        self.shown, self.commands, self.autoreset, self.episodic_life = shown, commands, config.autoreset, config.episodic_life
+    def __init__(
+        self, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays
+    ) -> None:
+        self.shown, self.commands, self.autoreset, self.episodic_life = (
+            shown,
+            commands,
+            config.autoreset,
+            config.episodic_life,
+        )
         self.max_steps = config.max_episode_steps or math.inf
         hooks = _load_hooks(config.hooks)
         self.rows = slice(*config.block)
-        self.emulators = [Emulator(i, config, shown, commands, hooks, _load_hooks(config.starts[i])) for i in range(*config.block)]
+        self.emulators = [
+            Emulator(i, config, shown, commands, hooks, _load_hooks(config.starts[i]))
+            for i in range(*config.block)
+        ]
         self._methods = {
             interface.RESET: self.reset,
             interface.STEP: self.step,
@@ -61,29 +74,48 @@ class EmulatorBlock:
             e.reset()
 
     def step(self) -> None:
-        """Step all environments. Those whose episode had ended start the next one instead, unless autoreset is disabled.
+        """Step all environments. Those whose episode had ended start the next one instead, unless
+        autoreset is disabled.
 
-        With same-step autoreset, an episode can only have ended before the step if its last state has been restored.
+        With same-step autoreset, an episode can only have ended before the step if its last state
+        has been restored.
         """
         ended = [e.phase is not Phase.RUNNING for e in self.emulators]
         if self.autoreset == interface.DISABLED and any(ended):
             numbers = [e.i for e, over in zip(self.emulators, ended, strict=True) if over]
-            raise RuntimeError(f"the episodes of environments {numbers} have ended: reset these environments before the next step")
-        # All emulation precedes all reading of results: each emulation evicts everything else from the processor's caches.
-        sent = zip(self.commands.action[self.rows].tolist(), self.commands.strength[self.rows].tolist(), strict=True)
-        rewards = [0.0 if over else e.play(*action) for e, action, over in zip(self.emulators, sent, ended, strict=True)]
+            raise RuntimeError(
+                f"the episodes of environments {numbers} have ended: reset these environments "
+                "before the next step"
+            )
+        # All emulation precedes all reading of results: each emulation evicts everything else from
+        # the processor's caches.
+        sent = zip(
+            self.commands.action[self.rows].tolist(),
+            self.commands.strength[self.rows].tolist(),
+            strict=True,
+        )
+        rewards = [
+            0.0 if over else e.play(*action)
+            for e, action, over in zip(self.emulators, sent, ended, strict=True)
+        ]
         game_over, life_over = self.show(rewards, np.array(ended))
         for k in np.flatnonzero(game_over | life_over | ended).tolist():
-            self.emulators[k].reset() if ended[k] else self.emulators[k].end(game_over=bool(game_over[k]))
+            self.emulators[k].reset() if ended[k] else self.emulators[k].end(
+                game_over=bool(game_over[k])
+            )
 
     def show(self, rewards: list[float], ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Write a step's results to the arrays; return whose game is over and whose episode ends with a life, both bool.
+        """Write a step's results to the arrays; return whose game is over and whose episode ends
+        with a life, both bool.
 
         Episodes that `ended` before the step, bool, ignore the step and do not count it.
         """
         shown, rows = self.shown, self.rows
         ales = [e.ale for e in self.emulators]
-        game_over, lives = np.array([ale.game_over() for ale in ales]), np.array([ale.lives() for ale in ales])
+        game_over, lives = (
+            np.array([ale.game_over() for ale in ales]),
+            np.array([ale.lives() for ale in ales]),
+        )
         life_over = (lives > 0) & (lives < shown.lives[rows]) & self.episodic_life
         shown.reward[rows] = rewards
         shown.terminated[rows] = life_over
@@ -102,7 +134,8 @@ class EmulatorBlock:
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
         """Begin the next games of environments whose game is over, until interrupted.
 
-        A new game costs as much as 16 steps. This runs between two commands, while the pool does not wait for the worker.
+        A new game costs as much as 16 steps. This runs between two commands, while the pool does
+        not wait for the worker.
         """
         for e in self.emulators:
             if e.phase is Phase.GAME_OVER:
@@ -135,7 +168,10 @@ def _load_hooks(hooks: Iterable[tuple[str, str]]) -> list[tuple[str, Hook]]:
         try:
             loaded.append((name, pickle.loads(bytes.fromhex(pickled))))
         except Exception as error:
-            raise RuntimeError(f"the hook {name} cannot be loaded in a worker process: {type(error).__name__}: {error}") from error
+            raise RuntimeError(
+                f"the hook {name} cannot be loaded in a worker process: {type(error).__name__}: "
+                f"{error}"
+            ) from error
     return loaded
 
 
@@ -143,8 +179,12 @@ def main(socket_fd: int, memory_fd: int, parent: int) -> None:
     """Run the worker until its socket closes or its parent, of which this is the process ID, has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent to handle
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    if hasattr(os, "SCHED_BATCH"):  # a worker that wakes up must not preempt the parent before that has woken the other workers
-        with contextlib.suppress(OSError):  # a sandbox may forbid it, which costs a few percent of speed
+    if hasattr(
+        os, "SCHED_BATCH"
+    ):  # a worker that wakes up must not preempt the parent before that has woken the other workers
+        with contextlib.suppress(
+            OSError
+        ):  # a sandbox may forbid it, which costs a few percent of speed
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
     link = socket.socket(fileno=socket_fd)
@@ -152,11 +192,21 @@ def main(socket_fd: int, memory_fd: int, parent: int) -> None:
         config = WorkerConfig.from_json(incoming.readline())
         memory = mmap.mmap(memory_fd, interface.memory_size(config))
         shown, commands = interface.shared_arrays(memory, config)
-        _serve(EmulatorBlock(config, shown, commands), link, incoming, commands.finished[config.block[0] :])
+        _serve(
+            EmulatorBlock(config, shown, commands),
+            link,
+            incoming,
+            commands.finished[config.block[0] :],
+        )
 
 
-def _serve(block: EmulatorBlock, link: socket.socket, incoming: IO[bytes], finished: np.ndarray) -> None:
-    """Execute commands until the socket closes. After a failure all commands fail, as the state is unknown."""
+def _serve(
+    block: EmulatorBlock, link: socket.socket, incoming: IO[bytes], finished: np.ndarray
+) -> None:
+    """Execute commands until the socket closes.
+
+    After a failure all commands fail, as the state is unknown.
+    """
     last, healthy = 0, True
 
     def interrupted() -> bool:
@@ -173,7 +223,10 @@ def _serve(block: EmulatorBlock, link: socket.socket, incoming: IO[bytes], finis
 
 
 def limit_stderr() -> None:
-    """Drop all but the end of stderr when it has grown long. It is a file, which messages of hooks would fill without limit."""
+    """Drop all but the end of stderr when it has grown long.
+
+    It is a file, which messages of hooks would fill without limit.
+    """
     size = os.fstat(_STDERR).st_size
     if size <= _MOST_STDERR:
         return
@@ -197,8 +250,8 @@ def _attempt(action: Callable[..., None], *args: Any) -> bool:
 def _end_with(parent: int) -> None:
     """End this process when the parent has ended.
 
-    The socket does not tell while a hook hangs or while a forked child of the parent holds it, too. A signal on the parent's death would
-    come too early, when the thread ends that made the pool.
+    The socket does not tell while a hook hangs or while a forked child of the parent holds it, too.
+    A signal on the parent's death would come too early, when the thread ends that made the pool.
     """
     while os.getppid() == parent:
         time.sleep(_PARENT_CHECK)

@@ -1,4 +1,7 @@
-"""The format of a saved emulator: a header that says what it is, a checksum, and numbers. Unlike a pickle, it cannot contain code."""
+"""The format of a saved emulator: a header that says what it is, a checksum, and numbers.
+
+Unlike a pickle, it cannot contain code.
+"""
 
 import struct
 import zlib
@@ -8,9 +11,11 @@ from . import console
 
 MAGIC = b"ocjaxALE"
 VERSION = 3
-_HEADER = struct.Struct("<8sH32s16sI")  # magic, version, name and MD5 hash of the ROM, CRC-32 of everything after the header
-# Phase, action and its strength, the random generator's state, increment, whether it has 32 bits left, and these, and the number of bytes
-# of `before`.
+_HEADER = struct.Struct(
+    "<8sH32s16sI"
+)  # magic, version, name and MD5 hash of the ROM, CRC-32 of everything after the header
+# Phase, action and its strength, the random generator's state, increment, whether it has 32 bits
+# left, and these, and the number of bytes of `before`.
 _NUMBERS = struct.Struct("<BBf16s16sBIB")
 _PHASES = range(2, 5)  # those of an emulator that shows an episode or its end
 RUNNING = _PHASES[0]  # an episode
@@ -31,46 +36,82 @@ class EmulatorState(NamedTuple):
 
 def pack(rom: str, md5: str, snapshot: EmulatorState) -> bytes:
     """The bytes of a saved emulator."""
-    state, increment = (snapshot.generator["state"][name].to_bytes(16, "little") for name in ("state", "inc"))
+    state, increment = (
+        snapshot.generator["state"][name].to_bytes(16, "little") for name in ("state", "inc")
+    )
     left = snapshot.generator["has_uint32"], snapshot.generator["uinteger"]
-    numbers = _NUMBERS.pack(snapshot.phase, snapshot.action, snapshot.strength, state, increment, *left, len(snapshot.before))
+    numbers = _NUMBERS.pack(
+        snapshot.phase,
+        snapshot.action,
+        snapshot.strength,
+        state,
+        increment,
+        *left,
+        len(snapshot.before),
+    )
     body = numbers + snapshot.before + snapshot.ale
     return _HEADER.pack(MAGIC, VERSION, rom.encode(), bytes.fromhex(md5), zlib.crc32(body)) + body
 
 
 def unpack(data: bytes) -> EmulatorState:
     """The inverse of `pack`, for bytes that have passed `check`."""
-    phase, action, strength, state, increment, has_left, left, length = _NUMBERS.unpack_from(data, _HEADER.size)
+    phase, action, strength, state, increment, has_left, left, length = _NUMBERS.unpack_from(
+        data, _HEADER.size
+    )
     numbers = {"state": int.from_bytes(state, "little"), "inc": int.from_bytes(increment, "little")}
-    generator = {"bit_generator": "PCG64", "state": numbers, "has_uint32": has_left, "uinteger": left}
+    generator = {
+        "bit_generator": "PCG64",
+        "state": numbers,
+        "has_uint32": has_left,
+        "uinteger": left,
+    }
     rest = data[_HEADER.size + _NUMBERS.size :]
     return EmulatorState(phase, action, strength, generator, rest[:length], rest[length:])
 
 
 def check(data: bytes, rom: str, md5: str, good: bytes) -> int:
-    """Check that bytes are an undamaged state of an emulator with this ROM, whose ALE has a state like `good`; returns its phase.
+    """Check that bytes are an undamaged state of an emulator with this ROM, whose ALE has a state
+    like `good`; returns its phase.
 
     Raises:
         ValueError: they are not.
     """
     if len(data) < _HEADER.size + _NUMBERS.size or not data.startswith(MAGIC):
-        raise ValueError(f"expected a state that clone_state saved, which begins with {MAGIC!r}, got {len(data)} bytes: {data[:8]!r}...")
+        raise ValueError(
+            f"expected a state that clone_state saved, which begins with {MAGIC!r}, got "
+            f"{len(data)} bytes: {data[:8]!r}..."
+        )
     _, version, saved_rom, saved_md5, checksum = _HEADER.unpack_from(data)
     if version != VERSION:
-        raise ValueError(f"expected a state in version {VERSION} of the format, got version {version}: save it with this version of ocjax")
+        raise ValueError(
+            f"expected a state in version {VERSION} of the format, got version {version}: save "
+            "it with this version of ocjax"
+        )
     if saved_md5.hex() != md5:
         name = saved_rom.rstrip(b"\0").decode(errors="replace")
-        raise ValueError(f"expected a state of the ROM {rom!r} with md5 {md5}, got one of the ROM {name!r} with md5 {saved_md5.hex()}")
+        raise ValueError(
+            f"expected a state of the ROM {rom!r} with md5 {md5}, got one of the ROM {name!r} "
+            f"with md5 {saved_md5.hex()}"
+        )
     found = zlib.crc32(data[_HEADER.size :])
     if found != checksum:
-        raise ValueError(f"the state is damaged: expected the checksum {checksum:08x}, got {found:08x}; save it again")
+        raise ValueError(
+            f"the state is damaged: expected the checksum {checksum:08x}, got {found:08x}; save "
+            "it again"
+        )
     phase, action, strength, *_, has_left, _, length = _NUMBERS.unpack_from(data, _HEADER.size)
     known = phase in _PHASES and action in _ACTIONS and length in _LENGTHS and has_left in (0, 1)
     if not known or not 0 <= strength <= 1:
-        numbers = f"phase {phase}, action {action}, strength {strength}, flag {has_left}, length {length}"
-        raise ValueError(f"the state is damaged: a number is out of range in {numbers}; save it again")
+        numbers = (
+            f"phase {phase}, action {action}, strength {strength}, flag {has_left}, length {length}"
+        )
+        raise ValueError(
+            f"the state is damaged: a number is out of range in {numbers}; save it again"
+        )
     try:
         console.check(unpack(data).ale, good)
     except ValueError as error:
-        raise ValueError(f"the state is damaged: in the emulator's part, {error}; save it again") from error
+        raise ValueError(
+            f"the state is damaged: in the emulator's part, {error}; save it again"
+        ) from error
     return phase

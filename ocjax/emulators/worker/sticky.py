@@ -1,7 +1,9 @@
-"""Which action each frame executes: under sticky actions, ALE's random numbers decide, and this module draws the same ones.
+"""Which action each frame executes: under sticky actions, ALE's random numbers decide, and this
+module draws the same ones.
 
-Before each emulated frame ALE draws two numbers in [0, 1). If the first one is below the probability, the frame repeats the action of the
-frame before. The second one is of the other player, who does nothing.
+Before each emulated frame ALE draws two numbers in [0, 1). If the first one is below the
+probability, the frame repeats the action of the frame before. The second one is of the other
+player, who does nothing.
 """
 
 import re
@@ -27,7 +29,10 @@ class ExecutedAction:
     def __init__(self, probability: float) -> None:
         self._probability = float(np.float32(probability))  # as ALE stores it
         self._generator = np.random.MT19937()
-        self._taken, self._next = b"", 0  # 1 for each frame that takes a new action, and the next frame's index
+        self._taken, self._next = (
+            b"",
+            0,
+        )  # 1 for each frame that takes a new action, and the next frame's index
         self.release()
 
     def release(self) -> None:
@@ -62,13 +67,15 @@ class ExecutedAction:
 
 
 def generator_state(text: bytes) -> tuple[np.ndarray, int]:
-    """The Mersenne Twister whose state a C++ library has written: its words, uint32 `[624]`, and how many of these are used.
+    """The Mersenne Twister whose state a C++ library has written: its words, uint32 `[624]`, and
+    how many of these are used.
 
     Raises:
         ValueError: the text is not such a state.
     """
     numbers = np.fromstring(text, np.uint64, sep=" ") if _TEXT.fullmatch(text) else np.zeros(0)
-    # libstdc++ writes the number of used words after them; libc++ writes the words in the order of their use.
+    # libstdc++ writes the number of used words after them; libc++ writes the words in the order of
+    # their use.
     position = int(numbers[WORDS]) if len(numbers) > WORDS else WORDS
     if not len(numbers) or numbers.max() >= 2**32 or position > WORDS:
         raise ValueError("the state of the random numbers is damaged")

@@ -12,7 +12,8 @@ from ocjax.play.human import FRAMES_PER_SHOWN, MOVES, held_action
 from ocjax.play.policies import Seen, make_policy
 
 HELP = (
-    "wasd/arrows move, space fires, p pauses, n steps one frame, v toggles vision, k saves, l loads, :ADDRESS VALUE pokes, "
+    "wasd/arrows move, space fires, p pauses, n steps one frame, v toggles vision, k saves, l "
+    "loads, :ADDRESS VALUE pokes, "
     "r acts at random, m by hand, q quits"
 )
 ARROWS = {"\x1b[A": "w", "\x1b[D": "a", "\x1b[B": "s", "\x1b[C": "d"}
@@ -22,7 +23,8 @@ GLOW = 15  # emulated frames that a changed byte stays marked
 
 
 class Session:
-    """A watched emulator: its screen, objects and RAM, the bytes that changed recently, and a message.
+    """A watched emulator: its screen, objects and RAM, the bytes that changed recently, and a
+    message.
 
     Keys are single characters, or a terminal's sequences for arrows.
 
@@ -36,11 +38,15 @@ class Session:
         RomError, PolicyError, ValueError: a wrong ROM, policy or mode.
     """
 
-    def __init__(self, game: Game, policy: str = "keyboard", seed: int = 0, game_mode: int | None = None) -> None:
+    def __init__(
+        self, game: Game, policy: str = "keyboard", seed: int = 0, game_mode: int | None = None
+    ) -> None:
         self.game, self.ale = game, start_emulator(game, seed, game_mode)
         self.actions = list(self.ale.getMinimalActionSet())
         self._random = make_policy("repeat", game, len(self.actions), 1, seed)
-        self.policy = None if policy == "keyboard" else make_policy(policy, game, len(self.actions), 1, seed)
+        self.policy = (
+            None if policy == "keyboard" else make_policy(policy, game, len(self.actions), 1, seed)
+        )
         self.paused = self.vision = self.done = False
         self.started = True  # whether the game has just begun
         self.message = HELP
@@ -171,6 +177,12 @@ class Session:
 
     def title(self) -> str:
         """The state of play in one line."""
-        method, control = "VEM" if self.vision else "REM", "paused" if self.paused else "by hand" if self.policy is None else "policy"
-        play = f"frame {self.ale.getEpisodeFrameNumber()}  reward {self.reward}  lives {self.ale.lives()}"
+        method, control = (
+            "VEM" if self.vision else "REM",
+            "paused" if self.paused else "by hand" if self.policy is None else "policy",
+        )
+        play = (
+            f"frame {self.ale.getEpisodeFrameNumber()}  reward {self.reward}  lives "
+            f"{self.ale.lives()}"
+        )
         return f"{self.game.name}  {play}  {method}  {control}"

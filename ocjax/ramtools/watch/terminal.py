@@ -21,7 +21,12 @@ from ocjax.transforms.drawing import category_colors
 
 RAM_WIDTH = 72  # characters of the right column
 RAM_HEIGHT = 11  # lines of the RAM and the heading of the objects
-SCREEN_COLUMNS, SCREEN_ROWS, LEAST_COLUMNS, LEAST_ROWS = 160, 105, 20, 8  # characters: two pixels each, one above the other
+SCREEN_COLUMNS, SCREEN_ROWS, LEAST_COLUMNS, LEAST_ROWS = (
+    160,
+    105,
+    20,
+    8,
+)  # characters: two pixels each, one above the other
 
 
 def screen_text(session: Session, columns: int, rows: int) -> Text:
@@ -48,7 +53,10 @@ def ram_text(session: Session) -> Text:
         out.append(f"{start:>4} ", "dim")
         for address in range(start, start + 16):
             glow = session.changed[address]
-            out.append(f"{session.ram[address]:>3} ", "bold black on yellow" if glow == GLOW else "yellow" if glow else "")
+            out.append(
+                f"{session.ram[address]:>3} ",
+                "bold black on yellow" if glow == GLOW else "yellow" if glow else "",
+            )
         out.append("\n")
     return out
 
@@ -61,7 +69,10 @@ def objects_table(session: Session, rows: int) -> Table:
     colors, records = category_colors(session.game), session.objects.to_list()
     for r in records[:rows]:
         numbers = (str(r.get(k, "")) for k in ("x", "y", "w", "h", "value", "orientation"))
-        table.add_row(Text(f"{r['category']} {r['slot']}", "rgb({},{},{})".format(*colors[r["category"]])), *numbers)
+        table.add_row(
+            Text(f"{r['category']} {r['slot']}", "rgb({},{},{})".format(*colors[r["category"]])),
+            *numbers,
+        )
     if len(records) > rows:
         table.add_row(f"and {len(records) - rows} more")
     return table
@@ -70,12 +81,18 @@ def objects_table(session: Session, rows: int) -> Table:
 def panel(session: Session, width: int, height: int) -> Layout:
     """Everything that is shown, for a terminal of `width` by `height` characters."""
     layout = Layout()
-    layout.split_column(Layout(Text(session.title(), "bold"), size=1), Layout(name="middle"), Layout(Text(session.line(), "dim"), size=1))
+    layout.split_column(
+        Layout(Text(session.title(), "bold"), size=1),
+        Layout(name="middle"),
+        Layout(Text(session.line(), "dim"), size=1),
+    )
     columns = max(LEAST_COLUMNS, min(SCREEN_COLUMNS, width - RAM_WIDTH))
     rows = max(LEAST_ROWS, height - 3)
     screen = screen_text(session, columns, min(rows, SCREEN_ROWS))
     layout["middle"].split_row(Layout(screen, size=columns + 1), Layout(name="right"))
-    layout["right"].update(Group(ram_text(session), objects_table(session, max(1, rows - RAM_HEIGHT))))
+    layout["right"].update(
+        Group(ram_text(session), objects_table(session, max(1, rows - RAM_HEIGHT)))
+    )
     return layout
 
 
@@ -91,7 +108,10 @@ def split_keys(data: str) -> list[str]:
 
 @contextlib.contextmanager
 def _raw_keys() -> Iterator[Callable[[], list[str]]]:
-    """A function that returns the keys pressed since its last call, without waiting. It returns none if the input is no terminal."""
+    """A function that returns the keys pressed since its last call, without waiting.
+
+    It returns none if the input is no terminal.
+    """
     if not sys.stdin.isatty():
         yield list
         return
@@ -117,7 +137,10 @@ def _raw_keys() -> Iterator[Callable[[], list[str]]]:
 def watch(session: Session, console: Console, frames: int | None = None) -> None:
     """Watch in a terminal, also over ssh, until the session is done or `frames` frames have been shown."""
     shown = 0
-    with _raw_keys() as keys, Live(console=console, screen=console.is_terminal, auto_refresh=False) as live:
+    with (
+        _raw_keys() as keys,
+        Live(console=console, screen=console.is_terminal, auto_refresh=False) as live,
+    ):
         while not session.done and (frames is None or shown < frames):
             start = time.perf_counter()
             for key in keys():

@@ -7,7 +7,15 @@ from ocjax.play import window
 from ocjax.ramtools.watch.session import GLOW, Session
 from ocjax.transforms.drawing import overlay
 
-KEYS = {"Up": "w", "Left": "a", "Down": "s", "Right": "d", "Return": "\r", "BackSpace": "\x08", "Escape": "\x1b"}  # Tk's names
+KEYS = {
+    "Up": "w",
+    "Left": "a",
+    "Down": "s",
+    "Right": "d",
+    "Return": "\r",
+    "BackSpace": "\x08",
+    "Escape": "\x1b",
+}  # Tk's names
 BYTES_PER_ROW = 8
 
 
@@ -15,7 +23,9 @@ def sidebar(session: Session) -> str:
     """The text beside the picture: state of play, RAM, bytes that changed last, and the message."""
     rows = [" ".join(f"{v:>3}" for v in row) for row in session.ram.reshape(-1, BYTES_PER_ROW)]
     changed = " ".join(str(address) for address in np.flatnonzero(session.changed == GLOW))
-    return "\n".join([session.title(), "", *rows, "", f"changed: {changed}", "", *session.line().split(", ")])
+    return "\n".join(
+        [session.title(), "", *rows, "", f"changed: {changed}", "", *session.line().split(", ")]
+    )
 
 
 def watch(session: Session, scale: int = 2) -> None:

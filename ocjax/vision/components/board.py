@@ -15,7 +15,8 @@ from ocjax.vision.components.layout import Layout
 
 
 def stacked(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
-    """All masks, one below the other, with an empty row above each, and the parts of each component connected.
+    """All masks, one below the other, with an empty row above each, and the parts of each component
+    connected.
 
     Args:
         layout: of the masks.

@@ -34,23 +34,31 @@ class Accepted(NamedTuple):
 def _quotient(a: jax.Array, b: jax.Array) -> jax.Array:
     """`a // b` of int32 from 0 to 2**20.
 
-    XLA divides integers one at a time, and floats eight at a time: Berzerk takes 28 us a frame instead of 33. Half more than a number is
-    never so near to a multiple that rounding could matter.
+    XLA divides integers one at a time, and floats eight at a time: Berzerk takes 28 us a frame
+    instead of 33. Half more than a number is never so near to a multiple that rounding could
+    matter.
     """
     return ((a.astype(jnp.float32) + 0.5) / b.astype(jnp.float32)).astype(jnp.int32)
 
 
 def _to_cover(size: jax.Array, part: jax.Array) -> jax.Array:
     """Parts that cover a size, 1 to `MAX_PARTS`."""
-    return sum(((size > part * i).astype(jnp.int32) for i in range(1, MAX_PARTS)), start=jnp.ones_like(size))
+    return sum(
+        ((size > part * i).astype(jnp.int32) for i in range(1, MAX_PARTS)),
+        start=jnp.ones_like(size),
+    )
 
 
-def accept(layout: Layout, found: Candidates, measured: Measured, entries: Entries, exists: jax.Array) -> Accepted:
+def accept(
+    layout: Layout, found: Candidates, measured: Measured, entries: Entries, exists: jax.Array
+) -> Accepted:
     """Apply the limits of each candidate's search, whose entries in the tables are given."""
     w, h = measured.right - measured.left + 1 - entries.gap_x, measured.height - entries.gap_y
     part_w = part_h = jnp.full_like(w, UNLIMITED)
     good = jnp.zeros_like(exists)
-    for shape, reads_pixels in reversed(list(zip(entries.limits, layout.reads_pixels, strict=True))):
+    for shape, reads_pixels in reversed(
+        list(zip(entries.limits, layout.reads_pixels, strict=True))
+    ):
         met = (w >= shape.min_w) & (h >= shape.min_h) & (w <= shape.max_w) & (h <= shape.max_h)
         if reads_pixels:
             met = met & (measured.area >= shape.min_pixels) & (measured.area <= shape.max_pixels)
@@ -59,7 +67,17 @@ def accept(layout: Layout, found: Candidates, measured: Measured, entries: Entri
     good = good & exists & measured.own & measured.inside
     across = _to_cover(w, part_w)
     down = jnp.minimum(_to_cover(h, part_h), _quotient(jnp.full_like(w, MAX_PARTS), across))
-    return Accepted(measured.left, found.row - entries.up, w, h, part_w, part_h, across, down, jnp.where(good, across * down, 0))
+    return Accepted(
+        measured.left,
+        found.row - entries.up,
+        w,
+        h,
+        part_w,
+        part_h,
+        across,
+        down,
+        jnp.where(good, across * down, 0),
+    )
 
 
 def boxes(layout: Layout, a: Accepted) -> jax.Array:
@@ -76,15 +94,26 @@ def boxes(layout: Layout, a: Accepted) -> jax.Array:
 
 
 def parted(
-    layout: Layout, found: Candidates, accepted: Accepted, parts: jax.Array, filled: jax.Array, entries: Entries
+    layout: Layout,
+    found: Candidates,
+    accepted: Accepted,
+    parts: jax.Array,
+    filled: jax.Array,
+    entries: Entries,
 ) -> tuple[Accepted, jax.Array]:
     """The same, with two boxes for each component that is larger than its search's pictures and in which one of them fits."""
     begin = found.column - layout.window.before
-    edges = Edges(entries.left - found.column, entries.right - found.column, entries.bottom - found.row)
+    edges = Edges(
+        entries.left - found.column, entries.right - found.column, entries.bottom - found.row
+    )
     n_parts = accepted.parts
     for i, pictures in enumerate(layout.pictures):
         both = part(filled, layout.window.before, edges, pictures)
         width, height = largest(pictures)
-        eligible = ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries.pictures == i)
-        n_parts, parts = materialize(in_two, n_parts, parts, eligible, begin, accepted.y, *both, small=0)
+        eligible = (
+            ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries.pictures == i)
+        )
+        n_parts, parts = materialize(
+            in_two, n_parts, parts, eligible, begin, accepted.y, *both, small=0
+        )
     return accepted._replace(parts=n_parts), parts

@@ -30,29 +30,36 @@ class Candidates(NamedTuple):
     column: jax.Array
 
 
-def starts(here: Sequence[jax.Array], above: Sequence[jax.Array], corners: np.ndarray | jax.Array = bm.ALL) -> list[jax.Array]:
+def starts(
+    here: Sequence[jax.Array], above: Sequence[jax.Array], corners: np.ndarray | jax.Array = bm.ALL
+) -> list[jax.Array]:
     """First pixels of runs that nothing in the row above touches, judged word by word.
 
     Args:
         here: the words of rows from left to right, uint32 of any shape.
         above: those of the rows above them.
-        corners: words with all bits set where pixels touch at their corners, too, uint32 that broadcasts to each of them.
+        corners: words with all bits set where pixels touch at their corners, too, uint32 that
+            broadcasts to each of them.
     """
     found = []
     for word, over, left in zip(here, above, [None, *here], strict=False):
         free = word & ~(over | (((over << 1) | (over >> 1)) & corners))
-        total = free + (free & ~(word << 1))  # the carry goes from the last pixel of a free run to the left of its first
+        total = free + (
+            free & ~(word << 1)
+        )  # the carry goes from the last pixel of a free run to the left of its first
         first = ((total & ~word) >> 1) | jnp.where(total < free, U(1 << 31), U(0))
         found.append(first if left is None else first & ~(left << 31))
     return found
 
 
 class Index:
-    """The numbers of candidates by word, by row, by block of rows, and by segment; they tell where the k-th candidate is.
+    """The numbers of candidates by word, by row, by block of rows, and by segment; they tell where
+    the k-th candidate is.
 
-    Candidates are counted without being stored, and computed again around each one that is located: Gravitar takes 37 us a frame instead of
-    40. Counts of words and rows are packed, so that half as many are looked up: Private Eye takes 38 us instead of 43, Berzerk 26 instead
-    of 32.
+    Candidates are counted without being stored, and computed again around each one that is located:
+    Gravitar takes 37 us a frame instead of
+    40. Counts of words and rows are packed, so that half as many are looked up: Private Eye takes
+    38 us instead of 43, Berzerk 26 instead of 32.
     """
 
     def __init__(self, layout: Layout, board: Bitmap) -> None:
@@ -65,17 +72,30 @@ class Index:
             """The candidates in each word of a row, in a word."""
             here, above = board[:words, 1:searched], board[:words, : searched - 1]
             found = starts(list(here), list(above), self._corners[1:, None])
-            return functools.reduce(operator.or_, (lax.population_count(word) << STARTS_BITS * i for i, word in enumerate(found)))
+            return functools.reduce(
+                operator.or_,
+                (lax.population_count(word) << STARTS_BITS * i for i, word in enumerate(found)),
+            )
 
         in_words = materialize(in_rows, board)
-        counts = materialize(lambda in_words: _packed(_total(_fields(in_words, STARTS_BITS, words))), in_words)
-        blocks = jnp.sum(_total(_fields(counts, ROW_BITS, ROWS)).reshape(-1, BLOCK // ROWS, layout.board.lanes), axis=1, dtype=jnp.int32)
+        counts = materialize(
+            lambda in_words: _packed(_total(_fields(in_words, STARTS_BITS, words))), in_words
+        )
+        blocks = jnp.sum(
+            _total(_fields(counts, ROW_BITS, ROWS)).reshape(-1, BLOCK // ROWS, layout.board.lanes),
+            axis=1,
+            dtype=jnp.int32,
+        )
         above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.board.begins // BLOCK]
-        self.segments = jnp.pad(jnp.cumsum((ends[1:] - ends[:-1]).ravel()), (1, 0))  # candidates before each segment
+        self.segments = jnp.pad(
+            jnp.cumsum((ends[1:] - ends[:-1]).ravel()), (1, 0)
+        )  # candidates before each segment
         self.total = self.segments[-1]
         self.n_blocks = len(blocks)
-        self._board, self._words, self._counts, self._above, self._ends = (v.ravel() for v in (board, in_words, counts, above, ends))
+        self._board, self._words, self._counts, self._above, self._ends = (
+            v.ravel() for v in (board, in_words, counts, above, ends)
+        )
 
     def locate(self, k: jax.Array) -> Candidates:
         """The k-th candidates; in range even where there are fewer."""
@@ -87,27 +107,49 @@ class Index:
         row, rest = self._row(mask, lane, rest)
         return Candidates(first + lane, row, self._column(lane, row, rest))
 
-    def _row(self, mask: jax.Array, lane: jax.Array, rest: jax.Array) -> tuple[jax.Array, jax.Array]:
+    def _row(
+        self, mask: jax.Array, lane: jax.Array, rest: jax.Array
+    ) -> tuple[jax.Array, jax.Array]:
         """The row of the board with the candidate before which there are `rest` in its lane, and how many of those are in that row."""
         lanes = self.layout.board.lanes
         begin = bm.at(jnp.asarray(self.layout.board.begins // BLOCK, jnp.int32), mask)
         most = int(np.diff(self.layout.board.begins).max()) // BLOCK  # of a mask
-        block = begin + _last_at_most(lambda i: bm.at(self._above, jnp.minimum(begin + i, self.n_blocks) * lanes + lane), most, rest)
+        block = begin + _last_at_most(
+            lambda i: bm.at(self._above, jnp.minimum(begin + i, self.n_blocks) * lanes + lane),
+            most,
+            rest,
+        )
         block = jnp.minimum(block, self.n_blocks - 1)
         rest = rest - bm.at(self._above, block * lanes + lane)
         quads = (block * (BLOCK // ROWS))[None] + np.arange(BLOCK // ROWS, dtype=np.int32)[:, None]
         counts = bm.at(self._counts, quads * lanes + lane[None])
-        row, rest = _which([count for quad in counts for count in _fields(quad, ROW_BITS, ROWS)], rest)
+        row, rest = _which(
+            [count for quad in counts for count in _fields(quad, ROW_BITS, ROWS)], rest
+        )
         return block * BLOCK + row + 1, rest
 
     def _column(self, lane: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
-        """The column of the candidate before which there are `rest` in its row. What is looked at are the words around it alone."""
+        """The column of the candidate before which there are `rest` in its row.
+
+        What is looked at are the words around it alone.
+        """
         lanes, n_rows = self.layout.board.lanes, self.layout.board.rows
-        word, rest = _which(_fields(bm.at(self._words, (row - 1) * lanes + lane), STARTS_BITS, self.layout.board.mask_words), rest)
+        word, rest = _which(
+            _fields(
+                bm.at(self._words, (row - 1) * lanes + lane),
+                STARTS_BITS,
+                self.layout.board.mask_words,
+            ),
+            rest,
+        )
         place = (word * n_rows + row) * lanes + lane
         here, above = bm.at(self._board, place), bm.at(self._board, place - lanes)
         left = jnp.where(word > 0, bm.at(self._board, jnp.maximum(place - n_rows * lanes, 0)), U(0))
-        corners = self._corners[0] if len(set(self._corners)) == 1 else bm.at(jnp.asarray(self._corners), row)
+        corners = (
+            self._corners[0]
+            if len(set(self._corners)) == 1
+            else bm.at(jnp.asarray(self._corners), row)
+        )
         _, first_pixels = starts([left, here], [left, above], corners)
         return 32 * word + bm.nth_bit(first_pixels, rest)
 

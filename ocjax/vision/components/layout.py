@@ -48,7 +48,9 @@ class Entries(NamedTuple):
     gap_y: Any
     up: Any  # rows from the board to the screen
     limits: tuple[Limits, ...]  # of each shape, the first one first
-    pictures: Any  # index into the layout's pictures, or -1; None if no mask has pictures, as those below
+    pictures: (
+        Any  # index into the layout's pictures, or -1; None if no mask has pictures, as those below
+    )
     left: Any  # edges of the region on the board
     right: Any
     bottom: Any
@@ -63,7 +65,9 @@ class BoardSize(NamedTuple):
     words: int
     rows: int
     lanes: int  # frames
-    begins: np.ndarray  # int [masks + 1]: the first row of each mask's part, and the end of the last one
+    begins: (
+        np.ndarray
+    )  # int [masks + 1]: the first row of each mask's part, and the end of the last one
     mask_words: int  # words of a mask; gaps are bridged to the right of them
 
     @property
@@ -84,7 +88,8 @@ class WindowSize(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The sizes and tables that follow from what is searched for. Masks are in the order of the board.
+    """The sizes and tables that follow from what is searched for. Masks are in the order of the
+    board.
 
     Args:
         order: the number of the search of each mask.
@@ -124,7 +129,10 @@ class Layout:
         board = _board_size(mask_words, lanes, heights, window, ordered)
         pictures = tuple(dict.fromkeys(s.pictures for s in ordered if s.pictures))
         n_shapes = max(len(s.shapes) for s in ordered)
-        rows = [_entries(*row, n_shapes, pictures) for row in zip(ordered, heights, board.begins.tolist(), strict=False)]
+        rows = [
+            _entries(*row, n_shapes, pictures)
+            for row in zip(ordered, heights, board.begins.tolist(), strict=False)
+        ]
         return cls(
             order=tuple(order),
             counts=np.array([search.count for search in ordered], np.int32),
@@ -143,8 +151,21 @@ class Layout:
         """The entries of each candidate's mask, int32 `[n]` each, in one gather."""
         tables, structure = jax.tree.flatten(self.table)
         differ = [i for i, table in enumerate(tables) if (table != table[0]).any()]
-        rows = dict(zip(differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True)) if differ else {}
-        return structure.unflatten([rows[i] if i in rows else jnp.full_like(mask, table[0]) for i, table in enumerate(tables)])
+        rows = (
+            dict(
+                zip(
+                    differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True
+                )
+            )
+            if differ
+            else {}
+        )
+        return structure.unflatten(
+            [
+                rows[i] if i in rows else jnp.full_like(mask, table[0])
+                for i, table in enumerate(tables)
+            ]
+        )
 
     def corners_by_row(self) -> np.ndarray:
         """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[rows]`."""
@@ -155,18 +176,29 @@ class Layout:
 def _window_size(searches: Sequence[Search]) -> WindowSize:
     """Windows that hold the largest component of every search.
 
-    To see that a component goes on to the left of its window takes an eighth more time than a blank column there. So a window lacks this
-    column only if the column would need another word.
+    To see that a component goes on to the left of its window takes an eighth more time than a blank
+    column there. So a window lacks this column only if the column would need another word.
     """
-    reach_x, reach_y = (max(side) for side in zip(*(search.reach for search in searches), strict=True))
+    reach_x, reach_y = (
+        max(side) for side in zip(*(search.reach for search in searches), strict=True)
+    )
     words = words_across(reach_x)
     has_margin = 2 * reach_x < 32 * words
     return WindowSize(words, reach_x, reach_y, reach_x - (not has_margin), has_margin)
 
 
-def _board_size(mask_words: int, lanes: int, heights: Sequence[int], window: WindowSize, searches: Sequence[Search]) -> BoardSize:
+def _board_size(
+    mask_words: int,
+    lanes: int,
+    heights: Sequence[int],
+    window: WindowSize,
+    searches: Sequence[Search],
+) -> BoardSize:
     """The board of masks of these heights."""
-    parts = [-(-(height + s.gap[1] + 1) // BLOCK) * BLOCK for height, s in zip(heights, searches, strict=True)]
+    parts = [
+        -(-(height + s.gap[1] + 1) // BLOCK) * BLOCK
+        for height, s in zip(heights, searches, strict=True)
+    ]
     begins = np.cumsum([0, *parts])
     words = mask_words + any(search.gap[0] for search in searches)
     return BoardSize(words, int(begins[-1]) + window.reach_y + 1, lanes, begins, mask_words)
@@ -180,10 +212,14 @@ def _candidates_of_a_round(window: WindowSize, lanes: int) -> int:
 
 def _reads_pixels(searches: Sequence[Search], i: int) -> bool:
     """Whether the shape with number i of any search limits its pixels."""
-    return any(len(search.shapes) > i and search.shapes[i].pixels is not None for search in searches)
+    return any(
+        len(search.shapes) > i and search.shapes[i].pixels is not None for search in searches
+    )
 
 
-def _entries(search: Search, height: int, begin: int, n_shapes: int, pictures: Sequence[tuple[Picture, ...]]) -> Entries:
+def _entries(
+    search: Search, height: int, begin: int, n_shapes: int, pictures: Sequence[tuple[Picture, ...]]
+) -> Entries:
     """The entries of a mask of some height that begins in a row of the board, integers."""
     shapes = [_limits(shape) for shape in search.shapes]
     region: tuple[int | None, ...] = (None,) * 4
@@ -203,4 +239,6 @@ def _entries(search: Search, height: int, begin: int, n_shapes: int, pictures: S
 def _limits(shape: Shape) -> Limits:
     """The limits of a shape as integers."""
     pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
-    return Limits(*shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE))
+    return Limits(
+        *shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE)
+    )

@@ -15,14 +15,21 @@ from ocjax.vision.components.fill import extent, fill, fill_large
 from ocjax.vision.components.layout import Layout
 
 
-def _windows(layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The board from the row above each candidate down, `before` columns to the left of it and as wide as the layout's windows.
+def _windows(
+    layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """The board from the row above each candidate down, `before` columns to the left of it and as
+    wide as the layout's windows.
 
     Returns:
-        uint32 `[rows, words, candidates]`; and for each row, in the highest bit of uint32 `[rows, candidates]`, the column left of those.
+        uint32 `[rows, words, candidates]`; and for each row, in the highest bit of uint32 `[rows,
+        candidates]`, the column left of those.
     """
     left = column - layout.window.before - 1
-    word, shift = (left >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None], (left & 31).astype(U)
+    word, shift = (
+        (left >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None],
+        (left & 31).astype(U),
+    )
     rows = jnp.arange(layout.window.reach_y + 2)[:, None, None] * layout.board.lanes
     cut = board.ravel().at[offset[None] + rows].get(mode="promise_in_bounds")
     cut = jnp.where(((word >= 0) & (word < layout.board.words))[None], cut, U(0))
@@ -32,7 +39,9 @@ def _windows(layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array
 
 def offsets(layout: Layout, found: Candidates) -> jax.Array:
     """Where on the flat board the words of each window's first row are, int32 `[words, candidates]`."""
-    word = ((found.column - layout.window.before - 1) >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None]
+    word = ((found.column - layout.window.before - 1) >> 5)[None] + jnp.arange(
+        layout.window.words + 1
+    )[:, None]
     row = jnp.clip(word, 0, layout.board.words - 1) * layout.board.rows + (found.row - 1)[None]
     return row * layout.board.lanes + (found.segment % layout.board.lanes)[None]
 
@@ -55,8 +64,11 @@ class Measured(NamedTuple):
     area: jax.Array  # int32: pixels
 
 
-def measure(layout: Layout, board: Bitmap, found: Candidates, offset: jax.Array, corners: jax.Array) -> tuple[Measured, jax.Array]:
-    """Fill each candidate's component in its window, which is returned, too, uint32 `[words, rows, n]`.
+def measure(
+    layout: Layout, board: Bitmap, found: Candidates, offset: jax.Array, corners: jax.Array
+) -> tuple[Measured, jax.Array]:
+    """Fill each candidate's component in its window, which is returned, too, uint32 `[words, rows,
+    n]`.
 
     `corners` are words with all bits set where corners connect, or none.
     """
@@ -69,15 +81,20 @@ def measure(layout: Layout, board: Bitmap, found: Candidates, offset: jax.Array,
     head, _ = bm.columns(filled[0])
     near = bm.spread_words(list(filled[0]), corners)
     above = bm.any_of(a & b for a, b in zip(near, cut[0], strict=True)) != 0
-    leaves = first == 0 if layout.window.has_margin else _leaves_left(filled[:, 0], outside[1:], corners)
+    leaves = (
+        first == 0 if layout.window.has_margin else _leaves_left(filled[:, 0], outside[1:], corners)
+    )
     inside = ~leaves & (last < before + reach) & (bottom < layout.window.reach_y)
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
     left, right = found.column + first - before, found.column + last - before
     return Measured(~above & (head == before), inside, left, right, bottom + 1, area), by_word
 
 
-def measure_large(layout: Layout, board: Bitmap, found: Candidates, measured: Measured, wanted: jax.Array) -> Measured:
-    """Fill the wanted candidates' components on the whole board, one candidate of each frame at a time.
+def measure_large(
+    layout: Layout, board: Bitmap, found: Candidates, measured: Measured, wanted: jax.Array
+) -> Measured:
+    """Fill the wanted candidates' components on the whole board, one candidate of each frame at a
+    time.
 
     Args:
         layout: of the board.
@@ -95,10 +112,14 @@ def measure_large(layout: Layout, board: Bitmap, found: Candidates, measured: Me
         index = jnp.argmax(mine, axis=0)
         component = _component_at(layout, board, found.row[index], found.column[index])
         here = left & (index[lane] == jnp.arange(layout.n_candidates))
-        merged = (jnp.where(here, new[lane], old) for new, old in zip(component, so_far, strict=True))
+        merged = (
+            jnp.where(here, new[lane], old) for new, old in zip(component, so_far, strict=True)
+        )
         return left & ~here, Measured(*merged)
 
-    _, result = lax.while_loop(lambda state: jnp.any(state[0]), next_of_each_lane, (large, measured))
+    _, result = lax.while_loop(
+        lambda state: jnp.any(state[0]), next_of_each_lane, (large, measured)
+    )
     return result._replace(area=measured.area)
 
 

@@ -22,9 +22,14 @@ class Search:
     shapes: tuple[Shape, ...] = (ANY_SHAPE,)  # the first that a component has applies
     connectivity: int = 8  # or 4, which needs gap (0, 0)
     gap: tuple[int, int] = (0, 0)  # parts at most (dx, dy) blank pixels apart are one component
-    pictures: tuple[Picture, ...] = ()  # a larger component is split where one of these fits at its first pixel
+    pictures: tuple[
+        Picture, ...
+    ] = ()  # a larger component is split where one of these fits at its first pixel
     top: int = 0  # row of the screen that is the mask's first one
-    columns: tuple[int, int] = (0, WIDTH)  # left and right edge of the part of the mask that may have pixels
+    columns: tuple[int, int] = (
+        0,
+        WIDTH,
+    )  # left and right edge of the part of the mask that may have pixels
 
     @property
     def splits(self) -> bool:
@@ -40,7 +45,9 @@ class Search:
     def window(self) -> tuple[int, int]:
         """Width and height of the first window."""
         sizes = [shape.max_size for shape in self.shapes if shape.max_size is not None]
-        width, height = (max(side) for side in zip(*sizes, *([WINDOW] if self.unlimited else []), strict=True))
+        width, height = (
+            max(side) for side in zip(*sizes, *([WINDOW] if self.unlimited else []), strict=True)
+        )
         return min(width, WIDTH), min(height, UNLIMITED)
 
     @property

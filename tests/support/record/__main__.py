@@ -18,7 +18,8 @@ from ocjax.recordings import Recording
 from tests.support.record import expected, fixtures, limits
 
 DATA = Path("tests", "data")
-# The folder of each part in `tests/data`, in the order in which parts are written: each one may depend on those before.
+# The folder of each part in `tests/data`, in the order in which parts are written: each one may
+# depend on those before.
 RECORDINGS = {"samples": "", "ends": "ends", "modes": "modes"}
 TEXTS = {"limits": limits.describe, "expected": expected.describe}
 
@@ -34,20 +35,33 @@ class Options(NamedTuple):
 def record(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     parts: Annotated[
-        list[str] | None, typer.Argument(help="samples, ends, modes, limits or expected. Default: all.", show_default=False)
+        list[str] | None,
+        typer.Argument(
+            help="samples, ends, modes, limits or expected. Default: all.", show_default=False
+        ),
     ] = None,
     source: Annotated[
         list[Path] | None,
-        typer.Option("--from", metavar="RECORDING", help="Take the samples from this recording, and states of modes; may be repeated."),
+        typer.Option(
+            "--from",
+            metavar="RECORDING",
+            help="Take the samples from this recording, and states of modes; may be repeated.",
+        ),
     ] = None,
-    mode: Annotated[list[int] | None, typer.Option(help="Mode of the samples; may be repeated. Default: all.")] = None,
-    difficulty: Annotated[list[int] | None, typer.Option(help="Difficulty of the samples; may be repeated. Default: 0.")] = None,
+    mode: Annotated[
+        list[int] | None, typer.Option(help="Mode of the samples; may be repeated. Default: all.")
+    ] = None,
+    difficulty: Annotated[
+        list[int] | None,
+        typer.Option(help="Difficulty of the samples; may be repeated. Default: 0."),
+    ] = None,
     data: Annotated[Path, typer.Option(help="Folder of the recordings of all games.")] = DATA,
 ) -> None:
     """Write the recordings and texts that the tests of a game use.
 
-    samples: a few states from all modes, seeds and phases of play, under random actions that are held for 1 to 8 steps.
-    With --from, evenly spaced states of the recordings. If these all contain what the video chip drew, so does the result.
+    samples: a few states from all modes, seeds and phases of play, under random actions that are
+    held for 1 to 8 steps. With --from, evenly spaced states of the recordings. If these all contain
+    what the video chip drew, so does the result.
 
     ends: the first and last states of episodes, and states in which a life has just been lost.
 
@@ -57,7 +71,8 @@ def record(
 
     expected: the objects of all recordings as text. Look at what changed before you commit it.
 
-    A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked against pixels: name the other modes.
+    A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked
+    against pixels: name the other modes.
     """
     spec = load_playable(game)
     known = (*RECORDINGS, *TEXTS)
@@ -65,7 +80,9 @@ def record(
         if part not in known:
             raise typer.BadParameter(f"a part must be {', '.join(known)}, got {part!r}")
     if source and (mode or difficulty):
-        raise typer.BadParameter("--mode and --difficulty choose what is played; with --from nothing is")
+        raise typer.BadParameter(
+            "--mode and --difficulty choose what is played; with --from nothing is"
+        )
     options = Options(source or [], mode, difficulty or [0])
     with errors_in_one_line():
         for part in parts or known:
@@ -86,7 +103,12 @@ def _write(part: str, game: Game, options: Options, data: Path) -> None:
     _refuse_to_lose_drawn(out, tape)
     tape.write(out)
     drawn = "with" if tape.drawn is not None else "without"
-    writing.announce(console, f"{len(tape)} samples of {game.name}, {drawn} drawn pixels, {out.stat().st_size / 1000:,.0f} kB", out)
+    writing.announce(
+        console,
+        f"{len(tape)} samples of {game.name}, {drawn} drawn pixels, "
+        f"{out.stat().st_size / 1000:,.0f} kB",
+        out,
+    )
 
 
 def _recording(part: str, game: Game, options: Options, data: Path, out: Path) -> Recording:
@@ -99,14 +121,22 @@ def _recording(part: str, game: Game, options: Options, data: Path, out: Path) -
         return fixtures.record_deciding(game, known, more, fixtures.DECIDING_SAMPLES)
     if options.sources:
         return fixtures.cut_files([str(path) for path in options.sources], game, fixtures.SAMPLES)
-    return fixtures.record(game, fixtures.SAMPLES, modes=options.modes, difficulties=options.difficulties)
+    return fixtures.record(
+        game, fixtures.SAMPLES, modes=options.modes, difficulties=options.difficulties
+    )
 
 
 def _refuse_to_lose_drawn(out: Path, tape: Recording) -> None:
-    """Raise a ValueError if the file to be replaced contains what the video chip drew and the new recording does not."""
-    if tape.drawn is None and out.exists() and recordings.read(out, tape.game.name).drawn is not None:
+    """Raise a ValueError if the file to be replaced contains what the video chip drew and the new
+    recording does not."""
+    if (
+        tape.drawn is None
+        and out.exists()
+        and recordings.read(out, tape.game.name).drawn is not None
+    ):
         raise ValueError(
-            f"{out} says what the video chip drew, which a new recording cannot: name other parts, use --from with recordings "
+            f"{out} says what the video chip drew, which a new recording cannot: name other "
+            "parts, use --from with recordings "
             "that contain `shown` and `previous_shown`, or delete the file first"
         )
 

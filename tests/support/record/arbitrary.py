@@ -1,4 +1,5 @@
-"""States and frames that no game shows, to pin down what a game's decoder and rules do with any input.
+"""States and frames that no game shows, to pin down what a game's decoder and rules do with any
+input.
 
 They come from a hash function, so that they are the same with every version of NumPy.
 """
@@ -17,15 +18,28 @@ CHANGED = 24  # one byte in so many
 NEAR = 2  # by which half of these are larger or smaller
 MIXED = 6_000  # mixtures of two played states, of each kind
 SHARES = (8, 2)  # one byte in so many is from the other state
-SWEPT = 64_000  # played states with one or two other bytes; fewer for games with many slots, which take longer
+# played states with one or two other bytes; fewer for games with many slots, which take longer
+SWEPT = 64_000
 MANY = 64  # slots
 FRAMES = 2048
 CHANGES = (4, 8, 16, 32)  # of a frame, by turns
 NEXT = ((-1, 0), (1, 0), (0, -1), (0, 1))
 COLORS = 128  # of the console
-SIZES = (8, 40)  # largest side of what is changed, by turns: as small objects, and as several that touch
+SIZES = (
+    8,
+    40,
+)  # largest side of what is changed, by turns: as small objects, and as several that touch
 FAR = 8  # pixels by which pieces of frames are moved
-STRETCHED = ((1, 2), (2, 3), (3, 4), (5, 6), (7, 6), (5, 4), (4, 3), (2, 1))  # rows or columns that replace so many
+STRETCHED = (
+    (1, 2),
+    (2, 3),
+    (3, 4),
+    (5, 6),
+    (7, 6),
+    (5, 4),
+    (4, 3),
+    (2, 1),
+)  # rows or columns that replace so many
 THINNED = 64  # up to so many pixels of an object are left out of so many
 
 
@@ -36,7 +50,8 @@ def _noise(name: str, *shape: int) -> np.ndarray:
 
 
 def rams(game: Game, played: np.ndarray) -> np.ndarray:
-    """Arbitrary RAM: anything, and played states in which a few bytes are others, come from another state, or take any value one at a time.
+    """Arbitrary RAM: anything, and played states in which a few bytes are others, come from another
+    state, or take any value one at a time.
 
     Args:
         game: the game.
@@ -48,7 +63,12 @@ def rams(game: Game, played: np.ndarray) -> np.ndarray:
     mixtures = (_mixed(f"{game.name} mixtures {share}", played, share) for share in SHARES)
     anything = _noise(f"{game.name} anything", ANYTHING, RAM_SIZE).astype(np.uint8)
     return np.concatenate(
-        [anything, _altered(game.name, played), *mixtures, _swept(game.name, played, SWEPT * MANY // max(MANY, game.num_slots))]
+        [
+            anything,
+            _altered(game.name, played),
+            *mixtures,
+            _swept(game.name, played, SWEPT * MANY // max(MANY, game.num_slots)),
+        ]
     )
 
 
@@ -72,10 +92,14 @@ def _mixed(name: str, played: np.ndarray, share: int) -> np.ndarray:
 
 
 def _swept(name: str, played: np.ndarray, count: int) -> np.ndarray:
-    """Played states in which one of the bytes that ever change has any value, and in every other state a second one."""
+    """Played states in which one of the bytes that ever change has any value, and in every other
+    state a second one."""
     used = np.flatnonzero((played != played[0]).any(axis=0))
     out, state = _usual(played, count), np.arange(count)
-    place, value = _noise(f"{name} places", 2, count) % len(used), _noise(f"{name} values", 2, count).astype(np.uint8)
+    place, value = (
+        _noise(f"{name} places", 2, count) % len(used),
+        _noise(f"{name} values", 2, count).astype(np.uint8),
+    )
     for number, step in enumerate((1, 2)):
         out[state[::step], used[place[number, ::step]]] = value[number, ::step]
     return out
@@ -98,7 +122,10 @@ class _Source:
         return int(self.frame.flat[self.places[number % len(self.places)][0]])
 
     def pixel(self, color: int, number: int) -> tuple[int, int]:
-        """Row and column of one of the pixels of one of the colours. Small objects are met as often as large ones."""
+        """Row and column of one of the pixels of one of the colours.
+
+        Small objects are met as often as large ones.
+        """
         own = self.places[color % len(self.places)]
         return divmod(int(own[number % len(own)]), self.frame.shape[1])
 
@@ -106,7 +133,8 @@ class _Source:
 def frames(game: Game, played: np.ndarray) -> np.ndarray:
     """Played frames in which rectangles are changed in eight ways.
 
-    Every eighth frame has one of its colours alone, and every eighth all others, so that each colour of a rule is needed somewhere.
+    Every eighth frame has one of its colours alone, and every eighth all others, so that each
+    colour of a rule is needed somewhere.
 
     Args:
         game: the game.
@@ -117,7 +145,9 @@ def frames(game: Game, played: np.ndarray) -> np.ndarray:
     """
     height, width = game.screen
     colors = np.concatenate([np.resize(np.unique(played), COLORS), np.arange(0, 2 * COLORS, 2)])
-    changes = _Changes(played, colors, _noise(f"{game.name} holes", 2 * height, 2 * width) % THINNED)
+    changes = _Changes(
+        played, colors, _noise(f"{game.name} holes", 2 * height, 2 * width) % THINNED
+    )
     sources = [_Source.of(frame) for frame in played]
     out = played[np.arange(FRAMES) % len(played)]
     noise = _noise(f"{game.name} frames", FRAMES, max(CHANGES), 8).tolist()
@@ -126,10 +156,18 @@ def frames(game: Game, played: np.ndarray) -> np.ndarray:
         if i % 8 < 2:
             frame[(frame == source.color(numbers[0][0])) == (i % 8 == 0)] = 0
             continue
-        for k, (color, number, *sizes, a, b, c, d) in enumerate(numbers[: CHANGES[i // 8 % len(CHANGES)]]):
+        for k, (color, number, *sizes, a, b, c, d) in enumerate(
+            numbers[: CHANGES[i // 8 % len(CHANGES)]]
+        ):
             most = SIZES[k % 2]
-            begin = [max(0, at - before % most) for at, before in zip(source.pixel(color, number), (c, d), strict=True)]
-            rows, columns = (slice(at, min(at + 1 + n % most, end)) for at, n, end in zip(begin, sizes, frame.shape, strict=True))
+            begin = [
+                max(0, at - before % most)
+                for at, before in zip(source.pixel(color, number), (c, d), strict=True)
+            ]
+            rows, columns = (
+                slice(at, min(at + 1 + n % most, end))
+                for at, n, end in zip(begin, sizes, frame.shape, strict=True)
+            )
             frame[rows, columns] = changes.of(frame, rows, columns, k // 2 + i // 8, (a, b, c))
     return out
 
@@ -142,7 +180,14 @@ class _Changes:
     colors: np.ndarray
     holes: np.ndarray  # numbers below `THINNED`, larger than a frame
 
-    def of(self, frame: np.ndarray, rows: slice, columns: slice, kind: int, choices: tuple[int, int, int]) -> np.ndarray:
+    def of(
+        self,
+        frame: np.ndarray,
+        rows: slice,
+        columns: slice,
+        kind: int,
+        choices: tuple[int, int, int],
+    ) -> np.ndarray:
         """The pixels that replace some rows and columns of a frame."""
         piece, color = frame[rows, columns], self.colors[choices[0] % len(self.colors)]
         background = piece[0, 0]
@@ -166,9 +211,15 @@ class _Changes:
             case 5:
                 return _stretched(piece, choices[1] % 2, *STRETCHED[choices[0] % len(STRETCHED)])
             case 6:
-                return np.where(moved(self.holes, down, right) < choices[0] % THINNED, background, piece)
+                return np.where(
+                    moved(self.holes, down, right) < choices[0] % THINNED, background, piece
+                )
         objects = piece[piece != background]
-        return np.where(piece == objects[choices[1] % len(objects)], color, piece) if len(objects) else piece
+        return (
+            np.where(piece == objects[choices[1] % len(objects)], color, piece)
+            if len(objects)
+            else piece
+        )
 
 
 def _around(source: np.ndarray, where: slice, by: int, axis: int) -> np.ndarray:
@@ -180,6 +231,7 @@ def _around(source: np.ndarray, where: slice, by: int, axis: int) -> np.ndarray:
 
 
 def _stretched(piece: np.ndarray, axis: int, n: int, of: int) -> np.ndarray:
-    """A piece in which `n` rows or columns replace `of` of them, cut off or filled up to its size."""
+    """A piece in which `n` rows or columns replace `of` of them, cut off or filled up to its
+    size."""
     size = piece.shape[axis]
     return piece.take(np.minimum(np.arange(size) * of // n, size - 1), axis)

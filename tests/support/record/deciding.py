@@ -1,7 +1,8 @@
 """Which states decide: those in which a change of a decoder's number changes the objects.
 
-A decoder is traced once, and every integer in it, in an expression or a table, becomes an input. With one of them larger or smaller by one,
-some states have other objects. An excerpt that has such a state for every integer notices every slip in the game's file.
+A decoder is traced once, and every integer in it, in an expression or a table, becomes an input.
+With one of them larger or smaller by one, some states have other objects. An excerpt that has such
+a state for every integer notices every slip in the game's file.
 """
 
 import itertools
@@ -38,20 +39,25 @@ def decoder(game: Game) -> Callable[[jax.Array], Any]:
             m = game.ram(ram)
             boxes = game.decode(m)
             saver = None if game.saver is None else game.saver.key(m)
-        return [rem.slots(c, boxes[c.name].clip(0, 0, width, height), game.palette) for c in game.categories], saver
+        return [
+            rem.slots(c, boxes[c.name].clip(0, 0, width, height), game.palette)
+            for c in game.categories
+        ], saver
 
     return one
 
 
 def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
-    """In which states the objects change if one integer of the decoder is changed by one, or one byte is read at the next address.
+    """In which states the objects change if one integer of the decoder is changed by one, or one
+    byte is read at the next address.
 
     Args:
         game: the game.
         rams: uint8 `[B, 128]`.
 
     Returns:
-        bool `[changes, B]`: for each integer of the decoder, one row for a larger and one for a smaller one; and one for each address.
+        bool `[changes, B]`: for each integer of the decoder, one row for a larger and one for a
+        smaller one; and one for each address.
     """
     traced = jax.make_jaxpr(decoder(game))(np.zeros(RAM_SIZE, np.uint8))
     numbers = np.concatenate([np.ravel(n) for n in _integers(traced)]).astype(np.int32)
@@ -66,7 +72,9 @@ def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
     @jax.jit
     def differs(numbers: jax.Array, rams: jax.Array, usual: list[jax.Array]) -> jax.Array:
         pairs = zip(outcomes(numbers, rams), usual, strict=True)
-        return jnp.stack([(a != b).reshape(len(rams), -1).any(axis=1) for a, b in pairs]).any(axis=0)
+        return jnp.stack([(a != b).reshape(len(rams), -1).any(axis=1) for a, b in pairs]).any(
+            axis=0
+        )
 
     states = jnp.asarray(rams)
     usual = outcomes(jnp.asarray(numbers), states)
@@ -95,7 +103,9 @@ def _integers(traced: ClosedJaxpr) -> Iterator[np.ndarray]:
     yield from (np.asarray(c) for c in traced.consts if _is_written(c))
     for eqn in traced.jaxpr.eqns:
         inner = eqn.params.get("jaxpr")
-        yield from (np.asarray(v.val) for v in eqn.invars if isinstance(v, Literal) and _is_written(v.val))
+        yield from (
+            np.asarray(v.val) for v in eqn.invars if isinstance(v, Literal) and _is_written(v.val)
+        )
         if inner is not None:
             yield from _integers(inner)
 
@@ -114,9 +124,13 @@ def _handed_out(numbers: jax.Array) -> Callable[[Any], jax.Array]:
     return take
 
 
-def _evaluate(jaxpr: Jaxpr, consts: Iterable[Any], args: list[Any], take: Callable[[Any], jax.Array]) -> list[Any]:
+def _evaluate(
+    jaxpr: Jaxpr, consts: Iterable[Any], args: list[Any], take: Callable[[Any], jax.Array]
+) -> list[Any]:
     """Evaluate a traced function with other integers in it."""
-    values = dict(zip(jaxpr.constvars, [take(c) if _is_written(c) else c for c in consts], strict=True))
+    values = dict(
+        zip(jaxpr.constvars, [take(c) if _is_written(c) else c for c in consts], strict=True)
+    )
     values |= dict(zip(jaxpr.invars, args, strict=True))
 
     def read(v: Any) -> Any:
@@ -136,7 +150,8 @@ def _evaluate(jaxpr: Jaxpr, consts: Iterable[Any], args: list[Any], take: Callab
 
 
 def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What each state shows: `decisions` of REM, the sizes, places and values that VEM finds, and the colours on the frame.
+    """What each state shows: `decisions` of REM, the sizes, places and values that VEM finds, and
+    the colours on the frame.
 
     Args:
         game: the game.
@@ -144,7 +159,8 @@ def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> tuple[np.ndarray
         screens: uint8 `[B, H, 160]`, their frames.
 
     Returns:
-        bool `[things, B]`, and how much each thing counts, float32 `[things]`: all that is no decision little, because there is much of it.
+        bool `[things, B]`, and how much each thing counts, float32 `[things]`: all that is no
+        decision little, because there is much of it.
     """
     objects = in_batches(game.vem, screens)
     found = [_occurrences(game, objects, c) for c in game.categories]
@@ -157,12 +173,17 @@ def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> tuple[np.ndarray
 
 
 def _occurrences(game: Game, objects: Objects, category: Category) -> np.ndarray:
-    """Which states have an object of each width, height, value and slot that occurs, and of the outermost edges: bool `[things, B]`."""
+    """Which states have an object of each width, height, value and slot that occurs, and of the
+    outermost edges: bool `[things, B]`."""
     s = game.slices[category.name]
     x, y, w, h = np.moveaxis(np.asarray(objects.xywh)[:, s].astype(int), -1, 0)
     valid, value = np.asarray(objects.valid)[:, s], np.asarray(objects.value)[:, s]
     slots = np.broadcast_to(np.arange(category.count), x.shape)
-    rows = [(valid & (field == number)).any(axis=1) for field in (w, h, value, slots) for number in np.unique(field[valid])]
+    rows = [
+        (valid & (field == number)).any(axis=1)
+        for field in (w, h, value, slots)
+        for number in np.unique(field[valid])
+    ]
     for edge in (x, y, -x - w, -y - h):
         rows += [(valid & (edge == number)).any(axis=1) for number in np.unique(edge[valid])[:1]]
     return np.array(rows, bool).reshape(-1, len(x))
@@ -174,7 +195,8 @@ def in_batches(method: Callable[[np.ndarray], Objects], inputs: np.ndarray) -> O
 
 
 def cover(rows: np.ndarray, most: int, weights: np.ndarray) -> list[int]:
-    """Few columns that together have a True in as many rows as possible, each the one that adds most.
+    """Few columns that together have a True in as many rows as possible, each the one that adds
+    most.
 
     Args:
         rows: bool `[rows, columns]`.

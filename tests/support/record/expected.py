@@ -1,4 +1,5 @@
-"""Expected objects: all that REM and VEM report on a game's excerpts, as text that a reviewer reads as a diff.
+"""Expected objects: all that REM and VEM report on a game's excerpts, as text that a reviewer reads
+as a diff.
 
     Ball usually #ececec
     [ends/Pong.npz]
@@ -7,12 +8,15 @@
     [arbitrary]
     all rem: Player 871/9f86d081; Ball 655/60303ae2; PlayerScore 1024/d7a8fbb3
 
-A line holds the objects of one state: for each category its slots in order, each `x,y,w,h`, then `=value`, `@orientation` (`?` where it is
-unknown) and `#rgb` if it is not the category's usual colour. `-` is a slot without an object; such slots at the end are left out. The line
-of VEM names only the categories in which it differs from REM, and is left out if there are none. Equal texts mean equal fields.
+A line holds the objects of one state: for each category its slots in order, each `x,y,w,h`, then
+`=value`, `@orientation` (`?` where it is unknown) and `#rgb` if it is not the category's usual
+colour. `-` is a slot without an object; such slots at the end are left out. The line of VEM names
+only the categories in which it differs from REM, and is left out if there are none. Equal texts
+mean equal fields.
 
-The last section is of states and frames that no game shows (`arbitrary`), and of frames with objects at the limits of the vision rules
-(`limits`): by category the number of objects, and a checksum of all their fields.
+The last section is of states and frames that no game shows (`arbitrary`), and of frames with
+objects at the limits of the vision rules (`limits`): by category the number of objects, and a
+checksum of all their fields.
 """
 
 import zlib
@@ -30,7 +34,14 @@ from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 from tests.support.record import arbitrary, limits
 from tests.support.record.deciding import in_batches
 
-FOLDERS = ("", "ends", "modes", "rare", "edges", "savers")  # of `tests/data`, in which games have their excerpts
+FOLDERS = (
+    "",
+    "ends",
+    "modes",
+    "rare",
+    "edges",
+    "savers",
+)  # of `tests/data`, in which games have their excerpts
 ARBITRARY = "[arbitrary]"  # the heading of the last section
 NOTHING = "-"
 
@@ -52,13 +63,18 @@ def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
         arbitrary_too: whether the last section is there, which takes most of the time.
     """
     tapes = {path: recordings.read(path, game.name) for path in paths(data, game)}
-    found = {path: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape))) for path, tape in tapes.items()}
+    found = {
+        path: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape)))
+        for path, tape in tapes.items()
+    }
     usual = _usual_colors(game, [objects for both in found.values() for objects in both])
     lines = [f"{category} usually {color}" for category, color in usual.items()]
     for path, (rem, vem) in found.items():
         lines.append(f"[{path.relative_to(data).as_posix()}]")
         for i in range(len(tapes[path])):
-            lines += _lines_of_state(str(i), slots_of(game, rem[i], usual), slots_of(game, vem[i], usual))
+            lines += _lines_of_state(
+                str(i), slots_of(game, rem[i], usual), slots_of(game, vem[i], usual)
+            )
     if arbitrary_too:
         lines += [ARBITRARY, *_checksums(game, data, list(tapes.values()))]
     return "\n".join(lines) + "\n"
@@ -74,10 +90,14 @@ def _checksums(game: Game, data: Path, tapes: list[Recording]) -> Iterator[str]:
     """The lines about states and frames that no game shows."""
     rams = arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes]))
     played = [_frames(tape) for tape in tapes]
-    frames = np.concatenate([arbitrary.frames(game, np.concatenate(played)), limits.read(game, data)])
+    frames = np.concatenate(
+        [arbitrary.frames(game, np.concatenate(played)), limits.read(game, data)]
+    )
     for name, method, inputs in (("rem", game.rem, rams), ("vem", game.vem, frames)):
         found = in_batches(method, inputs)
-        yield f"all {name}: " + "; ".join(f"{c.name} {_checksum(found.of(game, c))}" for c in game.categories)
+        yield f"all {name}: " + "; ".join(
+            f"{c.name} {_checksum(found.of(game, c))}" for c in game.categories
+        )
 
 
 def _checksum(objects: Objects) -> str:
@@ -145,7 +165,9 @@ def differences(expected: str, got: str) -> list[str]:
     """What two texts of `describe` say differently, one line a slot."""
     a, b = _entries(expected), _entries(got)
     return [
-        f"{key}: expected {a.get(key, NOTHING)}, got {b.get(key, NOTHING)}" for key in a | b if a.get(key, NOTHING) != b.get(key, NOTHING)
+        f"{key}: expected {a.get(key, NOTHING)}, got {b.get(key, NOTHING)}"
+        for key in a | b
+        if a.get(key, NOTHING) != b.get(key, NOTHING)
     ]
 
 
@@ -162,8 +184,18 @@ def _entries(text: str) -> dict[str, str]:
             out[f"usual colour of {category}"] = color
         else:
             state, method, *rest = line.split(" ", 2)
-            slots = {category: texts for part in "".join(rest).split("; ") if part for category, *texts in [part.split(" ")]}
+            slots = {
+                category: texts
+                for part in "".join(rest).split("; ")
+                if part
+                for category, *texts in [part.split(" ")]
+            }
             if method == "rem:":
                 states[f"{section} state {state} rem"] = slots
             states[f"{section} state {state} vem"] = states[f"{section} state {state} rem"] | slots
-    return out | {f"{s} {c} {k}": t for s, slots in states.items() for c, texts in slots.items() for k, t in enumerate(texts)}
+    return out | {
+        f"{s} {c} {k}": t
+        for s, slots in states.items()
+        for c, texts in slots.items()
+        for k, t in enumerate(texts)
+    }

@@ -1,8 +1,9 @@
 """Excerpts: the small recordings of each game that the tests use.
 
-`record` plays a game and keeps a few samples. `cut` picks samples from longer recordings. Both spread the samples over the time of play.
-`record_boundaries` keeps the first and last states of episodes, and states in which a life has just been lost. `record_deciding` keeps the
-states, of all modes and difficulties, on which a number in the game's file decides.
+`record` plays a game and keeps a few samples. `cut` picks samples from longer recordings. Both
+spread the samples over the time of play. `record_boundaries` keeps the first and last states of
+episodes, and states in which a life has just been lost. `record_deciding` keeps the states, of all
+modes and difficulties, on which a number in the game's file decides.
 """
 
 import contextlib
@@ -32,9 +33,14 @@ BOUNDARY_SAMPLES = 30
 BOUNDARY_STEPS = 10_000  # of each instance, after which `record_boundaries` gives up
 BOUNDARY_INSTANCES, BOUNDARY_SKIP = 8, 4
 DECIDING_SAMPLES = 64
-DECIDING_INSTANCES, DECIDING_SKIP = 24, 3  # instances at least; there is one for each mode and difficulty
+DECIDING_INSTANCES, DECIDING_SKIP = (
+    24,
+    3,
+)  # instances at least; there is one for each mode and difficulty
 DECIDING_STEPS = 48_000  # of all instances
-DECIDING_EVERY = 40  # steps of an instance, after which a state is a candidate even if nothing in it is new
+DECIDING_EVERY = (
+    40  # steps of an instance, after which a state is a candidate even if nothing in it is new
+)
 CANDIDATES = 4000
 EXCERPT = ("rams", "screens", "previous", "drawn", "rewards", "lives")  # arrays of an excerpt
 
@@ -47,7 +53,9 @@ class Run:
     difficulty: int
     seed: int
     frame_skip: int
-    samples: dict[int, list[int]] = dataclasses.field(default_factory=dict)  # agent step -> numbers of the samples
+    samples: dict[int, list[int]] = dataclasses.field(
+        default_factory=dict
+    )  # agent step -> numbers of the samples
 
 
 def record(
@@ -60,8 +68,8 @@ def record(
 ) -> Recording:
     """Play a game with random actions, each held for 1 to 8 steps, and keep a few samples.
 
-    The samples cycle through the modes, difficulties, seeds and frame skips (3 and 4), and later samples are from later in play. Equal
-    arguments give equal recordings.
+    The samples cycle through the modes, difficulties, seeds and frame skips (3 and 4), and later
+    samples are from later in play. Equal arguments give equal recordings.
 
     Args:
         game: the game.
@@ -71,12 +79,15 @@ def record(
         difficulties: as ale-py numbers them.
 
     Returns:
-        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow on each other.
+        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow
+        on each other.
 
     Raises:
         RomError, ValueError: a wrong ROM, mode or difficulty.
     """
-    settings = [(m, d) for m in (variants(game)[0] if modes is None else modes) for d in difficulties]
+    settings = [
+        (m, d) for m in (variants(game)[0] if modes is None else modes) for d in difficulties
+    ]
     if not (settings and seeds):
         raise ValueError("at least one seed, mode and difficulty is needed")
     n = max(samples, len(settings))
@@ -97,7 +108,11 @@ def record(
 
 
 def _schedule(n: int, settings: Sequence[tuple[int, int]], seeds: Sequence[int]) -> list[Run]:
-    """Distribute samples over runs. They cycle through modes and difficulties, then through seeds and frame skips, and advance in time."""
+    """Distribute samples over runs.
+
+    They cycle through modes and difficulties, then through seeds and frame skips, and advance in
+    time.
+    """
     plays = [(seed, skip) for seed in seeds for skip in FRAME_SKIPS]
     runs: dict[tuple[int, ...], Run] = {}
     for i in range(n):
@@ -109,7 +124,9 @@ def _schedule(n: int, settings: Sequence[tuple[int, int]], seeds: Sequence[int])
     return list(runs.values())
 
 
-def _play(game: Game, runs: Sequence[Run], seeds: Sequence[int]) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
+def _play(
+    game: Game, runs: Sequence[Run], seeds: Sequence[int]
+) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Play runs of one frame skip side by side; yields the number and the arrays of each sample."""
     if not runs:
         return
@@ -118,11 +135,19 @@ def _play(game: Game, runs: Sequence[Run], seeds: Sequence[int]) -> Iterator[tup
     modes, difficulties = [run.mode for run in runs], [run.difficulty for run in runs]
     options = {"screens": ("screen",), "game_mode": modes, "game_difficulty": difficulties}
     with contextlib.closing(AlePool(game, len(runs), settings, **options)) as pool:
-        act = RandomPolicy(len(pool.actions), len(runs), np.random.default_rng([*seeds, skip]), HOLD)
+        act = RandomPolicy(
+            len(pool.actions), len(runs), np.random.default_rng([*seeds, skip]), HOLD
+        )
         pool.reset([run.seed for run in runs])
         last = max(step for run in runs for step in run.samples)
-        turns = track(range(-1, last + 1), description=f"playing {game.name}, {skip} frames a step", transient=True)
-        for step, _ in zip(turns, steps(pool, act), strict=False):  # step -1 is the state after the reset
+        turns = track(
+            range(-1, last + 1),
+            description=f"playing {game.name}, {skip} frames a step",
+            transient=True,
+        )
+        for step, _ in zip(
+            turns, steps(pool, act), strict=False
+        ):  # step -1 is the state after the reset
             for k, run in enumerate(runs):
                 for i in run.samples.get(step, ()):
                     yield i, _sample(pool, k)
@@ -135,8 +160,11 @@ def _sample(pool: AlePool, k: int) -> dict[str, Any]:
     return frames | {"rewards": int(pool.episode_return[k]), "lives": np.int16(pool.lives[k])}
 
 
-def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int = SEEDS[0]) -> Recording:
-    """Play a game with random actions, and keep first and last states of episodes and states in which a life has just been lost.
+def record_boundaries(
+    game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int = SEEDS[0]
+) -> Recording:
+    """Play a game with random actions, and keep first and last states of episodes and states in
+    which a life has just been lost.
 
     Args:
         game: the game.
@@ -144,7 +172,8 @@ def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int 
         seed: of the first emulator and of the actions.
 
     Returns:
-        A recording with `screens`, `previous`, `rewards`, `lives`, `resets` and `ends`, whose samples do not follow on each other.
+        A recording with `screens`, `previous`, `rewards`, `lives`, `resets` and `ends`, whose
+        samples do not follow on each other.
 
     Raises:
         RomError: a wrong ROM.
@@ -157,13 +186,18 @@ def record_boundaries(game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int 
         if sum(map(len, kept.values())) >= samples:
             break
     every = [sample for of_kind in kept.values() for sample in of_kind][:samples]
-    arrays: dict[str, Any] = {name: np.array([sample[name] for sample in every]) for name in every[0]}
+    arrays: dict[str, Any] = {
+        name: np.array([sample[name] for sample in every]) for name in every[0]
+    }
     return Recording(game, **arrays)
 
 
 def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
     """Samples of first and last states and of lost lives, in the order in which they occur."""
-    n, settings = BOUNDARY_INSTANCES, Settings(frame_skip=BOUNDARY_SKIP, repeat_action_probability=0.0)
+    n, settings = (
+        BOUNDARY_INSTANCES,
+        Settings(frame_skip=BOUNDARY_SKIP, repeat_action_probability=0.0),
+    )
     with contextlib.closing(AlePool(game, n, settings, screens=("screen",))) as pool:
         act = RandomPolicy(len(pool.actions), n, np.random.default_rng(seed), HOLD)
         pool.reset([seed + i for i in range(n)])
@@ -177,12 +211,18 @@ def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
 
 
 def record_deciding(
-    game: Game, known: Sequence[Recording], more: Sequence[Recording] = (), samples: int = DECIDING_SAMPLES, *, seed: int = SEEDS[0]
+    game: Game,
+    known: Sequence[Recording],
+    more: Sequence[Recording] = (),
+    samples: int = DECIDING_SAMPLES,
+    *,
+    seed: int = SEEDS[0],
 ) -> Recording:
-    """Play all modes and difficulties, and keep the states that show most of what other excerpts do not show.
+    """Play all modes and difficulties, and keep the states that show most of what other excerpts do
+    not show.
 
-    What a state shows is which integers of the decoder change its objects if they are changed by one, and which sizes, places and values of
-    objects VEM finds in its frame.
+    What a state shows is which integers of the decoder change its objects if they are changed by
+    one, and which sizes, places and values of objects VEM finds in its frame.
 
     Args:
         game: the game.
@@ -192,7 +232,8 @@ def record_deciding(
         seed: of the first emulator and of the actions.
 
     Returns:
-        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow on each other.
+        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow
+        on each other.
 
     Raises:
         RomError: a wrong ROM.
@@ -208,17 +249,27 @@ def record_deciding(
     chosen = sorted(deciding.cover(new[unknown], samples, weights[unknown]))
     if not chosen:
         raise ValueError(f"no state of {game.name} shows what the other recordings do not")
-    arrays: dict[str, Any] = {name: array[chosen] for name, array in candidates.arrays.items() if name in EXCERPT}
+    arrays: dict[str, Any] = {
+        name: array[chosen] for name, array in candidates.arrays.items() if name in EXCERPT
+    }
     return Recording(game, **arrays)
 
 
 def _played(game: Game, seed: int) -> Recording:
-    """States of all modes and difficulties: at regular times, around the ends of lives and episodes, and where a byte has a new value."""
+    """States of all modes and difficulties: at regular times, around the ends of lives and
+    episodes, and where a byte has a new value."""
     settings = list(itertools.product(*variants(game)))
     n = max(DECIDING_INSTANCES, len(settings))
     modes, difficulties = zip(*(settings[i % len(settings)] for i in range(n)), strict=True)
     play = Settings(frame_skip=DECIDING_SKIP, repeat_action_probability=0.0)
-    pool = AlePool(game, n, play, screens=("screen",), game_mode=list(modes), game_difficulty=list(difficulties))
+    pool = AlePool(
+        game,
+        n,
+        play,
+        screens=("screen",),
+        game_mode=list(modes),
+        game_difficulty=list(difficulties),
+    )
     kept: list[dict[str, Any]] = []
     try:
         act = RandomPolicy(len(pool.actions), n, np.random.default_rng(seed), HOLD)
@@ -239,8 +290,15 @@ def _notable(game: Game, pool: AlePool, act: RandomPolicy) -> Iterator[tuple[int
     """Play, and yield the instance and the sum of rewards of each state to keep."""
     n, addresses = pool.num_envs, np.array(sorted(game.ram.addresses()))
     seen = np.zeros((len(addresses), 256), bool)
-    total, lives, resets, ends = np.zeros(n), np.array(pool.lives), np.ones(n, bool), np.zeros(n, bool)
-    for step in track(range(DECIDING_STEPS // n), description=f"playing {game.name}", transient=True):
+    total, lives, resets, ends = (
+        np.zeros(n),
+        np.array(pool.lives),
+        np.ones(n, bool),
+        np.zeros(n, bool),
+    )
+    for step in track(
+        range(DECIDING_STEPS // n), description=f"playing {game.name}", transient=True
+    ):
         notable = resets | ends | (pool.lives < lives) | (np.arange(n) == step % DECIDING_EVERY)
         for k in range(n):
             used = np.arange(len(addresses)), pool.ram[k][addresses]

@@ -1,12 +1,15 @@
-"""Frames on which the limits of vision rules decide: objects that are just allowed, and some that are just not.
+"""Frames on which the limits of vision rules decide: objects that are just allowed, and some that
+are just not.
 
-Play seldom gets there: a picture has fewer pixels than the limit of its shape, nothing crosses the edge of a region, or a number does not
-fill its cells. The frames are kept as text, so that they stay the same when a rule changes. A line is a frame:
+Play seldom gets there: a picture has fewer pixels than the limit of its shape, nothing crosses the
+edge of a region, or a number does not fill its cells. The frames are kept as text, so that they
+stay the same when a rule changes. A line is a frame:
 
     7 | 0 142,144 | 142,50,60,16,7,88 142,80,60,16,7,87
 
-It is a played frame, by its number, in which the pixels of some colours get the background's, and then components of one colour each are
-drawn: colour, left, top, width, height, and number of pixels.
+It is a played frame, by its number, in which the pixels of some colours get the background's, and
+then components of one colour each are drawn: colour, left, top, width, height, and number of
+pixels.
 """
 
 import itertools
@@ -58,7 +61,8 @@ class Component(NamedTuple):
 
 
 def _mask(width: int, height: int, pixels: int) -> np.ndarray:
-    """A connected component of some pixels, bool `[height, width]`: a diagonal, or its upper row and left column, filled from above."""
+    """A connected component of some pixels, bool `[height, width]`: a diagonal, or its upper row
+    and left column, filled from above."""
     out = np.zeros((height, width), bool)
     if pixels < width + height - 1:
         long = max(width, height)
@@ -121,14 +125,24 @@ def describe(game: Game, data: Path) -> str:
     valid = np.asarray(in_batches(game.vem, played).valid)
     lines: dict[str, None] = {}
     for c in game.categories:
-        shown = [np.atleast_1d(valid[:, game.slices[name]].any(axis=1)) for name in (c.name, *c.needs)]
-        for rule, colors in ((c.rule, ()), (c.otherwise, c.rule.palette)):  # the second one counts where the first one finds nothing
-            for part in rule.rules if isinstance(rule, Blobs) else (rule,) if rule is not None else ():
+        shown = [
+            np.atleast_1d(valid[:, game.slices[name]].any(axis=1)) for name in (c.name, *c.needs)
+        ]
+        for rule, colors in (
+            (c.rule, ()),
+            (c.otherwise, c.rule.palette),
+        ):  # the second one counts where the first one finds nothing
+            for part in (
+                rule.rules if isinstance(rule, Blobs) else (rule,) if rule is not None else ()
+            ):
                 number = _first(shown, _where_it_holds(part, played))
                 for palette, drawn in _drawn(game, part, c.count, apart=rule is c.otherwise):
                     cleared = tuple(dict.fromkeys((*palette, *colors)))
                     background = _background(played[number], cleared)
-                    lines[f"{number} | {background} {','.join(map(str, cleared))} | {' '.join(map(str, drawn))}"] = None
+                    lines[
+                        f"{number} | {background} {','.join(map(str, cleared))} | "
+                        f"{' '.join(map(str, drawn))}"
+                    ] = None
     return "".join(f"{line}\n" for line in lines)
 
 
@@ -140,7 +154,8 @@ def _where_it_holds(rule: Rule, played: np.ndarray) -> np.ndarray:
 
 
 def _first(shown: Sequence[np.ndarray], holds: np.ndarray) -> int:
-    """The first frame on which a rule holds that shows the category or, if none does, one that it needs; bool `[frames]` each."""
+    """The first frame on which a rule holds that shows the category or, if none does, one that it
+    needs; bool `[frames]` each."""
     return next((int(np.argmax(one & holds)) for one in (*shown, holds) if (one & holds).any()), 0)
 
 
@@ -150,7 +165,9 @@ def _background(frame: np.ndarray, palette: Sequence[int]) -> int:
     return int(counts.argmax())
 
 
-Frames = Iterator[tuple[tuple[int, ...], list[Component]]]  # colours that are cleared, and what is drawn
+Frames = Iterator[
+    tuple[tuple[int, ...], list[Component]]
+]  # colours that are cleared, and what is drawn
 
 
 def _drawn(game: Game, rule: Rule, count: int, *, apart: bool) -> Frames:
@@ -184,13 +201,20 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
     if rule.filters:  # some keep what is at an edge only
         for together in _at_bottom(color, region, sizes, min(count, TOGETHER)):
             yield rule.palette, together
-    shape = next((shape for shape in rule.all_shapes if _may_be_full(shape, rule.gap)), rule.all_shapes[0])
+    shape = next(
+        (shape for shape in rule.all_shapes if _may_be_full(shape, rule.gap)), rule.all_shapes[0]
+    )
     least = shape.min_size
     for component in _across(color, region, least, least, game.screen[0]):
         yield rule.palette, [component]
     if not _may_be_full(shape, rule.gap):
-        yield from ((rule.palette, [component]) for component in _across_bottom(color, region, shape, rule.gap))
-    for together in _across_each(color, rule.ignore[:AREAS], least, game.screen[0], min(count, TOGETHER)):
+        yield from (
+            (rule.palette, [component])
+            for component in _across_bottom(color, region, shape, rule.gap)
+        )
+    for together in _across_each(
+        color, rule.ignore[:AREAS], least, game.screen[0], min(count, TOGETHER)
+    ):
         yield rule.palette, together
     if rule.gap != NO_GAP:
         for pair in _pairs(color, region, least, rule.gap):
@@ -201,7 +225,9 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
         yield (*rule.palette, other), [Component(other, *region[:2], *least, least[0] * least[1])]
 
 
-def _next_place(before: Sequence[Component], size: tuple[int, int, int], region: Area, gap: tuple[int, int]) -> tuple[int, int] | None:
+def _next_place(
+    before: Sequence[Component], size: tuple[int, int, int], region: Area, gap: tuple[int, int]
+) -> tuple[int, int] | None:
     """Where the next component fits: right of the last one, or below all of them; None: nowhere."""
     if not before:
         return region[:2]
@@ -213,7 +239,9 @@ def _next_place(before: Sequence[Component], size: tuple[int, int, int], region:
     return None
 
 
-def _at_bottom(color: int, area: Area, sizes: Iterable[tuple[int, int, int]], most: int) -> Iterator[list[Component]]:
+def _at_bottom(
+    color: int, area: Area, sizes: Iterable[tuple[int, int, int]], most: int
+) -> Iterator[list[Component]]:
     """Components of some sizes along the lower edge of an area, so many on a frame."""
     every = list(sizes)
     for i in range(0, len(every), most):
@@ -225,7 +253,8 @@ def _at_bottom(color: int, area: Area, sizes: Iterable[tuple[int, int, int]], mo
 
 
 def _counted(width: int, height: int, gap: tuple[int, int]) -> dict[int, int]:
-    """Numbers of pixels of components of a size, by the number that a shape's limits count: with those that the gap bridges."""
+    """Numbers of pixels of components of a size, by the number that a shape's limits count: with
+    those that the gap bridges."""
     out: dict[int, int] = {}
     for pixels in range(width + height - 1, width * height + 1):
         wide = np.pad(_mask(width, height, pixels), ((0, gap[1]), (0, gap[0])))
@@ -246,22 +275,42 @@ def _sizes(shape: Shape, gap: tuple[int, int] = NO_GAP) -> Iterator[tuple[int, i
     """Widths, heights and numbers of pixels at the limits of a shape and beyond them."""
     (w0, w1), (h0, h1) = limits(shape.w), limits(shape.h)
     p0, p1 = (0, None) if shape.pixels is None else limits(shape.pixels)
-    widths, heights = [w for w in (w0, w1) if w and w <= LARGE], [h for h in (h0, h1) if h and h <= LARGE]
+    widths, heights = (
+        [w for w in (w0, w1) if w and w <= LARGE],
+        [h for h in (h0, h1) if h and h <= LARGE],
+    )
     boxes = [(w, h) for w in widths for h in heights]
-    boxes += [(w + step, h) for w, step in zip((w0, w1 or 0), (-1, 1), strict=True) for h in heights if w <= LARGE]
-    boxes += [(w, h + step) for h, step in zip((h0, h1 or 0), (-1, 1), strict=True) for w in widths if h <= LARGE]
+    boxes += [
+        (w + step, h)
+        for w, step in zip((w0, w1 or 0), (-1, 1), strict=True)
+        for h in heights
+        if w <= LARGE
+    ]
+    boxes += [
+        (w, h + step)
+        for h, step in zip((h0, h1 or 0), (-1, 1), strict=True)
+        for w in widths
+        if h <= LARGE
+    ]
     for w, h in dict.fromkeys(boxes):
         if w > 0 and h > 0:
             counts = [min(max(w * h, p0), w * h if p1 is None else p1)]
-            counts += [p for p in (p0 - 1, p0, p1, p1 + 1) if w + h - 1 <= p <= w * h] if p1 is not None else []
+            counts += (
+                [p for p in (p0 - 1, p0, p1, p1 + 1) if w + h - 1 <= p <= w * h]
+                if p1 is not None
+                else []
+            )
             if p1 is not None and gap != NO_GAP:
                 by_count = _counted(w, h, gap)
                 counts += [by_count[p] for p in (p0 - 1, p0, p1, p1 + 1) if p in by_count]
             yield from ((w, h, p) for p in dict.fromkeys(counts))
 
 
-def _across(color: int, area: Area, size: tuple[int, int], inside: tuple[int, int], height: int) -> Iterator[Component]:
-    """Components that cross one edge of an area each, with so many columns or rows of them inside."""
+def _across(
+    color: int, area: Area, size: tuple[int, int], inside: tuple[int, int], height: int
+) -> Iterator[Component]:
+    """Components that cross one edge of an area each, with so many columns or rows of them
+    inside."""
     (w, h), (left, top, right, bottom) = size, area
     x, y = (left + right - w) // 2, (top + bottom - h) // 2
     wide, high = w + BEYOND, h + BEYOND
@@ -275,23 +324,39 @@ def _across(color: int, area: Area, size: tuple[int, int], inside: tuple[int, in
         yield Component(color, x, bottom - inside[1], w, high, w * high)
 
 
-def _across_bottom(color: int, area: Area, shape: Shape, gap: tuple[int, int]) -> Iterator[Component]:
-    """A component that is no full rectangle and has all of its pixels but a few above the lower edge of an area."""
+def _across_bottom(
+    color: int, area: Area, shape: Shape, gap: tuple[int, int]
+) -> Iterator[Component]:
+    """A component that is no full rectangle and has all of its pixels but a few above the lower
+    edge of an area."""
     (w, h), counted = shape.min_size, _counted(*shape.min_size, gap)
     least, most = (0, None) if shape.pixels is None else limits(shape.pixels)
-    allowed = [pixels for number, pixels in counted.items() if least <= number and (most is None or number <= most)]
+    allowed = [
+        pixels
+        for number, pixels in counted.items()
+        if least <= number and (most is None or number <= most)
+    ]
     if allowed:
-        yield Component(color, (area[0] + area[2] - w) // 2, area[3] - h, w, h + BEYOND, allowed[0] + BEYOND)
+        yield Component(
+            color, (area[0] + area[2] - w) // 2, area[3] - h, w, h + BEYOND, allowed[0] + BEYOND
+        )
 
 
-def _across_each(color: int, areas: Sequence[Area], size: tuple[int, int], height: int, most: int) -> Iterator[list[Component]]:
-    """Components that cross an edge of an area with as much as counts outside, so many areas on a frame."""
-    for of_side in itertools.zip_longest(*(_across(color, area, size, (BEYOND, BEYOND), height) for area in areas)):
+def _across_each(
+    color: int, areas: Sequence[Area], size: tuple[int, int], height: int, most: int
+) -> Iterator[list[Component]]:
+    """Components that cross an edge of an area with as much as counts outside, so many areas on a
+    frame."""
+    for of_side in itertools.zip_longest(
+        *(_across(color, area, size, (BEYOND, BEYOND), height) for area in areas)
+    ):
         there = [component for component in of_side if component is not None]
         yield from (there[i : i + most] for i in range(0, len(there), most))
 
 
-def _pairs(color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]) -> Iterator[list[Component]]:
+def _pairs(
+    color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]
+) -> Iterator[list[Component]]:
     """Two components with a gap that is bridged, and with a larger one."""
     (w, h), (x, y) = size, area[:2]
     first = Component(color, x, y, w, h, w * h)
@@ -302,10 +367,16 @@ def _pairs(color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]) 
 
 def _other_colors(palette: Sequence[int]) -> list[int]:
     """Colours that follow on one of several colours of a rule and are none of them."""
-    return [c + 2 for c in palette if c + 2 not in palette and c < 254][:TOGETHER] if len(palette) > 2 else []
+    return (
+        [c + 2 for c in palette if c + 2 not in palette and c < 254][:TOGETHER]
+        if len(palette) > 2
+        else []
+    )
 
 
-def _filtered(filters: Iterable[Filter], color: int, area: Area, size: tuple[int, int]) -> Iterator[list[Component]]:
+def _filtered(
+    filters: Iterable[Filter], color: int, area: Area, size: tuple[int, int]
+) -> Iterator[list[Component]]:
     """A component, and runs that a filter just allows or not, which touch it or are apart."""
     (w, h), x, y = size, (area[0] + area[2] - size[0]) // 2, (area[1] + area[3] - size[1]) // 2
     for own in filters:
@@ -320,24 +391,33 @@ def _filtered(filters: Iterable[Filter], color: int, area: Area, size: tuple[int
                 runs = []
         for (width, height), apart in itertools.product(runs, (0, BEYOND)):
             if width:
-                yield [Component(color, x, y, w, h, w * h), Component(color, x + w + apart, y, width, height, width * height)]
+                yield [
+                    Component(color, x, y, w, h, w * h),
+                    Component(color, x + w + apart, y, width, height, width * height),
+                ]
 
 
 def _of_bounds(game: Game, rule: Bounds, *, apart: bool) -> Frames:
-    """What fills each region and a little more, and objects of the least and the largest size in all regions."""
+    """What fills each region and a little more, and objects of the least and the largest size in
+    all regions."""
     slots = [(region, _color(colors, rule.inverse)) for region, colors in rule.slots]
     cleared = tuple(dict.fromkeys(color for _, color in slots))
     for (left, top, right, bottom), color in slots[:REGIONS]:
         w, h = right - left + 2 * BEYOND, bottom - top + 2 * BEYOND
         yield cleared, [Component(color, left - BEYOND, top - BEYOND, w, h, w * h)]
     for area in rule.ignore[:REGIONS]:
-        for component in _across(slots[0][1], area, (BEYOND, BEYOND), (BEYOND, BEYOND), game.screen[0]):
+        for component in _across(
+            slots[0][1], area, (BEYOND, BEYOND), (BEYOND, BEYOND), game.screen[0]
+        ):
             yield cleared, [component]
     smallest = np.broadcast_to(rule.min_size, (len(slots), 2)).tolist()
     for dw, dh in ((0, 0), (-1, 0), (0, -1)):
         sizes = [(w + dw, h + dh) for w, h in smallest]
         if min(itertools.chain(*sizes)) > 0:
-            every = [Component(c, r[0], r[1], w, h, w * h) for (r, c), (w, h) in zip(slots, sizes, strict=True)]
+            every = [
+                Component(c, r[0], r[1], w, h, w * h)
+                for (r, c), (w, h) in zip(slots, sizes, strict=True)
+            ]
             yield cleared, every
             yield from ((cleared, [component]) for component in (every[:REGIONS] if apart else ()))
     for pair in _filtered(rule.filters, slots[0][1], slots[0][0], tuple(smallest[0])):
@@ -352,11 +432,16 @@ def _of_bounds(game: Game, rule: Bounds, *, apart: bool) -> Frames:
 
 
 def _of_number(game: Game, rule: Bounds, number: Digits) -> Frames:
-    """A number that fills its cells, and one with something in a cell that has to be free, or beyond the edges of the region."""
+    """A number that fills its cells, and one with something in a cell that has to be free, or
+    beyond the edges of the region."""
     area, colors = rule.slots[0]
     color = _color(colors, rule.inverse)
     picture = _plainest(number.font)
-    shown = [Component(color, left + x, number.top + y, w, h, w * h) for left in number.lefts for x, y, w, h in picture]
+    shown = [
+        Component(color, left + x, number.top + y, w, h, w * h)
+        for left in number.lefts
+        for x, y, w, h in picture
+    ]
     yield (color,), shown
     for left in number.free:
         yield (color,), [*shown, Component(color, left, number.top, 1, 1, 1)]
@@ -365,7 +450,8 @@ def _of_number(game: Game, rule: Bounds, number: Digits) -> Frames:
 
 
 def _plainest(font: Font) -> list[Area]:
-    """The rectangles, left, top, width and height, of the picture of a digit above 0 that has fewest of them."""
+    """The rectangles, left, top, width and height, of the picture of a digit above 0 that has
+    fewest of them."""
     digits = [glyph for glyph in font.glyphs[1:] if any(glyph) and font.glyphs.count(glyph) == 1]
     return min((_rectangles(font, glyph) for glyph in digits), key=len, default=[])
 
@@ -376,7 +462,14 @@ def _rectangles(font: Font, glyph: tuple[int, ...]) -> list[Area]:
     for row, same in itertools.groupby(glyph):
         rows = len(list(same))
         for run in re.finditer("1+", f"{row:0{font.dots}b}"):
-            out.append((run.start() * width, top * height, (run.end() - run.start()) * width, rows * height))
+            out.append(
+                (
+                    run.start() * width,
+                    top * height,
+                    (run.end() - run.start()) * width,
+                    rows * height,
+                )
+            )
         top += rows
     return out
 
@@ -392,7 +485,10 @@ def _of_cells(rule: Cells) -> Frames:
     (right, down), (w, h) = rule.margin, (rule.w, rule.h)
     for width, height in ((w, h), (w - 1, h), (w, h - 1)):
         if width and height:
-            yield rule.palette, [Component(color, x, y, width, height, width * height) for x, y in cells]
+            yield (
+                rule.palette,
+                [Component(color, x, y, width, height, width * height) for x, y in cells],
+            )
     for x, y in cells[:2]:
         cell = Component(color, x, y, w, h, w * h)
         beside = [(x - right - 1, y), (x - right, y), (x + w + right - 1, y), (x + w + right, y)]
@@ -402,7 +498,8 @@ def _of_cells(rule: Cells) -> Frames:
 
 
 def _of_runs(rule: Runs, count: int) -> Frames:
-    """Runs of the least and the largest width, at the outermost columns, and beyond; one in each row of a frame.
+    """Runs of the least and the largest width, at the outermost columns, and beyond; one in each
+    row of a frame.
 
     Where a category has fewer slots than rows, each of them is alone on a frame, too.
     """
@@ -420,7 +517,12 @@ def _of_runs(rule: Runs, count: int) -> Frames:
 def _variants(run: Run) -> Iterator[Component]:
     lefts, widths = limits(run.left), limits(run.width)
     pairs = [(left, width) for left in lefts for width in widths]
-    pairs += [(lefts[0] - 1, widths[1]), (lefts[1] + 1, widths[0]), (lefts[0], widths[0] - 1), (lefts[0], widths[1] + 1)]
+    pairs += [
+        (lefts[0] - 1, widths[1]),
+        (lefts[1] + 1, widths[0]),
+        (lefts[0], widths[0] - 1),
+        (lefts[0], widths[1] + 1),
+    ]
     for left, width in dict.fromkeys(pairs):
         if left >= 0 and width > 0:
             yield Component(run.palette[0], left, run.row, width, 1, width)
