@@ -3,11 +3,11 @@
     python benchmarks/zoo.py [GAME ...] [--folder zoo]
     python benchmarks/zoo.py --pause | --resume
 
-Needs the extras `rl` and `dev`. The first pass trains each game without a policy for 10 million
-emulated frames with seed 0: the games of the OCAtari paper, then Atari-57, then the others. The
-second pass trains again, from scratch and for 20 million frames, the games whose return rose by
-more than 5 % over the last quarter of the first pass, and the paper's PPO games with two more
-seeds.
+Needs the extras `rl` and `dev`. The first pass trains each game without a row in benchmarks/zoo.csv
+for 10 million emulated frames with seed 0: first the games without a policy, in the order of the
+OCAtari paper, Atari-57 and the others. The second pass trains from scratch for 20 million frames:
+the games whose return rose by more than 5 % over the last quarter of the first pass, and the
+paper's PPO games with three seeds.
 
 Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves; a run with
 seed 0 also replaces the policy that ships (ocjax/play/trained). Unfinished runs stay in the folder:
@@ -16,7 +16,6 @@ processes of a running zoo until `--resume`, for example to measure something el
 """
 
 import argparse
-import csv
 import fcntl
 import multiprocessing
 import os
@@ -25,136 +24,23 @@ import signal
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import curves
+import zoo_plan
 from rich.console import Console
+from zoo_plan import Run
 
 import ocjax
 from ocjax.agents.training import Config, Trainer
-from ocjax.extraction.suites import SUITES
 from ocjax.files import writing
 from ocjax.play.games import Played, play
 from ocjax.play.policies import SHIPPED
 
 HERE = Path(__file__).parent
-ROWS = HERE / "zoo.csv"
-FIRST_FRAMES, SECOND_FRAMES = 10_000_000, 20_000_000
-STILL_RISES = 0.05  # relative rise of the return over the last quarter of a run
-PAPER_PPO = (
-    "Asterix",
-    "Boxing",
-    "Breakout",
-    "Freeway",
-    "Pong",
-    "Skiing",
-    "SpaceInvaders",
-    "Tennis",
-)
-PAPER_SEEDS = (1, 2)
 GAMES_PLAYED, PLAYED_SEED = 20, 1000  # seeds of training are 0 to 65
 LOWEST_PRIORITY = 19
 POLL_SECONDS = 1.0
-
-
-class Run(NamedTuple):
-    """A training run."""
-
-    game: str
-    seed: int
-    frames: int
-
-    @property
-    def name(self) -> str:
-        """The name of its folder."""
-        return f"{self.game}-{self.seed}-{self.frames // 1_000_000}M"
-
-
-class Row(NamedTuple):
-    """The result of a run: returns of complete games of the policy and of random play, and the rise
-    over the last quarter.
-    """
-
-    game: str
-    seed: int
-    frames: int
-    hours: float
-    mean: float
-    deviation: float
-    random_mean: float
-    random_deviation: float
-    rise: float
-
-
-def read_rows(path: Path = ROWS) -> list[Row]:
-    """The rows of all finished runs."""
-    if not path.exists():
-        return []
-    with path.open() as file:
-        kinds = Row.__annotations__
-        return [
-            Row(**{name: kinds[name](value) for name, value in row.items()})
-            for row in csv.DictReader(file)
-        ]
-
-
-def add_row(row: Row, path: Path = ROWS) -> None:
-    """Add a row; it replaces the one of the same game and seed."""
-    kept = [old for old in read_rows(path) if (old.game, old.seed) != (row.game, row.seed)]
-    lines = [",".join(Row._fields)] + [
-        ",".join(str(value) for value in one) for one in sorted([*kept, row])
-    ]
-    writing.write_text(path, "\n".join(lines) + "\n")
-
-
-def order() -> list[str]:
-    """All games: the paper's, Atari-57, the others."""
-    with (HERE / "paper.csv").open() as file:
-        paper = [row["game"] for row in csv.DictReader(file)]
-    supported = ocjax.games()
-    return [
-        game
-        for game in dict.fromkeys([*paper, *SUITES["atari57"].games, *supported])
-        if game in supported
-    ]
-
-
-def first_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
-    """One run for each game that has no policy."""
-    trained = {row.game for row in rows if row.seed == 0} | {
-        path.stem for path in SHIPPED.glob("*.npz")
-    }
-    return [Run(game, 0, FIRST_FRAMES) for game in games if game not in trained]
-
-
-def second_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
-    """Longer runs of games whose return still rose, and more seeds of the paper's PPO games."""
-    longest = {(row.game, row.seed): row.frames for row in rows}
-    rising = [
-        Run(row.game, 0, SECOND_FRAMES)
-        for row in rows
-        if row.frames < SECOND_FRAMES and row.rise > STILL_RISES
-    ]
-    seeds = [Run(game, seed, SECOND_FRAMES) for game in PAPER_PPO for seed in PAPER_SEEDS]
-    return [
-        run
-        for run in rising + seeds
-        if run.game in games and longest.get((run.game, run.seed), 0) < run.frames
-    ]
-
-
-def next_run(games: Sequence[str]) -> Run | None:
-    """The run to do next; None if all are finished."""
-    rows = read_rows()
-    return next(iter(first_pass(games, rows) + second_pass(games, rows)), None)
-
-
-def rise(metrics: Path) -> float:
-    """The relative rise of the mean return over the last quarter of a run."""
-    with metrics.open() as file:
-        returns = [float(row["return"]) for row in csv.DictReader(file)]
-    before, after = returns[3 * len(returns) // 4], returns[-1]
-    return (after - before) / max(abs(before), 1.0)
 
 
 def train(run: Run, folder: Path) -> None:
@@ -174,9 +60,14 @@ def train(run: Run, folder: Path) -> None:
         writing.write(SHIPPED / f"{run.game}.npz", lambda file: file.write(policy.read_bytes()))
     results = (
         round(number, 4)
-        for number in (hours, *_summary(trained), *_summary(random), rise(folder / "metrics.csv"))
+        for number in (
+            hours,
+            *_summary(trained),
+            *_summary(random),
+            zoo_plan.rise(folder / "metrics.csv"),
+        )
     )
-    add_row(Row(*run, *results))
+    zoo_plan.add_row(zoo_plan.Row(*run, *results))
 
 
 def _summary(played: Played) -> tuple[float, float]:
@@ -216,7 +107,7 @@ def _signal(process: Any, number: signal.Signals) -> None:
 
 def runs(games: Sequence[str]) -> Iterator[Run]:
     """All runs that are left, one after the other."""
-    while (run := next_run(games)) is not None:
+    while (run := zoo_plan.next_run(games)) is not None:
         yield run
 
 
@@ -225,7 +116,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("games", nargs="*", default=order(), metavar="GAME")
+    parser.add_argument("games", nargs="*", default=zoo_plan.order(), metavar="GAME")
     parser.add_argument(
         "--folder", type=Path, default=HERE.parent / "zoo", help="for unfinished runs"
     )
