@@ -523,7 +523,7 @@ def test_shards_of_older_versions(copy, folder, tmp_path, pong):
     parquet.write_table(table.replace_schema_metadata(facts), path)
     with pytest.raises(
         ocjax.UnknownGameError,
-        match=r"train-00000-of-00002\.parquet, ram does not tell its game.*\(--game\)",
+        match=r"train-00000-of-00002\.parquet, ram names no game.*\(--game\)",
     ):
         files.extract(path, tmp_path / "rem.npz")
     files.extract(path, tmp_path / "rem.npz", "Pong")

@@ -98,7 +98,7 @@ def test_files_that_are_no_texts(tmp_path):
         atari_head.read_trial(tmp_path / "trial.txt")
     os.mkfifo(tmp_path / "pipe.txt")
     for other in ("pipe.txt", "."):
-        with pytest.raises(InputError, match="no regular file"):
+        with pytest.raises(InputError, match="not a regular file"):
             atari_head.read_trial(tmp_path / other)
 
 
