@@ -87,7 +87,7 @@ def test_command(trial, tmp_path):
     rows = list(csv.DictReader(out.read_text().splitlines()))
     assert [row["category"] for row in rows] == ["Ball", "Ball", "", ""]
     assert rows[0]["w"] == "2"
-    assert "what is looked at on 3 frames with gaze" in " ".join(result.output.split())
+    assert "objects at the gaze on 3 frames" in " ".join(result.output.split())
     with Image.open(picture) as image:
         assert image.size == (960, 630)
 
