@@ -94,7 +94,7 @@ def test_command(trial, tmp_path):
 
 def test_files_that_are_no_texts(tmp_path):
     (tmp_path / "trial.txt").write_bytes(b"\xff")
-    with pytest.raises(InputError, match="no text file in UTF-8"):
+    with pytest.raises(InputError, match="not a text file in UTF-8"):
         atari_head.read_trial(tmp_path / "trial.txt")
     os.mkfifo(tmp_path / "pipe.txt")
     for other in ("pipe.txt", "."):

@@ -97,7 +97,7 @@ def test_command(tmp_path, monkeypatch):
             ("Pong", "--variations", "all", "--csv", "x.csv"),
             "--csv and --gif apply only to the original game",
         ),
-        (("Pong", "--json", "x.json"), "the comparison that --variations makes"),
+        (("Pong", "--json", "x.json"), "--json need --variations"),
         (("Pong", "--human", "--variations", "all"), "do not apply with --human"),
     ],
 )

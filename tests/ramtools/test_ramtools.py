@@ -238,7 +238,7 @@ def test_twins(monkeypatch):
     assert twins.to_table(end).rows[0][0] == "Pin"
     monkeypatch.setattr(twins, "MOST_FRAMES", 200)
     with pytest.raises(
-        ValueError, match="does not come to the last frame of a game within 200 frames"
+        ValueError, match="does not reach the last frame of a game within 200 frames"
     ):
         twins.twins(ocjax.load("Pong"), "end", count=1)
 

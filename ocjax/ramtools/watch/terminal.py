@@ -79,7 +79,7 @@ def objects_table(session: Session, rows: int) -> Table:
 
 
 def panel(session: Session, width: int, height: int) -> Layout:
-    """Everything that is shown, for a terminal of `width` by `height` characters."""
+    """The complete view for a terminal of `width` by `height` characters."""
     layout = Layout()
     layout.split_column(
         Layout(Text(session.title(), "bold"), size=1),
@@ -110,7 +110,7 @@ def split_keys(data: str) -> list[str]:
 def _raw_keys() -> Iterator[Callable[[], list[str]]]:
     """A function that returns the keys pressed since its last call, without waiting.
 
-    It returns none if the input is no terminal.
+    Without a terminal, it returns no keys.
     """
     if not sys.stdin.isatty():
         yield list
@@ -135,7 +135,10 @@ def _raw_keys() -> Iterator[Callable[[], list[str]]]:
 
 
 def watch(session: Session, console: Console, frames: int | None = None) -> None:
-    """Watch in a terminal, also over ssh, until the session is done or `frames` frames have been shown."""
+    """Watch in a terminal until the session is done or `frames` frames are shown.
+
+    This also works over ssh.
+    """
     shown = 0
     with (
         _raw_keys() as keys,
