@@ -1,18 +1,17 @@
-"""Train an agent for every game, one after the other.
+"""Train an agent for every game.
 
     python benchmarks/zoo.py [GAME ...] [--folder zoo]
     python benchmarks/zoo.py --pause | --resume
 
 Needs the extras `rl` and `dev`. The first pass trains each game without a policy for 10 million
 emulated frames with seed 0: the games of the OCAtari paper, then Atari-57, then the others. The
-second pass trains again, from scratch and for 20 million frames, the games whose return rose by
-more than 5 % over the last quarter of the first pass, and the paper's PPO games with two more
-seeds.
+second pass trains from scratch and for 20 million frames. It repeats the games whose return rose by
+more than 5 % over the last quarter of the first pass, and adds two seeds of the paper's PPO games.
 
-Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves; a run with
-seed 0 also replaces the policy that ships (ocjax/play/trained). Unfinished runs stay in the folder:
-the same command continues them. All processes have the lowest priority. `--pause` stops the
-processes of a running zoo until `--resume`, for example to measure something else.
+Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves. A run with
+seed 0 also replaces the policy that ships (ocjax/play/trained). Unfinished runs stay in the folder,
+and the same command continues them. All processes have the lowest priority. `--pause` stops the
+processes of a running zoo until `--resume`, for example for other measurements.
 """
 
 import argparse
@@ -71,8 +70,10 @@ class Run(NamedTuple):
 
 
 class Row(NamedTuple):
-    """The result of a run: returns of complete games of the policy and of random play, and the rise
-    over the last quarter.
+    """The result of a run.
+
+    It has the returns of complete games of the policy and of random play, and the rise over the
+    last quarter.
     """
 
     game: str
@@ -99,7 +100,7 @@ def read_rows(path: Path = ROWS) -> list[Row]:
 
 
 def add_row(row: Row, path: Path = ROWS) -> None:
-    """Add a row; it replaces the one of the same game and seed."""
+    """Add a row; it replaces the row of the same game and seed."""
     kept = [old for old in read_rows(path) if (old.game, old.seed) != (row.game, row.seed)]
     lines = [",".join(Row._fields)] + [
         ",".join(str(value) for value in one) for one in sorted([*kept, row])
@@ -120,7 +121,7 @@ def order() -> list[str]:
 
 
 def first_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
-    """One run for each game that has no policy."""
+    """One run for each game without a policy."""
     trained = {row.game for row in rows if row.seed == 0} | {
         path.stem for path in SHIPPED.glob("*.npz")
     }
@@ -128,7 +129,7 @@ def first_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
 
 
 def second_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
-    """Longer runs of games whose return still rose, and more seeds of the paper's PPO games."""
+    """Longer runs of games with rising returns, and more seeds of the paper's PPO games."""
     longest = {(row.game, row.seed): row.frames for row in rows}
     rising = [
         Run(row.game, 0, SECOND_FRAMES)
@@ -144,7 +145,7 @@ def second_pass(games: Sequence[str], rows: Sequence[Row]) -> list[Run]:
 
 
 def next_run(games: Sequence[str]) -> Run | None:
-    """The run to do next; None if all are finished."""
+    """The next run, or None if all are finished."""
     rows = read_rows()
     return next(iter(first_pass(games, rows) + second_pass(games, rows)), None)
 
@@ -159,7 +160,7 @@ def rise(metrics: Path) -> float:
 
 def train(run: Run, folder: Path) -> None:
     """Train, play, and keep the results."""
-    os.setpgrp()  # so that a signal reaches the workers of the environments as well
+    os.setpgrp()  # a signal also reaches the workers of the environments
     ocjax.use_compilation_cache()
     trainer = Trainer(Config(run.game, seed=run.seed), folder)
     trainer.run(run.frames, Console())
@@ -184,7 +185,7 @@ def _summary(played: Played) -> tuple[float, float]:
 
 
 def supervise(run: Run, folder: Path, paused: Path) -> None:
-    """Train in a process of its own, which stops while the file `paused` exists.
+    """Train in a separate process, which stops while the file `paused` exists.
 
     Raises:
         SystemExit: the training failed.
@@ -215,7 +216,7 @@ def _signal(process: Any, number: signal.Signals) -> None:
 
 
 def runs(games: Sequence[str]) -> Iterator[Run]:
-    """All runs that are left, one after the other."""
+    """All remaining runs, in order."""
     while (run := next_run(games)) is not None:
         yield run
 
@@ -232,7 +233,7 @@ def main() -> None:
     parser.add_argument(
         "--pause", action="store_true", help="stop the processes of a running zoo until --resume"
     )
-    parser.add_argument("--resume", action="store_true", help="let a paused zoo go on")
+    parser.add_argument("--resume", action="store_true", help="continue a paused zoo")
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     paused = arguments.folder / "paused"
