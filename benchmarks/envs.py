@@ -42,10 +42,11 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 OCATARI = {mode: f"AsyncVectorEnv over OCAtari, {mode}" for mode in ("ram", "vision")}
+# environments for ratios, and headings
 REFERENCES = {
     "raw": "to raw",
     "envpool alone": "to envpool",
-}  # environments for ratios, and headings
+}
 SUMMARY = (
     "REM to raw",
     "REM to envpool alone",
@@ -53,9 +54,8 @@ SUMMARY = (
     *(f"{name} to raw" for name in OCATARI.values()),
 )
 
-Stepper = tuple[
-    Callable[[np.ndarray], Any], int, Callable[[], None]
-]  # step, number of actions, close
+# step, number of actions, close
+Stepper = tuple[Callable[[np.ndarray], Any], int, Callable[[], None]]
 
 
 def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> float:

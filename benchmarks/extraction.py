@@ -26,9 +26,8 @@ SOURCES = {"rem": "rams", "vem": "screens"}
 LEAST_CALLS, MOST_CALLS = 5, 500  # of a measurement
 OCATARI_SAMPLES = 400
 
-Ratios = dict[
-    tuple[str, int], list[float]
-]  # (method, batch size) -> OCAtari's time divided by ocjax's, one per game
+# (method, batch size) -> OCAtari's time divided by ocjax's, one per game
+Ratios = dict[tuple[str, int], list[float]]
 
 
 def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float, float, float]:

@@ -30,12 +30,13 @@ from ocjax.play.rollouts import rollout
 if TYPE_CHECKING:
     from ocjax import Game, Objects
 
+# instances; steps before the first sample and between samples; samples per instance
 INSTANCES, WARM_UP, EVERY, SAMPLES = (
     4,
     50,
     9,
     50,
-)  # instances; steps before the first sample and between samples; samples per instance
+)
 HEADER = ("game", "mode", "difficulty", "objects", "F1", "exact", "score", "least agreement")
 F1, EXACT = HEADER.index("F1"), HEADER.index("exact")
 LEAST = 20  # objects that a category needs to be named

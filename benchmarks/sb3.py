@@ -42,9 +42,9 @@ def peer_rate(python: str, game: str, num_envs: int, seconds: float) -> float:
 
 
 def stepping_rates(game: str, num_envs: int, seconds: float) -> tuple[float, float]:
-    """Agent steps per second without training, of ocjax's and Stable-Baselines3's interfaces.
+    """Agent steps per second without training, directly and through Stable-Baselines3.
 
-    Blocks of steps alternate between the two.
+    Blocks of steps of ocjax's vector environment alternate between the two interfaces.
     """
     rng, times = np.random.default_rng(0), ([], [])
     both = (

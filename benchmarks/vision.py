@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 BATCHES = (1, 16, 64, 256, 1024, 4096)
 KERNEL_BATCH = 256
 KERNEL_GAMES = ("Pong", "SpaceInvaders", "MsPacman")
+# colours of Space Invaders and Ms. Pac-Man
 MASKS = (
     (20,),
     (52,),
@@ -45,7 +46,7 @@ MASKS = (
     (6,),
     (74, 138, 8, 214),
     (38, 184, 88, 70, 150, 12),
-)  # of Space Invaders, Ms. Pac-Man
+)
 
 Rects = list[tuple[int, int, int, int]]  # x, y, w, h
 

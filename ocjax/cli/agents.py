@@ -30,9 +30,8 @@ from ocjax.play.policies import TRAINED
 
 EVALUATION_EPISODES = 10
 ENVIRONMENTS = "Environments"  # heading of options
-FIXED_SKIP = [
-    name for name, settings in PRESETS.items() if isinstance(settings.frame_skip, int)
-]  # presets for training
+# presets for training
+FIXED_SKIP = [name for name, settings in PRESETS.items() if isinstance(settings.frame_skip, int)]
 FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
 
 
@@ -96,7 +95,7 @@ def train(
             metavar="NAME=VALUE[,...]",
             help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
             "ram map`, or numbers of bytes; none for "
-            "the ordinary start. May be repeated: the environments alternate.",
+            "the ordinary start. May be repeated: the environments use them in rotation.",
             rich_help_panel=ENVIRONMENTS,
         ),
     ] = None,
@@ -208,9 +207,7 @@ def play(
         float | None,
         typer.Option(
             min=0,
-            help=(
-                "Probability of repeating the previous action on a frame. Default: from the settings."
-            ),
+            help="Probability of repeating an action on a frame. Default: from the settings.",
         ),
     ] = None,
     csv: Annotated[
@@ -328,11 +325,7 @@ def _show_rows(
 
 
 def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
-    """Let a person play, and write the recording and an animation of its first steps.
-
-    Raises:
-        ValueError: a file cannot be written, the game's ROM is wrong, or no window can be opened.
-    """
+    """Let a person play, and write the recording and an animation of its first steps."""
     writing.check_suffix(out, (".npz",))
     writing.check(out, gif)
     playing = human_play.HumanGame(game, seed)

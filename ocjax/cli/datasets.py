@@ -45,7 +45,7 @@ def dataset(
             metavar="NAME=VALUE[,...]",
             help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
             "ram map`, or numbers of bytes; none for "
-            "the ordinary start. May be repeated: the instances alternate.",
+            "the ordinary start. May be repeated: the instances use them in rotation.",
         ),
     ] = None,
     ray: RAY = None,

@@ -43,7 +43,7 @@ def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[
         console: shows the bar.
 
     Yields:
-        A function to call with the number of finished units and the number of all units.
+        A function to call with the numbers of finished and of all units.
     """
     columns = (
         TextColumn(action),

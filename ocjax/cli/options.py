@@ -13,8 +13,7 @@ RAY = Annotated[
         "--ray",
         metavar="ADDRESS",
         help="Spread the work over a Ray cluster whose machines share the files: its address, auto "
-        "for the one that this machine is "
-        "part of, or local for this machine alone.",
+        "for the cluster of this machine, or local for this machine alone.",
     ),
 ]
 

@@ -44,7 +44,7 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
         folder: folder of a complete dataset.
         out: a path that ends in .csv, or the ID of a new Minari dataset after "minari:". An
             existing .csv file is replaced.
-        report: called regularly with the number of finished states and the number of all states.
+        report: called regularly with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset.
@@ -130,9 +130,10 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
 def _episodes(path: Path) -> Iterator[Any]:
     """Stretches of successive states of one episode, as tables of at least two rows."""
     pa = require("pyarrow")
+    # pictures stay compressed in memory
     rows = pa.concat_tables(
         [columns.schema({}).empty_table().replace_schema_metadata(None), *shards.rows(path)]
-    )  # pictures are compressed
+    )
     place = np.stack([rows[name].to_numpy() for name in ("instance", "episode", "index")], axis=1)
     breaks = np.flatnonzero((np.diff(place, axis=0) != (0, 0, 1)).any(axis=1)) + 1
     for start, stop in itertools.pairwise([0, *breaks.tolist(), len(rows)]):

@@ -30,8 +30,7 @@ def generate(
         folder: created if necessary.
         ray: the address of a Ray cluster whose machines share the folder; see
             `ocjax.files.cluster`.
-        report: called after each shard with the number of finished states and the number of all
-            states.
+        report: called after each shard with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds another dataset or other files.
@@ -60,8 +59,7 @@ def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | No
     Args:
         folder: folder of a complete dataset.
         ray: the address of a Ray cluster; see `generate`.
-        report: called after each shard with the number of finished states and the number of all
-            states.
+        report: called after each shard with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset, or the dataset was made
@@ -119,12 +117,9 @@ def missing(plan: Plan, folder: Path) -> list[int]:
 
 
 def _check_data(folder: Path) -> None:
-    """Check that the shards are in the dataset's folder.
+    """Check that the folder of the shards is not a link.
 
     The shards themselves may be links, which are replaced when they are written.
-
-    Raises:
-        DatasetError: the folder of the shards is a link.
     """
     if (folder / DATA).is_symlink():
         raise DatasetError(

@@ -69,8 +69,8 @@ class Plan:
             have none.
         versions: versions of ocjax and of the libraries.
         code: digest of the source of ocjax, whose decoders extract the objects.
-        starts: values that are written to the RAM when games begin. Instances alternate between
-            them. Older datasets have none.
+        starts: values that are written to the RAM when games begin. Instances use them in
+            rotation. Older datasets have none.
     """
 
     game: str
@@ -174,16 +174,12 @@ class Plan:
 
 
 def _check_play(plan: Plan) -> None:
-    """Check the fields of a plan that describe how states are played.
-
-    Raises:
-        ValueError: a field is malformed.
-    """
+    """Check the fields of a plan that describe how states are played."""
     for seed in plan.seeds:
         integer("a seed", seed, 0, 2**31 - 1)
     if not plan.seeds or len(set(plan.seeds)) < len(plan.seeds):
         raise ValueError(
-            f"seeds must be at least one, and none twice, got {reprlib.repr(plan.seeds)}"
+            f"seeds must be distinct, and at least one, got {reprlib.repr(plan.seeds)}"
         )
     for policy in plan.policies:
         if not isinstance(policy, tuple) or len(policy) != 2 or not isinstance(policy[0], str):
@@ -240,7 +236,7 @@ def plan(
         least_f1: sequences with a lower F1 of REM against VEM are dropped.
         starts: values that are written to the RAM when a game begins, by the name of a field of the
             game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
-            instances alternate between the starts; an empty start writes nothing.
+            instances use the starts in rotation; an empty start writes nothing.
 
     Raises:
         DatasetError: a ValueError; the percentages are not multiples of 10 that add up to 100, a
@@ -257,7 +253,7 @@ def plan(
             f"100, got {dict(chosen)}"
         )
     if not seeds or len(set(seeds)) < len(seeds):
-        raise DatasetError(f"there must be at least one seed, and none twice, got {list(seeds)}")
+        raise DatasetError(f"seeds must be distinct, and at least one, got {list(seeds)}")
     if not 0 <= least_f1 <= 1:
         raise DatasetError(f"the least F1 must be between 0 and 1, got {least_f1}")
     begin = tuple({str(name): value for name, value in start.items()} for start in starts)
@@ -326,10 +322,11 @@ def code() -> str:
     Versions with equal digests extract equal objects.
     """
     root, digest = Path(__file__).parents[1], hashlib.sha256()
+    # `rglob` does not follow the link to the games
     paths = (
         *root.rglob("*.py"),
         *(root / "extractors").rglob("*.py"),
-    )  # `rglob` does not follow the link to the games
+    )
     files = {path.relative_to(root).as_posix(): path for path in paths}
     for name in sorted(name for name in files if "__pycache__" not in name):
         digest.update(name.encode() + b"\0" + hashlib.sha256(files[name].read_bytes()).digest())

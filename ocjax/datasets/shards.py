@@ -34,10 +34,11 @@ def make(folder: Path, plan: Plan, number: int) -> None:
     if path.is_file():
         return
     pa = require("pyarrow")
+    # tables by instance
     kept: list[list[Any]] = [
         [columns.schema({}).empty_table()],
         *([] for _ in shard.shares),
-    ]  # by instance
+    ]
     counts, totals = (
         labels.none(game),
         dict.fromkeys(("sequences", "sequences_left_out", "states_left_out"), 0),
@@ -51,9 +52,8 @@ def make(folder: Path, plan: Plan, number: int) -> None:
         )
         for tables, (start, stop) in zip(kept[1:], itertools.pairwise(ends), strict=True):
             own = found.counts.map(lambda a, rows=slice(start, stop): a[rows])
-            is_left_out = bool(
-                own.sum().f1 < plan.least_f1
-            )  # F1 is NaN without objects, so such sequences stay
+            # F1 is nan without objects; such sequences stay
+            is_left_out = bool(own.sum().f1 < plan.least_f1)
             if not is_left_out:
                 tables.append(table.slice(start, stop - start))
                 counts = labels.add(counts, own)
@@ -182,9 +182,8 @@ def relabel(path: Path, game: Game) -> None:
     if known["code"] == code():
         return
     pa, schema = require("pyarrow"), columns.schema({})
-    kept = [
-        name for name in schema.names if name not in columns.OBJECTS
-    ]  # other decoders may have other categories
+    # other decoders may have other categories
+    kept = [name for name in schema.names if name not in columns.OBJECTS]
     states = pa.concat_tables(
         [pa.schema([schema.field(name) for name in kept]).empty_table(), *rows(path, kept)]
     )

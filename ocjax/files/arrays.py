@@ -240,9 +240,8 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
     """
     h5py = require("h5py")
     links: list[tuple[str, Any]] = []
-    file.visititems_links(
-        lambda key, link: links.append((key, link))
-    )  # the visiting function must not raise
+    # the visiting function must not raise
+    file.visititems_links(lambda key, link: links.append((key, link)))
     outside = [key for key, link in links if isinstance(link, h5py.ExternalLink)]
     if outside:
         raise InputError(

@@ -132,7 +132,7 @@ def looks(
         game: the game of the trial.
         trial: the text file.
         frames: the folder of the pictures.
-        report: called with the number of finished frames and the number of all frames.
+        report: called with the numbers of finished and of all frames.
 
     Yields:
         A `Look` for each line of the file whose picture is in the folder.

@@ -81,11 +81,7 @@ _FORMS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
 
 
 def _check_headers(found: Mapping[str, npz.Header], most: int) -> None:
-    """Check the arrays of a block's file before they are read.
-
-    Raises:
-        ValueError: an array is missing, or has a wrong shape or dtype.
-    """
+    """Check the arrays of a block's file before they are read."""
     if found.keys() != _FORMS.keys():
         raise ValueError(f"expected the arrays {', '.join(_FORMS)}, got {', '.join(found)[:200]}")
     count = found["row"].shape[:1]

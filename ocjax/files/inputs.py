@@ -101,10 +101,7 @@ def _open_minari(name: str, wanted: str | None) -> Input:
 
 
 class _Minari(Input):
-    """The observations of a Minari dataset in Arrow or Parquet files.
-
-    Only one episode at a time is in memory.
-    """
+    """The observations of a Minari dataset in Arrow or Parquet files, one episode in memory."""
 
     def __init__(self, name: str, dataset: Any, wanted: str | None) -> None:
         self.name, self._dataset, self._wanted = name, dataset, wanted

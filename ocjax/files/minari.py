@@ -17,13 +17,14 @@ from ocjax.files import writing
 from ocjax.files.inputs import MINARI, InputError, load_minari, minari_id
 from ocjax.files.outputs import Blocks
 
+# the storage writes these itself
 FIXED = (
     "observation_space",
     "action_space",
     "env_spec",
     "data_format",
     "jpeg_encoding",
-)  # the storage writes these itself
+)
 COUNTED = ("total_episodes", "total_steps", "dataset_size")  # the storage counts these
 INFO = "objects"
 

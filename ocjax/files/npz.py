@@ -119,10 +119,7 @@ def json_object(text: np.ndarray) -> dict[str, Any] | None:
 
 
 def _check_count(archive: zipfile.ZipFile) -> None:
-    """Check that zipfile read the archive's directory to the last entry.
-
-    zipfile does not check this.
-    """
+    """Check that zipfile read the archive's directory to the end; zipfile does not check this."""
     assert archive.fp is not None
     archive.fp.seek(-END_RECORD - len(archive.comment), os.SEEK_END)
     count = int.from_bytes(archive.fp.read(END_RECORD)[10:12], "little")
@@ -163,10 +160,7 @@ def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
 
 
 def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[bytes]) -> Header:
-    """Read the header of an array, and check that its data may be read.
-
-    The data must be plain, have the claimed size, and be no giant text.
-    """
+    """Read the header of an array; its data must be plain, complete, and no giant text."""
     check_member(archive, info)
     found = header(file)
     stored = info.file_size - file.tell()

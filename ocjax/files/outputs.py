@@ -259,9 +259,8 @@ def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
         )
         line = ",".join(["%d"] * len(columns)) + "\n"
         numbers_of_lines = np.stack(columns, axis=1).ravel().tolist()
-        file.write(
-            (line * len(ones) % tuple(numbers_of_lines)).encode()
-        )  # five times as fast as numpy.savetxt
+        # five times as fast as numpy.savetxt
+        file.write((line * len(ones) % tuple(numbers_of_lines)).encode())
 
 
 def new_folder(name: str) -> Path:
@@ -295,9 +294,8 @@ def write_yolo(blocks: Blocks, folder: Path) -> None:
         lines = _yolo_lines(block, blocks.game)
         for i in range(rows):
             path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
-            with path.open(
-                "x", encoding="utf-8"
-            ) as file:  # fails if two pictures differ only in their suffixes
+            # fails if two pictures differ only in their suffixes
+            with path.open("x", encoding="utf-8") as file:
                 file.writelines(lines[ends[i] : ends[i + 1]])
     unfinished.replace(folder)
 

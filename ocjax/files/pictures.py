@@ -11,6 +11,7 @@ from PIL import Image
 from ocjax.files import folders
 from ocjax.files.rows import LEAST_HEIGHT, MOST_HEIGHT, WIDTH, Input, InputError, check_rows
 
+# Pillow's formats by suffix
 FORMATS = {
     ".png": "PNG",
     ".gif": "GIF",
@@ -18,7 +19,7 @@ FORMATS = {
     ".bmp": "BMP",
     ".tif": "TIFF",
     ".tiff": "TIFF",
-}  # by suffix
+}
 MOST_BYTES = 2**20  # largest size of a picture's file; four times the size without compression
 MOST_TILE = 2**16  # largest number of pixels in a tile of a TIFF picture
 _TILE_WIDTH, _TILE_HEIGHT = 322, 323  # TIFF tags
@@ -58,7 +59,7 @@ def _check_picture(image: Image.Image) -> None:
             f"pictures must be RGB, or palette indices of 8 bits, got mode {image.mode}"
         )
     if getattr(image, "is_animated", False):
-        raise ValueError("it holds several frames: save each frame as a picture of its own")
+        raise ValueError("it holds several frames: save each frame as a separate picture")
     tags = getattr(image, "tag_v2", {})
     if tags.get(_TILE_WIDTH, 0) * tags.get(_TILE_HEIGHT, 0) > MOST_TILE:
         raise ValueError(

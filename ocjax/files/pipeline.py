@@ -34,9 +34,8 @@ BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # per file of the work folder
 BATCH = {"rem": 4_096, "vem": 256}  # rows per call and device; larger batches take longer per row
 PLAN = "plan.json"
 
-Progress = Callable[
-    [int, int], object
-]  # called with the number of finished rows and the number of all rows
+# called with the numbers of finished and of all rows
+Progress = Callable[[int, int], object]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -95,8 +94,8 @@ def extract(
         array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
         ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
-        report: called at the beginning and after each block with the number of finished rows and
-            the number of all rows.
+        report: called at the beginning and after each block with the numbers of finished and of all
+            rows.
 
     Raises:
         FileNotFoundError: the input does not exist.
@@ -170,11 +169,7 @@ def _target(source: str, out: str) -> _Target:
 
 
 def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> None:
-    """Check that the output and the work folder replace no input.
-
-    Raises:
-        shutil.SameFileError: an OSError; they would replace an input.
-    """
+    """Check that the output and the work folder replace no input."""
     for path in (target.path, target.folder):
         output.check_apart(path, reads)
     if Path(source).exists() and Path(source).resolve().is_relative_to(target.folder.resolve()):
@@ -219,7 +214,7 @@ def method_of(rows: Input, game: Game) -> str:
         return "rem"
     if rows.row_shape[:2] != game.screen:
         raise InputError(
-            f"{rows.name} has frames of {list(rows.row_shape)}, those of {game.name} are "
+            f"{rows.name} has frames of {list(rows.row_shape)}, but {game.name} has "
             f"{list(game.screen)} or {[*game.screen, 3]}"
         )
     return "vem"
@@ -253,9 +248,8 @@ def check_indices(rows: Input, game: Game) -> None:
     if not rows.pictures or len(rows.row_shape) != 2:
         return
     shades = game.palette @ [0.299, 0.587, 0.114]
-    is_shade = np.isin(
-        np.arange(256), [np.round(shades), np.floor(shades)]
-    )  # programs round differently
+    # programs round differently
+    is_shade = np.isin(np.arange(256), [np.round(shades), np.floor(shades)])
     for i in range(rows.rows):
         picture = rows.read(i, i + 1)
         check_colors(picture, game, rows.name, i)
@@ -338,10 +332,7 @@ def _plan(
 
 
 def _prepare(folder: Path, plan: ExtractionPlan) -> None:
-    """Create the work folder, or check that it belongs to this extraction.
-
-    A folder without results may be reused.
-    """
+    """Create the work folder, or check its plan. A folder without results may be reused."""
     jobs.check_contents(folder, "work folder")
     if not any(folder.glob("*.npz")):
         for left in (folder / PLAN, *folder.glob(".*.tmp")):
@@ -354,7 +345,7 @@ def _part(folder: Path, k: int) -> Path:
 
 
 def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iterator[int]:
-    """Extract the missing blocks; yields the number of finished rows after each block.
+    """Extract the missing blocks, and yield the number of finished rows after each block.
 
     A block is written while the next one is extracted.
     """

@@ -11,6 +11,7 @@ import numpy as np
 
 from ocjax.console.ram import RAM_SIZE
 
+# names of arrays, in search order
 NAMES = (
     "rams",
     "ram",
@@ -18,7 +19,7 @@ NAMES = (
     "frames",
     "observations",
     "obs",
-)  # names of arrays, in search order
+)
 FACTS = ("game", "md5")
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 160, 100, 256  # pixels of a frame
 ROWS_PER_BYTE = 16  # at most; deflate stores at least an eighth of a byte per row of RAM
@@ -100,10 +101,7 @@ class Input(ABC):
 
 
 def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
-    """Convert rows of integers to uint8. Other arrays are returned unchanged.
-
-    `first` is the number of the first row, for errors.
-    """
+    """Convert rows of integers to uint8; other arrays stay. `first` is for errors."""
     if rows.dtype == np.uint8 or rows.dtype.kind not in "iu" or not rows.size:
         return rows
     if rows.min() < 0 or rows.max() > 255:

@@ -25,17 +25,17 @@ from ocjax.files.rows import (
     is_row,
 )
 
+# every folder of `datasets.save_to_disk` has one of them
 HUGGING_FACE = (
     "state.json",
     "dataset_dict.json",
-)  # every folder of `datasets.save_to_disk` has one of them
+)
 BATCH_ROWS = 1024  # rows of a Parquet file that are decoded at a time
 MOST_DIMENSIONS = 3  # dimensions of a row
 SHARD = re.compile(r"(.+)-[0-9]+-of-([0-9]+)")  # the stem of a file of a hub
 
-Blocks = list[
-    tuple[int, Callable[[], Iterator[Any]]]
-]  # of a column: the rows of each block, and a function that reads it in parts
+# the blocks of a column: rows, and a function that reads the block in parts
+Blocks = list[tuple[int, Callable[[], Iterator[Any]]]]
 
 
 class _Table(Input):
@@ -60,11 +60,12 @@ class _Table(Input):
         self._ends = np.cumsum([0, *(rows for rows, _ in blocks)])
         self.rows, self.pictures = int(self._ends[-1]), True
         check_claim(self.name, self.rows, sum(file.stat().st_size for file in files))
+        # the next row, the parts from this row, and the rest of a part
         self._at, self._parts, self._left = (
             0,
             self._from(0),
             None,
-        )  # the next row, the parts from this row, and the rest of a part
+        )
         self._shape: tuple[int, ...] | None = None  # shape of a row, once it is known
         first = self._read(0, 1) if self.rows else np.zeros((0, RAM_SIZE), np.uint8)
         check_rows(self.name, first.dtype, first.shape)
@@ -105,10 +106,7 @@ class _Table(Input):
 
 
 def _column_of(path: Path, schema: Any, wanted: str | None) -> str:
-    """The requested column, or by default the first with a usual name.
-
-    The column holds rows in a supported form.
-    """
+    """The requested column, or by default the first with a usual name, in a supported form."""
     usual = (*NAMES, "image")
     found = [key for key in (usual if wanted is None else (wanted,)) if key in schema.names]
     if not found:
@@ -125,9 +123,8 @@ def _column_of(path: Path, schema: Any, wanted: str | None) -> str:
 def _check_type(name: str, kind: Any) -> None:
     """Check that a column holds lists of integers or bytes, each row in its own memory."""
     types, own, depth = require("pyarrow").types, kind, 0
-    if (
-        types.is_struct(kind) and kind.get_field_index("bytes") >= 0
-    ):  # pictures, as the library `datasets` stores them
+    # pictures, as the library `datasets` stores them
+    if types.is_struct(kind) and kind.get_field_index("bytes") >= 0:
         own = kind.field("bytes").type
     while types.is_list(own) or types.is_large_list(own) or types.is_fixed_size_list(own):
         own, depth = own.value_type, depth + 1
@@ -139,11 +136,8 @@ def _check_type(name: str, kind: Any) -> None:
 def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) -> np.ndarray:
     """The rows of an Arrow column, integers `[n, ...]`.
 
-    Args:
-        column: the Arrow array.
-        name: the column's name in errors.
-        first: number of the first row, for errors.
-        shape: shape of each row, or None if it is not known yet.
+    `name` and `first`, the number of the first row, are for errors. `shape` is the shape of each
+    row, or None if it is not known yet.
     """
     pa = require("pyarrow")
     parts = [column]

@@ -136,9 +136,8 @@ def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = T
     except OSError as error:
         if error.errno is None or error.filename is not None:
             raise
-        raise OSError(
-            error.errno, error.strerror, str(path)
-        ) from error  # a full disk does not name the file
+        # a full disk does not name the file
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         unfinished.unlink(missing_ok=True)
 

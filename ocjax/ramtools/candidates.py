@@ -197,7 +197,7 @@ class ByRem:
     ) -> tuple[int, int, int]:
         """The fewest objects that a byte's values leave, the address, and the chosen value.
 
-        Choice 0 is the most frequent of the best values in play.
+        Choice 0 is the best value that is most frequent in play.
         """
         effects = self._effects(rams, category, address)
         left = np.where(effects.added | effects.foreign, np.iinfo(np.int32).max, effects.left)
@@ -271,9 +271,8 @@ class OnScreen:
 
     def __init__(self, game: Game, color: int, *, seed: int = 0, instances: int = 32) -> None:
         self.names = [category.name for category in game.categories]
-        self.counts = np.array(
-            [not category.hud for category in game.categories]
-        )  # categories that count
+        # display objects do not count
+        self.counts = np.array([not category.hud for category in game.categories])
         settings = Settings(frame_skip=1, repeat_action_probability=0)
         with contextlib.closing(AlePool(game, instances, settings, screens=("screen",))) as pool:
             self.states = [_state(pool, color, seed + i, steps) for i, steps in enumerate(STEPS)]
@@ -345,10 +344,7 @@ def _any_of_each(game: Game, slots: np.ndarray | jax.Array) -> np.ndarray:
 
 
 def _shares(game: Game, objects: Objects, pixels: np.ndarray) -> np.ndarray:
-    """The fraction of each category's objects with a marked pixel; 0 without objects.
-
-    `pixels` is bool `[H, 160]`, and the result float `[C]`.
-    """
+    """The fraction of each category's objects with a pixel of `[H, 160]`, float `[C]`; else 0."""
     has = np.array([pixels[y : y + h, x : x + w].any() for x, y, w, h in objects.xywh])
     return np.array(
         [

@@ -24,10 +24,11 @@ from ocjax.vision.unknown import UNKNOWN_VALUE
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
 LEAST_CHANGES = 2  # values that must change a category's objects for an effect to be reported
+# distinct values of the byte and of the field that a fit needs
 LEAST_SAMPLES, LEAST_VALUES = (
     8,
     4,
-)  # distinct values of the byte and of the field that a fit needs
+)
 SHARE_SHOWN = 0.2  # formulas that are right for fewer values are not printed
 
 ACROSS, TILE_WIDTH, TITLE_HEIGHT, GAP, FONT_SIZE = 6, 288, 18, 4, 13  # of the picture, in pixels
@@ -123,9 +124,8 @@ def causes(
     ) as pool:
         play_alike(pool, seed, steps * FRAME_SKIP // frames)
         state, saved = pool.ram[0].copy(), pool.clone_state()
-        pool.restore_state(
-            saved
-        )  # the reference frame also follows a restored state, without a change
+        # the reference frame also follows a restored state, without a change
+        pool.restore_state(saved)
         screen = next_frames(pool)[0]
         before = jax.tree.map(np.asarray, game.vem(screen))
         changed, found = _change_every_byte(pool, saved, tried, screen)
@@ -167,9 +167,8 @@ def _change_every_byte(
 ) -> tuple[np.ndarray, Objects]:
     """Try all values of all bytes.
 
-    Returns:
-        The changed pixels, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128,
-        values]`.
+    Returns the changed pixels, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128,
+    values]`.
     """
     game, changed, found = pool.game, [], []
     for frames in frames_after_writes(pool, saved, tried):
@@ -218,12 +217,8 @@ def _effect(
 ) -> Effect | None:
     """The effect of one byte's values on one category.
 
-    Args:
-        game: the game.
-        category: one of its categories.
-        tried: int `[values]`.
-        after: objects with each value, batch shape `[values]`.
-        before: objects without a change.
+    `tried` is int `[values]`, `after` has the objects with each value, batch shape `[values]`, and
+    `before` the objects without a change.
     """
     s = game.slices[category.name]
     old_xywh, old_valid, old_value = (
@@ -260,10 +255,7 @@ def _effect(
 def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> Formula | None:
     """The best formula for a field, over the values with exactly one candidate.
 
-    Args:
-        numbers: int `[values, slots]`.
-        candidates: bool `[values, slots]`.
-        tried: int `[values]`.
+    `numbers` is int and `candidates` bool `[values, slots]`; `tried` is int `[values]`.
     """
     one = candidates.sum(axis=1) == 1
     if one.sum() < LEAST_SAMPLES:

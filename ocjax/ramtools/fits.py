@@ -10,9 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 SCALES = (1, -1, 2, -2, 4, -4, 8, -8, 16, -16)
-WIDTHS = tuple(
-    (first, count) for count in (8, 7, 6, 5, 4, 3, 2) for first in range(9 - count)
-)  # bit fields of a byte, without single bits
+# bit fields of a byte, without single bits
+WIDTHS = tuple((first, count) for count in (8, 7, 6, 5, 4, 3, 2) for first in range(9 - count))
 TABLE_FIELDS = (
     (0, 8),
     (0, 4),
@@ -165,9 +164,8 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
     fits: list[Fit] = []
     for source, scale, offset in _affine_candidates(rams, target, fit):
         first = source.read(rams[fit])[0] * scale
-        exact_offset = int(
-            target[fit][0] - first - wrapped(target[fit][0] - first - offset)
-        )  # the offset without the modulus
+        # the offset without the modulus
+        exact_offset = int(target[fit][0] - first - wrapped(target[fit][0] - first - offset))
         base = _scored(Fit(source, 0, 0, scale, exact_offset), rams[test], target[test])
         fits.append(_with_bit(base, rams, target, half))
     return sorted(fits, key=lambda f: (-f.exact, -f.source.count))[:most]
@@ -176,10 +174,7 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
 def _affine_candidates(
     rams: np.ndarray, target: np.ndarray, fit: np.ndarray
 ) -> list[tuple[Source, int, int]]:
-    """Search some samples for the most promising bytes.
-
-    Returns the source, scale and offset modulo 256 of each byte's best formula.
-    """
+    """Source, scale and offset (mod 256) of the best formulas of promising bytes, by sampling."""
     sample = np.flatnonzero(fit)[:: max(1, int(fit.sum()) // SAMPLE)]
     some = rams[sample].T.astype(int)
     found = []
@@ -205,9 +200,8 @@ def _with_bit(base: Fit, rams: np.ndarray, target: np.ndarray, half: Halves) -> 
     fit, test = half
     rest = wrapped(target - base.predict(rams)) + 128
     bits = np.unpackbits(rams[fit], axis=1, bitorder="little")
-    set_ = (
-        bits.T.astype(np.float32) @ np.eye(256, dtype=np.float32)[rest[fit]]
-    )  # [1024, 256]: errors where the bit is set
+    # [1024, 256]: errors where the bit is set
+    set_ = bits.T.astype(np.float32) @ np.eye(256, dtype=np.float32)[rest[fit]]
     clear = np.bincount(rest[fit], minlength=256) - set_
     i = int((set_.max(axis=1) + clear.max(axis=1)).argmax())
     zero, one = (int(counts[i].argmax()) - 128 for counts in (clear, set_))

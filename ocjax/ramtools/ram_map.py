@@ -10,9 +10,8 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.ramtools.causes import Causes
 
-_COMMENT = re.compile(
-    r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE
-)  # of a field in a class of RAM fields
+# the comment of a field in a class of RAM fields
+_COMMENT = re.compile(r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE)
 
 
 def comments(game: Declaration) -> dict[str, str]:

@@ -102,9 +102,8 @@ def _explaining_bits(
     fit, test = half
     shifted = np.clip(errors, -128, 127) + 128
     bits = np.unpackbits(rams, axis=1, bitorder="little").astype(bool)
-    ones = (
-        bits[fit].T.astype(np.float32) @ np.eye(256, dtype=np.float32)[shifted[fit]]
-    )  # [1024, 256]: errors where the bit is set
+    # [1024, 256]: errors where the bit is set
+    ones = bits[fit].T.astype(np.float32) @ np.eye(256, dtype=np.float32)[shifted[fit]]
     zeros = np.bincount(shifted[fit], minlength=256) - ones
     clear, set_ = zeros.argmax(axis=1) - 128, ones.argmax(axis=1) - 128
     share = (np.where(bits[test], set_, clear) == errors[test, None]).mean(axis=0)

@@ -12,13 +12,14 @@ from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
 from ocjax.vision.rules import Blobs
 
+# moving graphics objects, by their bit in `Recording.shown`
 CHIP = {
     1: "Player0",
     2: "Missile0",
     4: "Player1",
     8: "Missile1",
     16: "Ball",
-}  # moving graphics objects, by their bit in `Recording.shown`
+}
 CHIP_SLOTS = 8  # pieces of each
 LOOKS = 255  # distinguished pictures; rarer ones share the last number
 

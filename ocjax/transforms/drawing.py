@@ -191,13 +191,7 @@ def _label(
 ) -> None:
     """Write text on black above a box, or below it if the space above is too small.
 
-    Args:
-        draw: draws on the picture.
-        font: font of the text.
-        text: the text.
-        place: left, top and bottom of the box.
-        size: width and height of the picture.
-        color: colour of the text.
+    `place` is left, top and bottom of the box, and `size` the width and height of the picture.
     """
     box_left, box_top, box_bottom = place
     left, top, right, bottom = (round(v) for v in draw.textbbox((0, 0), text, font=font))

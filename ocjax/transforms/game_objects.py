@@ -305,11 +305,7 @@ def object_class(game: Declaration, category: str) -> type[GameObject]:
 
 @functools.cache
 def _slot_constants(game: Declaration) -> list[tuple[type[GameObject], int, bool, bool, bool, int]]:
-    """The constants of each slot.
-
-    They are class, number within the category, HUD, has a value, has an orientation, and length of
-    `nsrepr`.
-    """
+    """Per slot: class, number, HUD, has a value, has an orientation, length of `nsrepr`."""
     out = []
     for c in game.categories:
         kind = object_class(game, c.name)

@@ -104,11 +104,10 @@ def _shades(game: Declaration) -> list[int]:
 def _covered(
     xywh: jax.Array, valid: jax.Array, screen: tuple[int, int], size: tuple[int, int]
 ) -> jax.Array:
-    """Mark the output pixels that boxes touch, bool `[B, *size]`.
+    """Mark the output pixels that boxes of `[B, N]` slots touch, bool `[B, *size]`.
 
-    `xywh` and `valid` describe `[B, N]` slots on a screen. Boxes are added sequentially to words of
-    bits, with the batch in the last dimension. A matrix product of the rows and columns inside each
-    box takes 2 to 11 times as long (Pong, Ms. Pac-Man).
+    Boxes are added sequentially to words of bits, with the batch last. A matrix product of the rows
+    and columns inside each box takes 2 to 11 times as long (Pong, Ms. Pac-Man).
     """
     x, y, w, h = xywh.T  # [N, B]
     (top, bottom), (left, right) = (

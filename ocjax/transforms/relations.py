@@ -23,9 +23,8 @@ class Relations:
     both slots are valid.
     """
 
-    offset: (
-        jax.Array
-    )  # float32 [..., N, M, 2]: from the centre of i to the centre of j, right and down, in pixels
+    # float32 [..., N, M, 2]: from the centre of i to the centre of j, right and down, in pixels
+    offset: jax.Array
     distance: jax.Array  # float32 [..., N, M]: length of the offset in pixels
     # int8 [..., N, M]: compass point of the offset, 0-15 clockwise from north; -1 (UNKNOWN) if it
     # is zero

@@ -41,12 +41,11 @@ def _nearest(
     vectorise.
 
     Args:
-        a, b: columns and rows of centres in half pixels, each int32 `[B, n]`.
+        a, b: columns and rows of centres in half pixels, int32 `[B, n]` each.
         limit: largest squared distance, int32.
 
     Returns:
-        int32 `[B, n]`: squared distance times n plus slot, which orders by distance, then slot;
-        `_NONE` if nothing is within reach.
+        int32 `[B, n]`: squared distance times n plus slot, or `_NONE`.
     """
     lanes, n = a[0].shape
     size = min(n, _BLOCK)
@@ -74,12 +73,12 @@ def _nearest(
 def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Match one category's slots greedily, one to one; batch shape `[B]`.
 
-    The greedy order takes a pair of mutually nearest objects before any other pair of either.
-    Therefore, each round takes all such pairs at once, and one or two rounds are usually enough.
+    Greedy matching takes mutually nearest objects before any other pair of either. Therefore, each
+    round takes all such pairs, and one or two rounds are usually enough.
 
     Returns:
-        For each slot of `a` the matched slot of `b`, int32 `[B, n]`, n for no match; and masks of
-        the unmatched objects of `a` and of `b`, bool `[B, n]` each.
+        For each slot of `a` the matched slot of `b` or n, int32 `[B, n]`; and masks of the
+        unmatched objects of `a` and of `b`, bool `[B, n]` each.
     """
     n = a.valid.shape[1]
     slots = jnp.arange(n, dtype=jnp.int32)[None]
@@ -122,11 +121,11 @@ def _deal(new: jax.Array, free: jax.Array, turn: jax.Array) -> jax.Array:
 
     Args:
         new: bool `[B, n]`, slots of the new objects, assigned in this order.
-        free: bool `[B, n]`, slots that may receive one.
+        free: bool `[B, n]`, the free slots.
         turn: int32 `[B, n]`, position of each free slot in the filling order.
 
     Returns:
-        int32 `[B, n]`: for each slot the new object that it receives, or n.
+        int32 `[B, n]`: each slot's new object, or n.
     """
     lanes, n = new.shape
     lane, slots = (
@@ -167,8 +166,8 @@ def _track_category(
 def _runs(game: Declaration) -> list[tuple[slice, bool]]:
     """Divide the slots into runs, each with a flag: its objects may change slots.
 
-    Each category of `Blobs` with several slots is a separate run with the flag. Adjacent categories
-    with fixed places or a single slot form one run without it.
+    Each category of `Blobs` with several slots is such a run. Other adjacent categories, with fixed
+    places or a single slot, form one run without the flag.
     """
     runs: list[tuple[slice, bool]] = []
     for category, s in zip(game.categories, game.slices.values(), strict=True):

@@ -541,7 +541,7 @@ def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
             datasets.plan(pong, 10, policies=shares)
     with pytest.raises(ocjax.play.policies.PolicyError, match="no policy 'chess'"):
         datasets.plan(pong, 10, policies={"chess": 100})
-    with pytest.raises(DatasetError, match="none twice"):
+    with pytest.raises(DatasetError, match="seeds must be distinct"):
         datasets.plan(pong, 10, [1, 1])
     with pytest.raises(ValueError, match="states must be"):
         datasets.plan(pong, 0)

@@ -595,7 +595,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     np.save(tmp_path / "high.npy", np.zeros((2, 250, 160), np.uint8))
     refused(
         InputError,
-        r"has frames of \[250, 160\], those of Pong are \[210, 160\]",
+        r"has frames of \[250, 160\], but Pong has \[210, 160\]",
         tmp_path / "high.npy",
         out,
         "Pong",

@@ -21,12 +21,13 @@ from ocjax.transforms.drawing import category_colors
 
 RAM_WIDTH = 72  # characters of the right column
 RAM_HEIGHT = 11  # lines of the RAM and the heading of the objects
+# characters: two pixels each, one above the other
 SCREEN_COLUMNS, SCREEN_ROWS, LEAST_COLUMNS, LEAST_ROWS = (
     160,
     105,
     20,
     8,
-)  # characters: two pixels each, one above the other
+)
 
 
 def screen_text(session: Session, columns: int, rows: int) -> Text:

@@ -7,6 +7,7 @@ from ocjax.play import window
 from ocjax.ramtools.watch.session import GLOW, Session
 from ocjax.transforms.drawing import overlay
 
+# Tk's names
 KEYS = {
     "Up": "w",
     "Left": "a",
@@ -15,7 +16,7 @@ KEYS = {
     "Return": "\r",
     "BackSpace": "\x08",
     "Escape": "\x1b",
-}  # Tk's names
+}
 BYTES_PER_ROW = 8
 
 
