@@ -1,7 +1,8 @@
-"""Agent steps per second of Gymnasium's AsyncVectorEnv over OCAtari; `envs.py` runs it with an
-interpreter that has OCAtari.
+"""Agent steps per second of Gymnasium's AsyncVectorEnv over OCAtari.
 
-python _async_ocatari.py GAME ram|vision NUM_ENVS SECONDS
+`envs.py` runs this script with an interpreter that has OCAtari:
+
+    python _async_ocatari.py GAME ram|vision NUM_ENVS SECONDS
 """
 
 import sys

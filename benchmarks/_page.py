@@ -16,10 +16,10 @@ PAGE = HERE / "README.md"
 def evaluated(
     name: str, samples: int, seed: int, ocatari: str | None, **options: Any
 ) -> "Evaluation":
-    """REM against VEM on play of a game, with OCAtari's methods on the same frames if its
-    interpreter is given.
+    """Compare REM with VEM on play of a game, and with OCAtari if its interpreter is given.
 
-    The actions are random, held for 1 to 8 steps, unless `options` of `rollout` say otherwise.
+    All methods get the same frames. Actions are random, held for 1 to 8 steps, unless `options` of
+    `rollout` change this.
     """
     import ocjax
     from ocjax.evaluation import ocatari_peer, report
@@ -30,8 +30,9 @@ def evaluated(
 
 
 class PageTable:
-    """A table of games between two comments on the page. The first cell of a row is the game, and
-    rows are sorted by it.
+    """A table of games between two comments on the page.
+
+    The first cell of a row is the game, and rows are sorted by it.
 
     Args:
         begin: the comment before the table.
@@ -53,7 +54,7 @@ class PageTable:
         return [self._rows[name] for name in sorted(self._rows)]
 
     def measure(self, games: Iterable[str], row_of: Callable[[str], list[str]]) -> None:
-        """Measure a row of each game, print it, and write it to the page."""
+        """Measure a row for each game, print it, and write it to the page."""
         for name in games:
             row = row_of(name)
             print(" | ".join(row), file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""The rate of a training by Stable-Baselines3, whatever environments it has."""
+"""The rate of a training by Stable-Baselines3 in any environments."""
 
 import time
 
@@ -8,7 +8,7 @@ from stable_baselines3.common.vec_env import VecEnv  # pyright: ignore[reportMis
 
 
 class Clock(BaseCallback):
-    """Stops after some seconds, and notes the rate from the second rollout on."""
+    """Stops after some seconds, and records the rate, starting with the second rollout."""
 
     def __init__(self, seconds: float) -> None:
         super().__init__()
@@ -26,7 +26,7 @@ class Clock(BaseCallback):
 
 
 def training_rate(envs: VecEnv, seconds: float) -> float:
-    """Agent steps per second of PPO, updates included."""
+    """Agent steps per second of PPO, including updates."""
     model = PPO("MlpPolicy", envs, n_steps=128, batch_size=256, n_epochs=3, device="cpu")
     clock = Clock(seconds)
     model.learn(10**9, callback=clock)

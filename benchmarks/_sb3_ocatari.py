@@ -1,7 +1,8 @@
-"""Agent steps per second of Stable-Baselines3's PPO over OCAtari; `training.py` and `sb3.py` run it
-with an interpreter that has both.
+"""Agent steps per second of Stable-Baselines3's PPO over OCAtari.
 
-python _sb3_ocatari.py GAME NUM_ENVS SECONDS
+`training.py` and `sb3.py` run this script with an interpreter that has both:
+
+    python _sb3_ocatari.py GAME NUM_ENVS SECONDS
 """
 
 import sys

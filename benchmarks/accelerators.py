@@ -1,13 +1,12 @@
-"""REM and VEM on JAX's default device, such as a GPU: whether results equal the CPU's, and
-throughput.
+"""Test and time REM and VEM on JAX's default device, such as a GPU.
 
     python benchmarks/accelerators.py [GAME ...] [--states 1048576] [--frames 16384] [--seconds 1]
 
-Results for the frames in tests/data and for random bytes are compared with those of the CPU in the
-same process, value by value. Batches lie in the device's memory before a call, and its results stay
-there; the column "from and to numpy" includes both copies. The last column is the time relative to
-that of a copy, on the device, of as many bytes as are read and written. Rates are medians over
-repeated calls, each of which is waited for. The first call is timed separately, as compilation.
+Results for the frames in tests/data and for random bytes are compared exactly with the CPU's
+results in the same process. Batches lie in the device's memory before a call, and results stay
+there. The column "from and to numpy" includes both copies. The last column is the time relative to
+a copy of the same amount of memory on the device. Rates are medians over repeated, synchronous
+calls. The first call is timed separately, as compilation.
 """
 
 import argparse
@@ -51,7 +50,7 @@ def noise(samples: np.ndarray) -> np.ndarray:
 
 
 def equal(extract: Callable[[Any], Any], samples: np.ndarray) -> bool:
-    """Whether the default device and the CPU extract the same from samples."""
+    """True if the default device and the CPU extract equal objects from samples."""
     on_cpu = jax.device_put(samples, jax.devices("cpu")[0])
     pairs = zip(
         jax.tree.leaves(extract(jnp.asarray(samples))),
@@ -62,7 +61,7 @@ def equal(extract: Callable[[Any], Any], samples: np.ndarray) -> bool:
 
 
 def copying_seconds(size: int, seconds: float) -> float:
-    """Seconds in which the device reads `size` / 2 bytes and writes as many."""
+    """Seconds that the device takes to read `size` / 2 bytes and write `size` / 2 bytes."""
     return timed(jax.jit(lambda x: x + np.uint8(1)), jnp.zeros(size // 2, jnp.uint8), seconds)[0]
 
 

@@ -1,12 +1,12 @@
-"""The objects of AtariARI beside those of ocjax, in a table of benchmarks/README.md.
+"""The objects of AtariARI beside ocjax's, in a table of benchmarks/README.md.
 
     python benchmarks/atariari.py [GAME ...]          update the table
-    python benchmarks/atariari.py --labels CHECKOUT   write ocjax/atariari.json from a checkout of
-    AtariARI's repository
+    python benchmarks/atariari.py --labels CHECKOUT   write ocjax/atariari.json
 
-An object of AtariARI is what its labels with coordinates name: `enemy_x1` and `enemy_y1` are the
-object `enemy`. The columns are the number of its labels, its objects with the number of labels of a
-coordinate, its other labels, and the categories of ocjax with their slots.
+CHECKOUT is a checkout of AtariARI's repository. AtariARI's labels with coordinates define its
+objects: `enemy_x1` and `enemy_y1` belong to the object `enemy`. The columns are the number of its
+labels, its objects with the number of labels per coordinate, its other labels, and the categories
+of ocjax with their slots.
 """
 
 import argparse
@@ -38,12 +38,15 @@ def write_labels(checkout: Path) -> None:
 
 
 def counted(numbers: Counter[str]) -> str:
-    """Names with their numbers where these are not 1."""
+    """Names with their numbers, except for numbers of 1."""
     return ", ".join(name if n == 1 else f"{name} {n}" for name, n in numbers.items())
 
 
 def located(labels: list[str]) -> tuple[Counter[str], Counter[str]]:
-    """The objects that labels give coordinates of, with the number of labels of a coordinate, and the other labels without their index."""
+    """Split labels into objects with coordinates, and other labels without their index.
+
+    The objects have the number of labels per coordinate.
+    """
     objects: Counter[str] = Counter()
     for axis in ("x", "y", "column"):
         objects |= Counter(

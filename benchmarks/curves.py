@@ -22,12 +22,12 @@ from matplotlib.axes import Axes
 
 HERE = Path(__file__).parent
 KEPT, PICTURE = HERE / "curves", HERE.parent / "docs" / "curves.png"
-POINTS = 200  # of a curve that is kept
+POINTS = 200  # of a saved curve
 COLUMNS = 4  # of the picture
 
 
 class Reference(NamedTuple):
-    """Mean returns to compare with."""
+    """Mean returns for comparison."""
 
     random: float
     human: float
@@ -74,7 +74,7 @@ def keep(folder: Path) -> None:
 
 
 def draw_game(axis: Axes, game: str, paths: Sequence[Path]) -> None:
-    """Draw the curves of a game, and what to compare them with."""
+    """Draw the curves and the reference returns of a game."""
     for path in paths:
         inputs = path.stem.split("-")[1]
         with path.open() as file:
@@ -101,7 +101,7 @@ def draw_game(axis: Axes, game: str, paths: Sequence[Path]) -> None:
 
 
 def draw() -> None:
-    """Draw all curves that are kept."""
+    """Draw all saved curves."""
     curves: dict[str, list[Path]] = {}
     for path in sorted(KEPT.glob("*.csv")):
         curves.setdefault(path.stem.split("-")[0], []).append(path)

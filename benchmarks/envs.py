@@ -1,12 +1,13 @@
-"""Agent steps per second of the environments on all cores, with envpool and Gymnasium's
-AsyncVectorEnv over OCAtari in the same run.
+"""Agent steps per second of the environments on all cores.
+
+envpool and Gymnasium's AsyncVectorEnv over OCAtari are measured in the same run.
 
     python benchmarks/envs.py [GAME ...] [--envs 128] [--rounds 5] [--ocatari PYTHON] [--large 1024]
 
-PYTHON is an interpreter that has OCAtari. Actions are random. All environments take turns in each
-round. Rates are medians over the rounds, with the lowest and the highest; ratios are medians of the
-ratios within rounds. A step emulates four frames. Start-up time and memory are measured once, in a
-process of their own.
+PYTHON is an interpreter that has OCAtari. Actions are random. Each round measures all environments.
+Rates are medians over the rounds, with the lowest and the highest; ratios are medians of the ratios
+within rounds. A step emulates four frames. Start-up time and memory are measured once, in a
+separate process.
 """
 
 import argparse
@@ -28,7 +29,7 @@ from rich.table import Table
 import ocjax
 
 SECONDS = 2.0  # duration of a measurement
-PAUSE = 0.5  # seconds before it, in which background work of the previous one ends
+PAUSE = 0.5  # seconds before it, for background work of the previous one to end
 WARM_UP = 10  # steps
 KINDS: dict[str, dict[str, Any]] = {
     "raw": {"mode": "raw"},
@@ -41,10 +42,11 @@ KINDS: dict[str, dict[str, Any]] = {
 }
 
 OCATARI = {mode: f"AsyncVectorEnv over OCAtari, {mode}" for mode in ("ram", "vision")}
+# environments for ratios, and headings
 REFERENCES = {
     "raw": "to raw",
     "envpool alone": "to envpool",
-}  # environments that ratios refer to, and headings
+}
 SUMMARY = (
     "REM to raw",
     "REM to envpool alone",
@@ -52,9 +54,8 @@ SUMMARY = (
     *(f"{name} to raw" for name in OCATARI.values()),
 )
 
-Stepper = tuple[
-    Callable[[np.ndarray], Any], int, Callable[[], None]
-]  # step, number of actions, close
+# step, number of actions, close
+Stepper = tuple[Callable[[np.ndarray], Any], int, Callable[[], None]]
 
 
 def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> float:
@@ -71,7 +72,7 @@ def rate(step: Callable[[np.ndarray], Any], num_actions: int, num_envs: int) -> 
 
 
 def steppers(game: str, n: int) -> dict[str, Stepper]:
-    """The environments to be measured, by name."""
+    """The environments to measure, by name."""
     from gymnasium.spaces import flatdim
 
     out: dict[str, Stepper] = {}
@@ -98,7 +99,8 @@ import json, sys, time
 from pathlib import Path
 import ocjax
 def pss(pids):
-    return sum(int(line.split()[1]) for p in pids for line in open(f"/proc/{p}/smaps_rollup") if line.startswith("Pss:"))
+    return sum(int(line.split()[1]) for p in pids for line in open(f"/proc/{p}/smaps_rollup") \
+if line.startswith("Pss:"))
 n = int(sys.argv[2])
 few = ocjax.make_vec(sys.argv[1], 2, num_workers=2)
 few.reset(seed=0)
@@ -116,7 +118,7 @@ print(json.dumps([spent, (after - before) / (n - 2) / 1024, whole / 1024]))
 
 
 def ocatari_rate(python: str, game: str, mode: str, n: int) -> float | None:
-    """Agent steps per second of AsyncVectorEnv over OCAtari; None where OCAtari fails."""
+    """Agent steps per second of AsyncVectorEnv over OCAtari, or None if OCAtari fails."""
     command = [
         python,
         str(Path(__file__).parent / "_async_ocatari.py"),
@@ -150,7 +152,7 @@ def measure(game: str, n: int, rounds: int, ocatari: str | None) -> dict[str, li
 
 
 def ratios(rates: dict[str, list[float]]) -> dict[str, dict[str, float]]:
-    """The median ratio of each environment's rate to that of each reference, by reference and environment."""
+    """The median ratios of the rates, by reference and environment."""
     present = [reference for reference in REFERENCES if reference in rates]
     return {
         reference: {

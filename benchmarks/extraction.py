@@ -4,9 +4,9 @@
 
 PYTHON is the interpreter of an environment with OCAtari; `ocjax evaluate Pong --ocatari
 --ocatari-env FOLDER` creates one in FOLDER. This process and OCAtari's are bound to one core. A
-time is the median of repeated calls, each waited for, after a warm-up call; the spread is the 10th
-to 90th percentile. Compilation is timed separately. Frames are those in tests/data, repeated to
-fill the batch.
+time is the median of repeated, synchronous calls after a warm-up call; the spread is the 10th to
+90th percentile. Compilation is timed separately. The frames in tests/data are repeated to fill the
+batch.
 """
 
 import argparse
@@ -26,9 +26,8 @@ SOURCES = {"rem": "rams", "vem": "screens"}
 LEAST_CALLS, MOST_CALLS = 5, 500  # of a measurement
 OCATARI_SAMPLES = 400
 
-Ratios = dict[
-    tuple[str, int], list[float]
-]  # (method, batch size) -> OCAtari's time divided by ours, one per game
+# (method, batch size) -> OCAtari's time divided by ocjax's, one per game
+Ratios = dict[tuple[str, int], list[float]]
 
 
 def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float, float, float]:
@@ -48,13 +47,16 @@ def timed(f: Callable[[Any], Any], x: Any, seconds: float = 1.0) -> tuple[float,
 
 
 def bind(core: int) -> None:
-    """Bind this process and those it starts to one core. Call it before JAX starts its threads."""
+    """Bind this process and its children to one core. Call it before JAX starts its threads."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {core})
 
 
 def ocatari_times(python: str | None, game: str) -> dict[str, list[float] | None]:
-    """Microseconds per frame of OCAtari's methods on the same samples (median, 10th and 90th percentile), None where there is no time."""
+    """Microseconds per frame of OCAtari's methods on the same samples, or None.
+
+    The three numbers are the median, 10th and 90th percentile.
+    """
     from ocjax import load
     from ocjax.evaluation import ocatari_peer
     from ocjax.recordings import Recording
@@ -80,7 +82,7 @@ def recorded(game: str) -> dict[str, np.ndarray]:
 
 
 def repeated(samples: np.ndarray, batch: int) -> np.ndarray:
-    """A batch of a given size, made of the samples over and over."""
+    """Repeat the samples to a batch of a given size."""
     return np.resize(samples, (batch, *samples.shape[1:]))
 
 
@@ -127,7 +129,7 @@ def main() -> None:
     parser.add_argument("games", nargs="*", help="default: all games")
     parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
     parser.add_argument("--core", type=int, default=0, help="core to run on")
-    parser.add_argument("--largest", type=int, default=65536, help="leave out larger batches")
+    parser.add_argument("--largest", type=int, default=65536, help="skip larger batches")
     arguments = parser.parse_args()
     bind(arguments.core)
 

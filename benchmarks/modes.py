@@ -1,15 +1,15 @@
-"""Compare REM with VEM in every mode and difficulty that ale-py offers, and print the combinations
-that agree least.
+"""Compare REM with VEM in every mode and difficulty, and print the worst combinations.
 
-    python benchmarks/modes.py [GAME ...] [--worst N] [--frame-skip 3] [--seed 20261122] [--markdown
-    FILE]
+    python benchmarks/modes.py [GAME ...] [--worst N] [--frame-skip 3] [--seed 20261122]
+        [--markdown FILE]
 
-Each combination is played by 4 instances with random actions, each held for 1 to 8 steps. After a
-warm-up of 50 steps, every ninth step is a sample, 200 in all, so that they are spread over 22
-seconds of play. With an odd frame skip, as by default, they cover both phases of flickering
-objects. F1 is flicker-aware and counts the HUD, `exact` is the share of matched boxes that are
-identical, and `score` is the share of samples in which REM's score equals the sum of rewards, all
-in percent. The last column names the categories that agree least.
+The modes and difficulties are ale-py's. Each combination is played by 4 instances with random
+actions, each held for 1 to 8 steps. After a warm-up of 50 steps, every ninth step is a sample. The
+200 samples are spread over 22 seconds of play. With an odd frame skip, such as the default, they
+cover both phases of flickering objects. F1 is flicker-aware and counts the HUD, `exact` is the
+fraction of matched boxes that are identical, and `score` is the fraction of samples with a REM
+score equal to the sum of rewards. All are in percent. The last column names the categories with the
+lowest agreement.
 """
 
 import argparse
@@ -30,15 +30,16 @@ from ocjax.play.rollouts import rollout
 if TYPE_CHECKING:
     from ocjax import Game, Objects
 
+# instances; steps before the first sample and between samples; samples per instance
 INSTANCES, WARM_UP, EVERY, SAMPLES = (
     4,
     50,
     9,
     50,
-)  # instances; steps before the first sample and between samples; samples of an instance
+)
 HEADER = ("game", "mode", "difficulty", "objects", "F1", "exact", "score", "least agreement")
 F1, EXACT = HEADER.index("F1"), HEADER.index("exact")
-LEAST = 20  # objects of a category that is named
+LEAST = 20  # objects that a category needs to be named
 
 
 def measure(
@@ -84,7 +85,7 @@ def to_host(objects: "Objects") -> "Objects":
 
 
 def least(game: "Game", counts: metrics.Agreement) -> str:
-    """The three categories with the lowest F1 below 99 %, of those that occur often."""
+    """The three frequent categories with the lowest F1 below 99 %."""
     often = np.minimum(counts.left, counts.right) >= LEAST
     low = sorted(
         (percent(f1), c.name)

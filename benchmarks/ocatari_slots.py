@@ -1,10 +1,10 @@
-"""Print OCAtari's slots as ocjax/ocatari_slots.json has them: the names and numbers of the objects
-in `OCAtari.objects`.
+"""Print OCAtari's slots in the format of ocjax/ocatari_slots.json.
 
     PYTHON benchmarks/ocatari_slots.py > ocjax/ocatari_slots.json
 
-PYTHON is the interpreter of an environment with OCAtari 2.2.1; see the README of the benchmarks.
-Games without such tables are left out.
+The slots are the names and numbers of the objects in `OCAtari.objects`. PYTHON is the interpreter
+of an environment with OCAtari 2.2.1; see the README of the benchmarks. Games without such tables
+are skipped.
 """
 
 import json

@@ -1,15 +1,15 @@
-"""Repeat the OCAtari paper's tables: how well REM and VEM agree, beside the paper's figures and
-OCAtari's on the same frames.
+"""Repeat the OCAtari paper's tables: the agreement of REM and VEM beside other results.
 
-    python benchmarks/paper.py [GAME ...] [--trained] [--ocatari PYTHON] [--samples 500] [--seed
-    20261122]
+    python benchmarks/paper.py [GAME ...] [--trained] [--ocatari PYTHON] [--samples 500]
+        [--seed 20261122]
 
-The rows of the named games (default: all) are measured on random play, and updated in
-benchmarks/README.md. With --trained, the agents that ship with ocjax play complete games under the
-settings of their training, and the second table is updated. PYTHON is an interpreter that has
-OCAtari. Figures are percentages by the paper's rule: a match has the same category and centres
-within 5 pixels, on one frame, and HUD objects count. paper.csv and detectors.csv hold the paper's
-figures (Delfosse et al., RLJ 2024: the detailed table, and the table with SPACE and SPOC).
+The other results are the paper's, and OCAtari's on the same frames. The rows of the named games
+(default: all) are measured on random play, and updated in benchmarks/README.md. With --trained, the
+agents that ship with ocjax play complete games under the settings of their training, and the second
+table is updated. PYTHON is an interpreter that has OCAtari. Results are percentages by the paper's
+rule: a match has the same category and centres within 5 pixels, on one frame, and HUD objects
+count. paper.csv and detectors.csv hold the paper's results (Delfosse et al., RLJ 2024: the detailed
+table, and the table with SPACE and SPOC).
 """
 
 import argparse

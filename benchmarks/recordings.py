@@ -1,15 +1,14 @@
-"""RAM states per second of `ocjax extract` from file to file, its peak memory, interruptions, and
-the time of `ocjax dataset`.
+"""Measure `ocjax extract` from file to file, and the time of `ocjax dataset`.
 
     python benchmarks/recordings.py [GAME ...] [--states 10000000] [--out npz] [--ocatari PYTHON]
-    [--dataset-states 10000]
+        [--dataset-states 10000]
 
-The input is an .npy file in a temporary folder: the recorded states of the game's tests, again and
-again. Each extraction is a process of its own, so times include start-up and compilation. Peak
-memory is measured for a tenth of the states, too. Another extraction is killed half-way and done
-again, and its output is compared with the uninterrupted one byte by byte. PYTHON is an interpreter
-that has OCAtari, which extracts 2,000 of the states from memory. The OCAtari paper gives 3 minutes
-for the dataset of a game.
+The measurements are RAM states per second, peak memory and interruptions. The input is an .npy file
+in a temporary folder with the repeated states of the game's tests. Each extraction runs in a
+separate process, so times include start-up and compilation. Peak memory is also measured for a
+tenth of the states. Another extraction is killed half-way and resumed, and its output is compared
+with the uninterrupted one byte by byte. PYTHON is an interpreter that has OCAtari, which extracts
+2,000 of the states from memory. The OCAtari paper gives 3 minutes for the dataset of a game.
 """
 
 import argparse
@@ -34,7 +33,7 @@ from ocjax.files.pipeline import BLOCK_ROWS
 
 DATA = Path(__file__).parent.parent / "tests" / "data"
 PEER_STATES = 2000
-CHUNK = 100_000  # states that are written at a time
+CHUNK = 100_000  # states written at a time
 HEADINGS = (
     "game",
     "slots",
@@ -51,7 +50,7 @@ HEADINGS = (
 
 
 class Run(NamedTuple):
-    """What a command took."""
+    """The time and memory of a command."""
 
     seconds: float
     peak: float  # MB
@@ -85,7 +84,7 @@ def run(*arguments: str | Path) -> Run:
 
 
 def kill_and_resume(source: Path, out: Path, n: int) -> None:
-    """Extract, killed when half of the blocks are done, and extract what is missing."""
+    """Extract, kill the process after half of the blocks, and extract the missing blocks."""
     process, parts = start("extract", source, "--out", out), out.with_name(f"{out.name}.parts")
     while len(list(parts.glob("0*.npz"))) < n // BLOCK_ROWS["rem"] // 2:
         if process.poll() is not None:

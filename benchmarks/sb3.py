@@ -1,13 +1,12 @@
-"""Agent steps per second of Stable-Baselines3's PPO on ocjax's environments and over OCAtari, in
-the same run.
+"""Agent steps per second of Stable-Baselines3's PPO on ocjax's environments and over OCAtari.
 
     python benchmarks/sb3.py PYTHON [GAME ...] [--envs 8] [--rounds 3] [--seconds 20]
 
-Needs the extra `sb3`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Both train
-in turn in each round, with the same hyperparameters, from the positions of the objects outside the
-display: with ocjax those of the present and the movement since the step before, with OCAtari those
-of the last four steps. Rates count from the second rollout and include updates. A third rate is
-that of the workers alone, with random actions. Rates are medians over the rounds.
+Needs the extra `sb3`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Each round
+trains both with the same hyperparameters, from the positions of the objects outside the display.
+ocjax gives the present positions and the movement since the step before, and OCAtari the positions
+of the last four steps. Rates start with the second rollout and include updates. A third rate
+measures the workers alone, with random actions. Rates are medians over the rounds.
 """
 
 import argparse
@@ -43,7 +42,10 @@ def peer_rate(python: str, game: str, num_envs: int, seconds: float) -> float:
 
 
 def stepping_rates(game: str, num_envs: int, seconds: float) -> tuple[float, float]:
-    """Agent steps per second without training, in turn: of ocjax's vector environment, and of it through Stable-Baselines3's interface."""
+    """Agent steps per second without training, directly and through Stable-Baselines3.
+
+    Blocks of steps of ocjax's vector environment alternate between the two interfaces.
+    """
     rng, times = np.random.default_rng(0), ([], [])
     both = (
         ocjax.make_vec(game, num_envs, autoreset_mode="SameStep", **OPTIONS),
@@ -86,7 +88,9 @@ def main() -> None:
         "through VecEnv",
     )
     table = Table(
-        title=f"Stable-Baselines3, {n} environments, {os.cpu_count()} cores: agent steps per second",
+        title=(
+            f"Stable-Baselines3, {n} environments, {os.cpu_count()} cores: agent steps per second"
+        ),
         title_justify="left",
     )
     for heading in headings:

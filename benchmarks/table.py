@@ -1,17 +1,17 @@
-"""Measure games and update the table of games in benchmarks/README.md: agreement, values, coverage
-and speed, beside OCAtari.
+"""Measure games and update the table of games in benchmarks/README.md.
 
-The percentages also go to ocjax/cli/accuracy.json, which `ocjax games GAME` and the site show.
+It shows agreement, values, coverage and speed, beside OCAtari. The percentages also go to
+ocjax/cli/accuracy.json, which `ocjax games GAME` and the site show.
 
     python benchmarks/table.py [GAME ...] [--ocatari PYTHON] [--truth FOLDER ...] [--samples 2000]
-    [--seed 20261121] [--core 0]
+        [--seed 20261121] [--core 0]
 
 The rows of the named games (default: all) are measured and replaced; the others stay. F1 and IoU
-are those of `ocjax evaluate` on fresh play. PYTHON is an interpreter that has OCAtari. --truth
-names folders of recordings that say what the video chip drew (FOLDER/<Game>.npz). On them `drawn:
-F1` is measured, `sprites` is the share of sprite pixels inside REM's boxes and `boxes` the share of
-REM's boxes that hold drawn pixels. Times are microseconds per frame on one core, median, at batches
-of 4,096 (REM) and 1,024 (VEM), with the ratio to OCAtari's in parentheses. The paper's F1
+come from `ocjax evaluate` on fresh play. PYTHON is an interpreter that has OCAtari. --truth names
+folders of recordings with the video chip's sprites (FOLDER/<Game>.npz). On them, `drawn: F1` is
+measured, `sprites` is the fraction of sprite pixels inside REM's boxes, and `boxes` is the fraction
+of REM's boxes that hold drawn pixels. Times are median microseconds per frame on one core, at
+batches of 4,096 (REM) and 1,024 (VEM), with the ratio to OCAtari's in parentheses. The paper's F1
 (paper.csv) is from the OCAtari paper's appendix, for its DQN agent.
 """
 
@@ -46,7 +46,7 @@ HEADER = [
     "REM us",
     "VEM us",
 ]
-ACCURACY = HERE.parent / "ocjax" / "cli" / "accuracy.json"  # what `ocjax games GAME` shows
+ACCURACY = HERE.parent / "ocjax" / "cli" / "accuracy.json"  # shown by `ocjax games GAME`
 SHIPPED = {
     "F1": "f1",
     "IoU": "iou",
@@ -60,7 +60,7 @@ DECIMALS = {"rem": 3, "vem": 1}
 
 
 def percent(share: float | np.ndarray | None) -> str:
-    """A share in percent, "-" where there is none."""
+    """A fraction in percent; "-" for None."""
     from ocjax.evaluation import tables
 
     return tables.text(None if share is None else 100 * float(share))
@@ -93,7 +93,7 @@ def paper_cell(name: str) -> str:
 
 
 def truth_cells(name: str, folders: Iterable[str]) -> list[str]:
-    """F1, sprites and boxes on recordings that say what the video chip drew."""
+    """F1, sprites and boxes on recordings with the video chip's sprites."""
     from ocjax import recordings
     from ocjax.evaluation import report
 
@@ -105,7 +105,7 @@ def truth_cells(name: str, folders: Iterable[str]) -> list[str]:
 
 
 def speed_cells(game: "Game", e: "Evaluation") -> list[str]:
-    """Microseconds per frame of REM and VEM, each with OCAtari's time divided by it."""
+    """Microseconds per frame of REM and VEM, and the ratios of OCAtari's times to them."""
     import jax
     import jax.numpy as jnp
 
@@ -135,7 +135,7 @@ def measure(name: str, arguments: argparse.Namespace) -> list[str]:
 
 
 def accuracy(rows: Iterable[Sequence[str]]) -> str:
-    """The percentages of the table's rows as JSON, one line a game; null where there is none."""
+    """The percentages of the table's rows as JSON, one line per game; missing ones are null."""
     columns = [HEADER.index(heading) for heading in SHIPPED]
     lines = []
     for row in rows:
@@ -148,7 +148,7 @@ def accuracy(rows: Iterable[Sequence[str]]) -> str:
 
 
 def main() -> None:
-    """Measure, and update the page after each game, and in the end the file of figures that ships with ocjax."""
+    """Measure, update the page after each game, and finally the results that ship with ocjax."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -159,7 +159,7 @@ def main() -> None:
         nargs="*",
         default=[],
         metavar="FOLDER",
-        help="recordings that say what the video chip drew",
+        help="recordings with the video chip's sprites",
     )
     parser.add_argument("--samples", type=int, default=2000, help="samples to play per game")
     parser.add_argument("--seed", type=int, default=20261121, help="seed of the play")

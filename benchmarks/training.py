@@ -1,13 +1,12 @@
-"""Agent steps per second of training, all included, with Stable-Baselines3's PPO over OCAtari in
-the same run.
+"""Agent steps per second of complete training, beside Stable-Baselines3's PPO over OCAtari.
 
     python benchmarks/training.py [GAME ...] [--rounds 3] [--seconds 20] [--ocatari PYTHON]
-    [--pixels]
+        [--pixels]
 
-Needs the extra `rl`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Both train in
-turn in each round, after their first updates, which include compilation. Stable-Baselines3 has as
-many environments as the OCAtari paper, 8, and the paper's hyperparameters. Rates are medians over
-the rounds. Times per agent step are processor times, each measured alone.
+Needs the extra `rl`. PYTHON is an interpreter that has OCAtari and Stable-Baselines3. Each round
+measures both, after their first updates, which include compilation. Stable-Baselines3 has the
+OCAtari paper's 8 environments and hyperparameters. Rates are medians over the rounds. Times per
+agent step are processor times, each measured alone.
 """
 
 import argparse
@@ -52,7 +51,7 @@ def training_rate(game: str, inputs: Any, seconds: float) -> float:
 
 
 def peer_rate(python: str, game: str, seconds: float) -> float | None:
-    """Agent steps per second of Stable-Baselines3's PPO over OCAtari; None where it fails."""
+    """Agent steps per second of Stable-Baselines3's PPO over OCAtari, or None on failure."""
     command = [
         python,
         str(Path(__file__).parent / "_sb3_ocatari.py"),

@@ -1,13 +1,12 @@
-"""Train a policy on JAXtari's own game, and test it there and on the real ROM through
-`ocjax.jaxatari`.
+"""Train a policy on JAXtari's own game, and test it there and on the real ROM.
 
     python benchmarks/transfer.py [GAME] [--frames 10000000] [--games 10] [--seed 0]
 
-The script needs `pip install jaxtari` and the extra `rl`. GAME is Freeway (the default) or another
-game whose observations `ocjax.jaxatari` has in JAXtari's layout. The policy sees the latest object
-observation and its change since the previous step, through JAXtari's wrappers with their default
-settings, except that rewards are not clipped. Training uses PPO with the default hyperparameters of
-`ocjax train`.
+The real ROM runs through `ocjax.jaxatari`. The script needs `pip install jaxtari` and the extra
+`rl`. GAME is Freeway (the default) or another game whose observations `ocjax.jaxatari` has in
+JAXtari's layout. The policy sees the latest object observation and its change since the previous
+step, through JAXtari's wrappers with their default settings, except that rewards are not clipped.
+Training uses PPO with the default hyperparameters of `ocjax train`.
 """
 
 import argparse
@@ -38,7 +37,10 @@ def imitation(game: str) -> Any:
 
 
 def wrapped(env: Any) -> Any:
-    """The environment with frame skip, sticky actions, no-op starts and stacked flat observations."""
+    """The environment with frame skip, sticky actions, no-op starts and stacked observations.
+
+    The observations are flat.
+    """
     wrappers = importlib.import_module("jaxtari.wrappers")
     return wrappers.ObjectCentricWrapper(wrappers.AtariWrapper(env), clip_reward=False)
 
@@ -101,7 +103,7 @@ def train(game: str, frames: int, seed: int) -> tuple[networks.Network, ppo.Lear
 def returns(
     env: Any, network: networks.Network, learner: ppo.Learner, games: int, seed: int
 ) -> list[float]:
-    """The returns of some games, each of which begins in a state of its own."""
+    """The returns of some games with different initial states."""
 
     @jax.jit
     def act(key: jax.Array, obs: jax.Array) -> jax.Array:

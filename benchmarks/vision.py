@@ -1,16 +1,16 @@
-"""Time VEM for each game and batch size, and its kernels, beside OCAtari, OpenCV and SciPy in the
-same run.
+"""Time VEM and its kernels, beside OCAtari, OpenCV and SciPy in the same run.
 
     python benchmarks/vision.py [GAME ...] [--ocatari PYTHON] [--core 0] [--largest 4096]
 
-PYTHON is the interpreter of an environment with OCAtari. On a CPU, this process and OCAtari's are
-bound to one core, and OpenCV to one thread. A time is the median of repeated calls, each waited
-for, after a warm-up call; the spread is the 10th to 90th percentile. Compilation is timed
-separately. Frames are those in tests/data, repeated to fill the batch.
+VEM is timed for each game and batch size. PYTHON is the interpreter of an environment with OCAtari.
+On a CPU, this process and OCAtari's are bound to one core, and OpenCV to one thread. A time is the
+median of repeated, synchronous calls after a warm-up call; the spread is the 10th to 90th
+percentile. Compilation is timed separately. The frames in tests/data are repeated to fill the
+batch.
 
-The kernels are timed on frames of Pong, Space Invaders and Ms. Pac-Man, whatever games are named.
-OpenCV and SciPy get ready masks, one frame at a time, in which gaps are already closed. The run
-ends with an error where they find other boxes than the kernel.
+The kernels are always timed on frames of Pong, Space Invaders and Ms. Pac-Man. OpenCV and SciPy get
+ready masks with closed gaps, one frame at a time. If they and the kernel find different boxes, the
+run ends with an error.
 """
 
 import argparse
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 BATCHES = (1, 16, 64, 256, 1024, 4096)
 KERNEL_BATCH = 256
 KERNEL_GAMES = ("Pong", "SpaceInvaders", "MsPacman")
+# colours of Space Invaders and Ms. Pac-Man
 MASKS = (
     (20,),
     (52,),
@@ -45,7 +46,7 @@ MASKS = (
     (6,),
     (74, 138, 8, 214),
     (38, 184, 88, 70, 150, 12),
-)  # of Space Invaders, Ms. Pac-Man
+)
 
 Rects = list[tuple[int, int, int, int]]  # x, y, w, h
 
@@ -56,14 +57,17 @@ def optional(name: str) -> Any:
         return importlib.import_module(name)
     except ImportError:
         print(
-            f"{name} is not installed, so its times are left out: the extra `dev` has it",
+            f"{name} is not installed, so its times are missing: the extra `dev` has it",
             file=sys.stderr,
         )
         return None
 
 
 def backend() -> str:
-    """JAX's backend, asked in another process, because this one must be bound to a core before JAX starts its threads."""
+    """JAX's backend, from another process.
+
+    This process must be bound to a core before JAX starts its threads.
+    """
     code = "import jax; print(jax.default_backend())"
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True
@@ -71,7 +75,10 @@ def backend() -> str:
 
 
 def compiled(f: Callable[..., Any], *inputs: Any) -> tuple[Callable[[Any], Any], float]:
-    """Compile a function for these inputs: a function of their tuple, and the seconds that compilation takes."""
+    """Compile a function for these inputs.
+
+    Returns a function of their tuple, and the seconds of the compilation.
+    """
     import jax
 
     start = time.perf_counter()
@@ -86,7 +93,7 @@ def per_frame(seconds: tuple[float, float, float], batch: int) -> tuple[float, l
 
 
 def comparison(theirs: float | None, median: float) -> list[str]:
-    """Cells with another program's time and its ratio to ours."""
+    """Cells with another program's time and its ratio to VEM's."""
     return [f"{theirs:.1f}", f"{theirs / median:,.1f}"] if theirs else ["", ""]
 
 
@@ -104,7 +111,7 @@ def table(title: str, text_columns: Sequence[str], columns: Sequence[str]) -> An
     return out
 
 
-# -------------------------------------------------------------------------------------------------------------
+# ------------------------------------------------------------------------------------------
 # other programs
 
 
@@ -129,7 +136,7 @@ def labelled_by_scipy(ndimage: Any, mask: np.ndarray) -> Rects:
 
 
 def others() -> dict[str, Callable[[np.ndarray], Rects] | None]:
-    """How other programs find boxes in a mask, None for those that are not installed."""
+    """Other programs' functions that find boxes in a mask; missing programs are None."""
     cv2, ndimage = optional("cv2"), optional("scipy.ndimage")
     if cv2:
         cv2.setNumThreads(1)
@@ -146,14 +153,14 @@ def on_each(f: Callable[[np.ndarray], Any], masks: np.ndarray) -> None:
         f(mask)
 
 
-# ------------------------------------------------------------------------------------------------------------------------
+# ------------------------------------------------------------------------------------------
 # VEM
 
 
 def vem_table(
     title: str, games: list[str], python: str | None, largest: int
 ) -> tuple[Any, list[str]]:
-    """Time VEM as a whole: the table, and lines with the geometric means of the ratios."""
+    """Time VEM: the table, and lines with the geometric means of the ratios."""
     import jax.numpy as jnp
 
     import ocjax
@@ -185,15 +192,15 @@ def vem_table(
     return out, means
 
 
-# --------------------------------------------------------------------------------------------------------------------
+# ------------------------------------------------------------------------------------------
 # kernels
 
 
 class Kernels:
-    """Times of the kernels that VEM consists of, in a table.
+    """Times of VEM's kernels, in a table.
 
     Args:
-        title: of the table.
+        title: title of the table.
     """
 
     def __init__(self, title: str) -> None:
@@ -226,7 +233,7 @@ class Kernels:
 
         Args:
             kernel: its name.
-            frames: the game whose frames it works on.
+            frames: the game of the frames.
             f: the kernel.
             inputs: its arguments.
             theirs: microseconds per frame of other programs.
@@ -241,7 +248,7 @@ class Kernels:
         return program(inputs)
 
     def category(self, game: str, name: str) -> Any:
-        """A category by name. Its rule is of the type that the caller knows it to be."""
+        """A category by name. The caller knows the type of its rule."""
         return next(c for c in self.games[game].categories if c.name == name)
 
     def masks(self) -> None:
@@ -281,9 +288,9 @@ class Kernels:
             self.row(kernel, "MsPacman", partial(detect_cells, pills.rule), walls)
 
     def components(self) -> None:
-        """Connected components: one colour of Space Invaders in a region, and the walls of Ms.
+        """Connected components of one colour in a region, and of walls on the whole screen.
 
-        Pac-Man on the whole screen.
+        The colour is from Space Invaders, and the walls are Ms. Pac-Man's.
         """
         import jax
 
@@ -327,7 +334,7 @@ class Kernels:
             frames: the game.
             words: the mask as a bitmap.
             mask: the same as bool `[B, H, W]`.
-            searches: by name.
+            searches: the searches by name.
         """
         import jax
 
@@ -408,7 +415,7 @@ def bitmaps(frames: "jax.Array", *color_sets: tuple[int, ...]) -> "tuple[Bitmap,
 
 
 def kernel_table(title: str) -> Any:
-    """Time the kernels that VEM consists of."""
+    """Time VEM's kernels."""
     kernels = Kernels(title)
     for measure in (kernels.masks, kernels.rules, kernels.components, kernels.tracking):
         measure()
@@ -424,7 +431,7 @@ def main() -> None:
     parser.add_argument("--ocatari", metavar="PYTHON", help="Python interpreter that has OCAtari")
     parser.add_argument("--core", type=int, default=0, help="core to run on")
     parser.add_argument(
-        "--largest", type=int, default=BATCHES[-1], help="leave out larger batches of VEM"
+        "--largest", type=int, default=BATCHES[-1], help="skip larger batches of VEM"
     )
     arguments = parser.parse_args()
     on_cpu = backend() == "cpu"

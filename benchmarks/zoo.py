@@ -1,4 +1,4 @@
-"""Train an agent for every game, one after the other.
+"""Train an agent for every game.
 
     python benchmarks/zoo.py [GAME ...] [--folder zoo]
     python benchmarks/zoo.py --pause | --resume
@@ -9,10 +9,10 @@ OCAtari paper, Atari-57 and the others. The second pass trains from scratch for 
 the games whose return rose by more than 5 % over the last quarter of the first pass, and the
 paper's PPO games with three seeds.
 
-Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves; a run with
-seed 0 also replaces the policy that ships (ocjax/play/trained). Unfinished runs stay in the folder:
-the same command continues them. All processes have the lowest priority. `--pause` stops the
-processes of a running zoo until `--resume`, for example to measure something else.
+Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves. A run with
+seed 0 also replaces the policy that ships (ocjax/play/trained). Unfinished runs stay in the folder,
+and the same command continues them. All processes have the lowest priority. `--pause` stops the
+processes of a running zoo until `--resume`, for example for other measurements.
 """
 
 import argparse
@@ -45,7 +45,7 @@ POLL_SECONDS = 1.0
 
 def train(run: Run, folder: Path) -> None:
     """Train, play, and keep the results."""
-    os.setpgrp()  # so that a signal reaches the workers of the environments as well
+    os.setpgrp()  # a signal also reaches the workers of the environments
     ocjax.use_compilation_cache()
     trainer = Trainer(Config(run.game, seed=run.seed), folder)
     trainer.run(run.frames, Console())
@@ -75,7 +75,7 @@ def _summary(played: Played) -> tuple[float, float]:
 
 
 def supervise(run: Run, folder: Path, paused: Path) -> None:
-    """Train in a process of its own, which stops while the file `paused` exists.
+    """Train in a separate process, which stops while the file `paused` exists.
 
     Raises:
         SystemExit: the training failed.
@@ -123,7 +123,7 @@ def main() -> None:
     parser.add_argument(
         "--pause", action="store_true", help="stop the processes of a running zoo until --resume"
     )
-    parser.add_argument("--resume", action="store_true", help="let a paused zoo go on")
+    parser.add_argument("--resume", action="store_true", help="continue a paused zoo")
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
     paused = arguments.folder / "paused"

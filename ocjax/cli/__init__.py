@@ -1,1 +1,1 @@
-"""The command `ocjax`: one file a command."""
+"""The command `ocjax`: one file per subcommand."""

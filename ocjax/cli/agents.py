@@ -30,9 +30,8 @@ from ocjax.play.policies import TRAINED
 
 EVALUATION_EPISODES = 10
 ENVIRONMENTS = "Environments"  # heading of options
-FIXED_SKIP = [
-    name for name, settings in PRESETS.items() if isinstance(settings.frame_skip, int)
-]  # presets for training
+# presets for training
+FIXED_SKIP = [name for name, settings in PRESETS.items() if isinstance(settings.frame_skip, int)]
 FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
 
 
@@ -58,7 +57,7 @@ def train(
         str,
         typer.Option(
             metavar="|".join(EXPERIMENTS),
-            help="Inputs and hyperparameters: ocjax's, or those of the OCAtari paper.",
+            help="Inputs and hyperparameters: ocjax's, or the OCAtari paper's.",
         ),
     ] = "default",
     preset: Annotated[
@@ -96,7 +95,7 @@ def train(
             metavar="NAME=VALUE[,...]",
             help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
             "ram map`, or numbers of bytes; none for "
-            "the ordinary start. May be repeated: the environments take turns.",
+            "the ordinary start. May be repeated: the environments use them in rotation.",
             rich_help_panel=ENVIRONMENTS,
         ),
     ] = None,
@@ -104,9 +103,9 @@ def train(
 ) -> None:
     """Train an agent with PPO, and show how it plays.
 
-    Run it again with the same folder to resume from the latest checkpoint. The folder gets the
-    metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an animation of
-    a game (agent.gif).
+    To resume from the latest checkpoint, run the command again with the same folder. The folder
+    gets the metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an
+    animation of a game (agent.gif).
     """
     if inputs not in ("objects", "pixels"):
         raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
@@ -135,7 +134,7 @@ def _train(config: Config, folder: Path, frames: int) -> None:
     try:
         if trainer.frames >= frames:
             console.print(
-                f"{folder} has been trained for {trainer.frames:,} frames already: ask for more "
+                f"{folder} has been trained for {trainer.frames:,} frames already: request more "
                 "with --frames.",
                 soft_wrap=True,
             )
@@ -151,7 +150,7 @@ def _train(config: Config, folder: Path, frames: int) -> None:
 
 
 def _show(config: Config, folder: Path) -> None:
-    """Play complete games with a trained policy, under the settings and with the variations of its training."""
+    """Play complete games with a trained policy, its settings and its variations."""
     most = config.settings.max_episode_frames
     varied = f" with {', '.join(config.variations)}" if config.variations else ""
     ordinary = config.game_mode is None and config.game_difficulty is None and not config.starts
@@ -175,7 +174,7 @@ def _show(config: Config, folder: Path) -> None:
 
 
 def _import_trainer() -> type:
-    """The class that needs the extra `rl`."""
+    """The trainer, which needs the extra `rl`."""
     with extras():
         from ocjax.agents.training import Trainer
     return Trainer
@@ -187,7 +186,7 @@ def play(
         str,
         typer.Option(
             help=(
-                "trained (the one that ships with ocjax), random, repeat, or a file of a saved "
+                "trained (ships with ocjax), random, repeat, or a file of a saved "
                 "policy: .npz, or .zip of Stable-Baselines3."
             )
         ),
@@ -197,20 +196,18 @@ def play(
     preset: Annotated[
         str | None,
         typer.Option(
-            help="Settings of the emulators. Default: those of the policy's training, or dqn."
+            help="Settings of the emulators. Default: from the policy's training, or dqn."
         ),
     ] = None,
     frame_skip: Annotated[
         int | None,
-        typer.Option(min=1, help="Emulated frames per step. Default: those of the settings."),
+        typer.Option(min=1, help="Emulated frames per step. Default: from the settings."),
     ] = None,
     repeat_action_probability: Annotated[
         float | None,
         typer.Option(
             min=0,
-            help=(
-                "Probability that an emulated frame repeats the previous action. Default: as above."
-            ),
+            help="Probability of repeating an action on a frame. Default: from the settings.",
         ),
     ] = None,
     csv: Annotated[
@@ -243,14 +240,14 @@ def play(
         typer.Option(help="Recording of what you play. Default with --human: ocjax-<Game>.npz."),
     ] = None,
 ) -> None:
-    """Let a policy play complete games, under the settings that it was trained with.
+    """Let a policy play complete games, under the settings of its training.
 
-    With --variations, it plays the original game and each of the variations, with the same seeds,
+    With --variations, the policy plays the original game and each variation with the same seeds,
     and a table compares the returns.
 
-    With --human, a window opens in which you play: arrows or wasd move, space fires, b hides the
-    boxes, p pauses, and Escape ends. What you have played is written as a recording, which `ocjax
-    evaluate`, `ocjax render` and `ocjax extract` read, and as an animation.
+    With --human, you play in a window: arrows or wasd move, space fires, b hides the boxes, p
+    pauses, and Escape ends. Your play is saved as an animation and as a recording for `ocjax
+    evaluate`, `ocjax render` and `ocjax extract`.
     """
     with errors_in_one_line():
         spec = registry.load(game)
@@ -270,8 +267,8 @@ def play(
             )
             if plays or any(value is not None for value in protocol.values()):
                 raise ValueError(
-                    "--policy, --episodes, --variations, --csv and the settings say how a policy "
-                    "plays: they do not apply with --human"
+                    "--policy, --episodes, --variations, --csv and the settings are for a policy "
+                    "that plays: they do not apply with --human"
                 )
             recording = out or writing.unnamed(Path(f"ocjax-{spec.name}.npz"))
             _play_by_hand(
@@ -280,13 +277,13 @@ def play(
             return
         if out is not None:
             raise ValueError(
-                "--out is of the recording that --human makes; `ocjax dataset` records the play "
+                "--out needs --human, and names its recording; `ocjax dataset` records the play "
                 "of policies"
             )
         if variations is not None:
             if csv is not None or gif is not None:
                 raise ValueError(
-                    "--csv and --gif are of the original game: with --variations, there are "
+                    "--csv and --gif apply only to the original game: with --variations, use "
                     "--markdown and --json"
                 )
             writing.check(markdown, json, reads=[policies.file_of(policy)])
@@ -296,7 +293,7 @@ def play(
             _show_rows(spec, policy, rows, markdown, json)
             return
         if markdown is not None or json is not None:
-            raise ValueError("--markdown and --json are of the comparison that --variations makes")
+            raise ValueError("--markdown and --json need --variations, and write its comparison")
         writing.check(csv, gif, reads=[policies.file_of(policy)])
         played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None, **protocol)
         tables.show(_table(spec, played), console)
@@ -328,11 +325,7 @@ def _show_rows(
 
 
 def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
-    """Let a person play, and write the recording and an animation of its first steps.
-
-    Raises:
-        ValueError: a file cannot be written, the game's ROM is wrong, or no window can be opened.
-    """
+    """Let a person play, and write the recording and an animation of its first steps."""
     writing.check_suffix(out, (".npz",))
     writing.check(out, gif)
     playing = human_play.HumanGame(game, seed)

@@ -31,29 +31,19 @@ COMMANDS = {  # the module of each subcommand in this package
 SUMMARIES = {  # the first line of each subcommand's help
     "games": "List the supported games, or show everything that is known about one.",
     "demo": (
-        "Play a game with random actions, time both extraction methods, and draw the objects "
-        "that they find."
+        "Play a game with random actions, time both extraction methods, and draw their objects."
     ),
     "render": "Draw objects over the frames of a recording.",
-    "evaluate": (
-        "Measure how well REM and VEM agree in each category, and how often scores and lives are "
-        "right."
-    ),
-    "parity": (
-        "Compare another implementation of a game with the real ROM, frame by frame, with the "
-        "same actions."
-    ),
-    "bench": "Time REM, VEM and the environments on one core of this machine, beside other programs.",
+    "evaluate": "Measure how well REM and VEM agree, and how often scores and lives are right.",
+    "parity": "Compare another implementation of a game with the real ROM, frame by frame.",
+    "bench": "Time REM, VEM, the environments and other programs on one core of this machine.",
     "extract": "Extract objects from RAM or frames in files.",
-    "gaze": (
-        "Find the objects that people look at in Atari-HEAD: frames, actions and gaze of people "
-        "who play."
-    ),
+    "gaze": "Find the objects that the players of the dataset Atari-HEAD look at.",
     "dataset": "Make a dataset of frames and RAM with the objects of both methods.",
-    "relabel": "Write the objects of a dataset anew with the present decoders, and its datasheet.",
+    "relabel": "Replace the objects and the datasheet of a dataset with the present decoders.",
     "export": "Export a dataset to CSV or Minari.",
     "train": "Train an agent with PPO, and show how it plays.",
-    "play": "Let a policy play complete games, under the settings that it was trained with.",
+    "play": "Let a policy play complete games, under the settings of its training.",
     "ram": "Reverse-engineer the RAM of a game.",
 }
 
@@ -71,7 +61,7 @@ def load(name: str) -> Any:
 class Commands(Interruptible):
     """The subcommands.
 
-    Each is imported when it is called; until then, only its line of help is known.
+    A subcommand is imported when it is called. Until then, only its line of help is known.
     """
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:

@@ -1,4 +1,4 @@
-"""The command `ocjax bench`: how fast both methods and the environments are on this machine."""
+"""The command `ocjax bench`: the speed of both methods and the environments on this machine."""
 
 import dataclasses
 import json
@@ -18,7 +18,7 @@ from ocjax.evaluation.timing import Measurement
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 
-PLAYED = 100  # agent steps from which states are taken
+PLAYED = 100  # agent steps of the play that provides states
 
 
 def bench(
@@ -48,14 +48,14 @@ def bench(
         ),
     ] = None,
 ) -> None:
-    """Time REM, VEM and the environments on one core of this machine, beside other programs.
+    """Time REM, VEM, the environments and other programs on one core of this machine.
 
-    These are ale-py's vector environment, envpool and OpenCV where they are installed, and OCAtari
-    with --ocatari. On systems that cannot bind a process to a core, such as macOS, all cores take
-    part.
+    The other programs are ale-py's vector environment, envpool and OpenCV, if they are installed,
+    and OCAtari with --ocatari. Some systems, such as macOS, cannot bind a process to a core. They
+    use all cores.
 
-    Times are of one state, frame or agent step, which emulates four frames. Each is the median of
-    repeated calls after the first one.
+    A time is per state, frame or agent step of four emulated frames. It is the median of repeated
+    calls after the first one.
     """
     with errors_in_one_line(), timing.one_core():  # before JAX starts its threads
         if plots is not None:

@@ -37,9 +37,7 @@ def dataset(
     ] = None,
     least_f1: Annotated[
         float,
-        typer.Option(
-            min=0, max=1, help="Leave out sequences in which the F1 of REM against VEM is less."
-        ),
+        typer.Option(min=0, max=1, help="Drop sequences with a lower F1 of REM against VEM."),
     ] = LEAST_F1,
     start: Annotated[
         list[str] | None,
@@ -47,14 +45,14 @@ def dataset(
             metavar="NAME=VALUE[,...]",
             help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
             "ram map`, or numbers of bytes; none for "
-            "the ordinary start. May be repeated: the instances take turns.",
+            "the ordinary start. May be repeated: the instances use them in rotation.",
         ),
     ] = None,
     ray: RAY = None,
 ) -> None:
     """Make a dataset of frames and RAM with the objects of both methods.
 
-    The same command gives the same bytes. If it is interrupted, repeat it to resume.
+    The same command gives the same bytes. To resume after an interruption, repeat the command.
     """
     with errors_in_one_line():
         spec = registry.load(game)
@@ -80,7 +78,7 @@ def _percentages(policies: list[str]) -> dict[str, int]:
         known = sign and percent.isdecimal()
         name = name if known else text
         if name in out:
-            raise DatasetError(f"the policy {name!r} is there twice")
+            raise DatasetError(f"the policy {name!r} occurs twice")
         out[name] = int(percent) if known else 100
     return out
 
@@ -89,9 +87,9 @@ def relabel(
     folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
     ray: RAY = None,
 ) -> None:
-    """Write the objects of a dataset anew with the present decoders, and its datasheet.
+    """Replace the objects and the datasheet of a dataset with the present decoders.
 
-    If it is interrupted, repeat the command to resume.
+    To resume after an interruption, repeat the command.
     """
     with errors_in_one_line(), progress_bar("labelling", "states", console) as report:
         generation.relabel(folder, ray=ray, report=report)

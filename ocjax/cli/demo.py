@@ -1,4 +1,4 @@
-"""The command `ocjax demo`: step emulators, extract with both methods, and measure how long each takes."""
+"""The command `ocjax demo`: step emulators, extract with both methods, and time all of them."""
 
 import contextlib
 import dataclasses
@@ -37,7 +37,7 @@ def demo(
         Path | None, typer.Option(help="Picture to write. Default: ocjax-<Game>.png.")
     ] = None,
 ) -> None:
-    """Play a game with random actions, time both extraction methods, and draw the objects that they find."""
+    """Play a game with random actions, time both extraction methods, and draw their objects."""
     spec = load_playable(game)
     with errors_in_one_line():
         out = out or writing.unnamed(Path(f"ocjax-{spec.name}.png"))
@@ -56,14 +56,14 @@ def demo(
 
 @dataclasses.dataclass(frozen=True)
 class Demonstration:
-    """The measurements of a demonstration, and the last objects that it extracted.
+    """The measurements and the last extracted objects of a demonstration.
 
     Args:
         game: the game.
         seconds: float `[steps]` for "step" (all emulators), "REM" and "VEM" (whole batch).
-        first_call: seconds of the first call of each method, compilation included.
+        first_call: seconds of the first call of each method, including compilation.
         frames: uint8 `[instances, H, 160]`, the last frames.
-        objects: what each method extracted last, batch shape `[instances]`.
+        objects: the last objects of each method, batch shape `[instances]`.
     """
 
     game: Game
@@ -74,13 +74,13 @@ class Demonstration:
 
 
 def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
-    """Step instances of a game with random actions, and extract from each step with both methods.
+    """Step instances of a game with random actions, and extract each step with both methods.
 
     Args:
         game: the game.
         num_envs: number of instances.
         steps: agent steps of each instance.
-        seed: seed of the actions; the instances have seeds from here on.
+        seed: seed of the actions and the first instance; further instances have the next numbers.
     """
     with contextlib.closing(
         AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))
@@ -113,7 +113,7 @@ def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
 
 
 def _timed(f: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
-    """Seconds of a call, and its result once it is computed."""
+    """Call a function, and return the seconds until its result is computed, and the result."""
     start = time.perf_counter()
     result = jax.block_until_ready(f(*arguments))
     return time.perf_counter() - start, result
@@ -157,7 +157,10 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
 
 
 def picture(shown: Demonstration) -> Image.Image:
-    """The last frames of the instances that show most kinds of objects, with those of both methods drawn over them, REM on the left."""
+    """Draw the objects of both methods over the last frames, REM on the left.
+
+    It shows the instances with most kinds of objects.
+    """
     instances = richest(
         shown.game, shown.objects["REM"], shown.frames, min(ROWS, len(shown.frames))
     )

@@ -1,4 +1,4 @@
-"""What is known of a game, from its file and from the measurements that ship with the package."""
+"""Everything known about a game, from its file and from the package's measurements."""
 
 import importlib.resources
 import inspect
@@ -17,8 +17,10 @@ PARAGRAPH = re.compile(r"\n\s*\n")
 
 
 def describe(game: Game) -> dict[str, Any]:
-    """A game as JSON values: its ROM, categories, address map, accuracy, modes, variations, whether
-    an agent ships with ocjax, and notes.
+    """Describe a game in JSON values.
+
+    They have its ROM, categories, address map, accuracy, modes, variations and notes, and whether
+    an agent ships with ocjax.
 
     Args:
         game: the game; its ROM need not be installed.
@@ -45,9 +47,9 @@ def describe(game: Game) -> dict[str, Any]:
 def accuracy() -> dict[str, dict[str, float | None]]:
     """Percentages of each game as measured by `benchmarks/table.py`.
 
-    `f1`, `iou` and `exact` compare REM with VEM on random play, `drawn_f1` on recordings of what
-    the video chip drew. `score` and `lives` are the shares of samples in which REM's equal the
-    emulator's. None: there is no such figure.
+    `f1`, `iou` and `exact` compare REM with VEM on random play. `drawn_f1` is measured on
+    recordings of the objects that the video chip drew. `score` and `lives` are the percentages of
+    samples with values equal to the emulator's. None means not measured.
     """
     return json.loads(
         importlib.resources.files("ocjax.cli").joinpath("accuracy.json").read_text("utf-8")
@@ -55,7 +57,10 @@ def accuracy() -> dict[str, dict[str, float | None]]:
 
 
 def variants(game: Game) -> dict[str, list[int]]:
-    """The modes and difficulties of a game as ale-py numbers them; empty lists where its ROM is not installed."""
+    """The modes and difficulties of a game in ale-py's numbering.
+
+    The lists are empty if the game's ROM is not installed.
+    """
     from ocjax.console.rom import RomError
     from ocjax.emulators import start
 
@@ -92,5 +97,5 @@ def _field(field: Field, comment: str) -> dict[str, Any]:
 
 
 def _address(place: Place) -> str:
-    """One byte's address, or those of a number of several bytes."""
+    """The address of a byte, or the addresses of a number of several bytes."""
     return str(place) if isinstance(place, int) else "-".join(map(str, place))

@@ -66,7 +66,7 @@ def evaluate(
             min=1,
             help=(
                 "Emulated frames per step; an odd number covers both phases of flicker. Default: "
-                "3, or those of the policy's training."
+                "3, or the number of the policy's training."
             ),
         ),
     ] = None,
@@ -92,7 +92,7 @@ def evaluate(
         Path | None, typer.Option(help="Write a page with pictures of the worst frames.")
     ] = None,
 ) -> None:
-    """Measure how well REM and VEM agree in each category, and how often scores and lives are right."""
+    """Measure how well REM and VEM agree, and how often scores and lives are right."""
     with errors_in_one_line():
         tapes = _read_with_frames(w for w in what if w.endswith(".npz"))
         specs = {w: load_playable(w) for w in what if w not in tapes}
@@ -139,7 +139,7 @@ def _read_with_frames(paths: Iterator[str]) -> dict[str, Recording]:
     for path, tape in tapes.items():
         if tape.screens is None:
             raise recordings.RecordingError(
-                f"{path} has no frames (an array 'screens'): there is nothing to compare REM with"
+                f"{path} has no frames (an array 'screens') to compare with REM"
             )
     return tapes
 

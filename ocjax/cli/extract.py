@@ -33,7 +33,7 @@ def extract(
     ],
     game: Annotated[
         str | None,
-        typer.Option(help="Name of the game, if neither the input nor its name tells it."),
+        typer.Option(help="Name of the game. Required if the input and its name do not name it."),
     ] = None,
     array: Annotated[
         str | None,
@@ -51,8 +51,8 @@ def extract(
 ) -> None:
     """Extract objects from RAM or frames in files.
 
-    If it is interrupted, repeat the command to resume. Until the output is complete, the work is
-    kept in the folder OUT.parts.
+    To resume after an interruption, repeat the command. Until the output is complete, the work
+    stays in the folder OUT.parts.
     """
     with errors_in_one_line(), progress_bar("extracting", "rows", console) as report:
         extract_file(source, out, game, array=array, hud=hud, ray=ray, report=report)

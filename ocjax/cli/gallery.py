@@ -1,4 +1,4 @@
-"""Pictures that show what a game's objects are: of the states in which most kinds of objects are on the screen."""
+"""Pictures of a game's objects, in the states with most kinds of objects on the screen."""
 
 import contextlib
 
@@ -13,15 +13,14 @@ from ocjax.extraction.objects import Objects
 from ocjax.transforms.drawing import HIDDEN, drawn, overlay, sheet
 
 INSTANCES = 8
-EVERY = 10  # agent steps from one state that is looked at to the next
+EVERY = 10  # agent steps between the states to compare
 
 
 def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.ndarray:
-    """The indices of the states in which objects of most categories are drawn, the richest one
-    first.
+    """The indices of the states with objects of most categories on the frame, best first.
 
-    Of equal ones, that with fewer objects that the frame does not show comes first, then the later
-    one.
+    Among equal states, states with fewer objects that the frame does not show come first, then
+    later states.
 
     Args:
         game: the objects' game.
@@ -45,7 +44,7 @@ def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.I
         game: the game; its ROM is installed.
         steps: agent steps of each of eight instances.
         scale: see `ocjax.transforms.drawing.overlay`.
-        seed: of emulators and actions.
+        seed: seed of emulators and actions.
     """
     rams, frames = states(game, steps, seed)
     at = richest(game, game.rem(rams), frames, 1)[0]

@@ -14,11 +14,11 @@ from ocjax.extraction import names
 
 STEPS = 150  # agent steps before a picture
 COLUMNS = 4  # of names
-FIGURES = {  # of `accuracy.json`, with what they say
+FIGURES = {  # the numbers of `accuracy.json` and their meanings
     "f1": "F1 of REM against VEM",
     "iou": "intersection over union",
     "exact": "identical boxes",
-    "drawn_f1": "F1 on recordings of what the video chip drew",
+    "drawn_f1": "F1 on recordings of the objects that the video chip drew",
     "score": "scores equal to the rewards",
     "lives": "lives equal to the emulator's",
 }
@@ -47,7 +47,7 @@ def games(
             _print_list(suite, as_json)
         return
     if suite is not None:
-        raise typer.BadParameter("--suite lists games: name either a suite or a game")
+        raise typer.BadParameter("--suite lists games: give a suite or a game, not both")
     from ocjax.cli import description
     from ocjax.extraction import registry
 
@@ -63,7 +63,7 @@ def games(
 
 
 def _print_list(suite: str | None, as_json: bool) -> None:
-    """The names of the supported games, of all or of a suite, read without importing their files."""
+    """Print the names of the games, or of a suite's, without importing their files."""
     supported = names.games(suite)
     if as_json:
         typer.echo(json.dumps(list(supported)))
@@ -134,7 +134,7 @@ def _listed(numbers: Iterable[int]) -> str:
 
 def _categories(categories: Iterable[dict[str, Any]]) -> Table:
     table = Table(
-        "Category", "Slots", "Attributes", "What it is", title="Objects", title_justify="left"
+        "Category", "Slots", "Attributes", "Meaning", title="Objects", title_justify="left"
     )
     for c in categories:
         first, end = c["slots"]
@@ -152,7 +152,7 @@ def _categories(categories: Iterable[dict[str, Any]]) -> Table:
 
 
 def _variations(docs: dict[str, str]) -> Table:
-    table = Table("Variation", "What is different", title="Variations", title_justify="left")
+    table = Table("Variation", "Difference", title="Variations", title_justify="left")
     for name, doc in docs.items():
         table.add_row(name, doc)
     return table

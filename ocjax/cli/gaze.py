@@ -42,7 +42,7 @@ def gaze(
     game: Annotated[str, typer.Option(help="Name of the game.")],
     out: Annotated[
         Path,
-        typer.Option(help="A .csv file: a line for each frame, with the object that is looked at."),
+        typer.Option(help="A .csv file with a line for each frame and the object at the gaze."),
     ],
     frames: Annotated[
         Path | None,
@@ -51,13 +51,11 @@ def gaze(
     picture: Annotated[
         Path | None,
         typer.Option(
-            help=(
-                "A .png of the first frame with an object that is looked at, or of the first frame."
-            )
+            help=("A .png of the first frame with an object at the gaze, or of the first frame.")
         ),
     ] = None,
 ) -> None:
-    """Find the objects that people look at in Atari-HEAD: frames, actions and gaze of people who play."""
+    """Find the objects that the players of the dataset Atari-HEAD look at."""
     folder = trial.with_suffix("") if frames is None else frames
     with errors_in_one_line():
         known = registry.load(game)
@@ -77,7 +75,7 @@ def gaze(
 
 
 def _first_look(found: list[Look]) -> Look:
-    """The first frame with an object that is looked at, or else the first frame."""
+    """The first frame with an object at the gaze, or else the first frame."""
     return next((look for look in found if look.slot is not None), found[0])
 
 
@@ -104,13 +102,13 @@ def _to_csv(found: list[Look]) -> str:
 
 
 def _to_table(game: Game, found: list[Look]) -> tables.Table:
-    """How many frames each category is looked at on."""
+    """Count the frames with the gaze on each category."""
     counts = Counter(look.category for look in found if len(look.frame.gaze))
     rows: list[list[tables.Cell]] = [
         [name or "nothing", n, 100 * n / counts.total()] for name, n in counts.most_common()
     ]
     return tables.Table(
-        f"{game.name}: what is looked at on {counts.total()} frames with gaze",
+        f"{game.name}: objects at the gaze on {counts.total()} frames",
         ["Category", "Frames", "%"],
         rows,
     )

@@ -7,7 +7,7 @@ from ocjax.extraction.game import Game
 
 
 def load_playable(name: str) -> Game:
-    """Load a game whose ROM is installed, so that it can be played; errors are reported in one line."""
+    """Load a game whose ROM is installed; reports errors in one line."""
     with errors_in_one_line():
         game = registry.load(name)
         check_rom(game)

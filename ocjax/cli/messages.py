@@ -1,4 +1,4 @@
-"""Messages that all commands have in common: errors that the user can correct, and interruptions."""
+"""Messages of all commands: errors that the user can correct, and interruptions."""
 
 import contextlib
 import os
@@ -35,15 +35,15 @@ def errors_in_one_line() -> Iterator[None]:
 
 @contextlib.contextmanager
 def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar, which appears with the first report.
+    """A progress bar that appears with the first report.
 
     Args:
-        action: what is being done.
-        unit: what is counted.
-        console: where it is shown.
+        action: the activity, such as "extracting".
+        unit: the unit of the count, such as "rows".
+        console: shows the bar.
 
     Yields:
-        A function to call with how many are done, and how many there are.
+        A function to call with the numbers of finished and of all units.
     """
     columns = (
         TextColumn(action),
@@ -64,7 +64,7 @@ def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[
 
 
 class Interruptible(TyperGroup):
-    """Commands that end with one line and exit status 130 when Ctrl-C is pressed."""
+    """Commands that print one line and exit with status 130 after Ctrl-C."""
 
     def invoke(self, ctx: Any) -> Any:
         """Invoke the command."""
@@ -76,6 +76,5 @@ class Interruptible(TyperGroup):
             sys.stderr.flush()
             os._exit(
                 INTERRUPTED
-                # threads of XLA that still compile or compute crash an interpreter that shuts down
-                # in order
+                # XLA's threads crash an interpreter that shuts down while they compile or compute
             )

@@ -1,4 +1,4 @@
-"""Options that several commands have, and options that are the fields of a dataclass."""
+"""Options of several commands, and options for the fields of a dataclass."""
 
 import dataclasses
 import inspect
@@ -13,8 +13,7 @@ RAY = Annotated[
         "--ray",
         metavar="ADDRESS",
         help="Spread the work over a Ray cluster whose machines share the files: its address, auto "
-        "for the one that this machine is "
-        "part of, or local for this machine alone.",
+        "for the cluster of this machine, or local for this machine alone.",
     ),
 ]
 
@@ -22,8 +21,9 @@ RAY = Annotated[
 def fields_as_options(
     kind: type, panel: str
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """A decorator for commands with `**given`: it gives them an option for each field of a
-    dataclass, which is None by default.
+    """A decorator that gives commands with `**given` an option for each field of a dataclass.
+
+    The options are None by default.
 
     Args:
         kind: the dataclass. The metadata of its fields have their `help`.

@@ -23,7 +23,7 @@ def parity(
     name: Annotated[
         str,
         typer.Argument(
-            metavar="GAME", help="Name of the game, or all: a line for each game that both have."
+            metavar="GAME", help="Name of the game, or all: a line for each common game."
         ),
     ],
     against: Annotated[str, typer.Option(help="The other implementation: jaxtari.")] = "jaxtari",
@@ -33,22 +33,23 @@ def parity(
     frames: Annotated[int, typer.Option(min=1, help="Emulated frames of each run.")] = 300,
     align: Annotated[
         bool,
-        typer.Option(
-            help="Begin with the simulator's positions where the real game can be edited so."
-        ),
+        typer.Option(help="Begin with the simulator's positions if the real game allows it."),
     ] = True,
     out: Annotated[
         Path | None,
         typer.Option(
             help=(
-                "A .png of the first frame that differs (the last one if none does), or a .gif "
+                "A .png of the first frame that differs (or else the last one), or a .gif "
                 "of the first run."
             )
         ),
     ] = None,
     markdown: Annotated[Path | None, typer.Option(help="Write the table as Markdown.")] = None,
 ) -> None:
-    """Compare another implementation of a game with the real ROM, frame by frame, with the same actions."""
+    """Compare another implementation of a game with the real ROM, frame by frame.
+
+    Both play the same actions.
+    """
     with errors_in_one_line():
         if against not in AGAINST:
             raise ValueError(f"--against must be one of {', '.join(AGAINST)}, got {against!r}")

@@ -67,7 +67,7 @@ def correlate(
     what: Annotated[str, WHAT],
     target: Annotated[
         str,
-        typer.Option(help="vem: what the vision rules detect; sprites: what the video chip drew."),
+        typer.Option(help="vem: the vision rules' detections; sprites: the video chip's sprites."),
     ] = "vem",
     samples: Annotated[int, SAMPLES] = 2000,
     policy: Annotated[str, POLICY] = "repeat",
@@ -75,10 +75,10 @@ def correlate(
     game_mode: Annotated[int | None, MODE] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Find the bytes, nibbles or bits that explain the position, size, value and look of each
-    visible object.
+    """Find the RAM bits that explain the position, size, value and look of each visible object.
 
-    Formulas are fitted on half of the episodes and scored on the others.
+    The search covers bytes, nibbles and bits. Formulas are fitted on half of the episodes and
+    scored on the others.
 
     The game needs vision rules, but no decoder: its decode function may return empty boxes.
     """
@@ -89,7 +89,7 @@ def correlate(
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
         raise typer.BadParameter(
-            f"{what} has no array {'screens' if tape.screens is None else 'shown'}: there is "
+            f"{what} has no array {'screens' if tape.screens is None else 'shown'}, so it has "
             "nothing to explain"
         )
     with console.status("searching"):
@@ -121,7 +121,7 @@ def causes(
     ] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Set each byte to each value in one state, step the emulator, and show which pixels and objects change."""
+    """Set each byte to each value in one state, and show which pixels and objects change."""
     with errors_in_one_line():
         game = registry.load(name)
         out = out or writing.unnamed(Path(f"ocjax-causes-{game.name}.png"))
@@ -176,9 +176,9 @@ def twins(
     game_mode: Annotated[int | None, MODE] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Find states with equal RAM and different pictures, which prove what the RAM does not tell.
+    """Find states with equal RAM and different pictures: the RAM cannot explain the difference.
 
-    Before a moment of random play, every byte is changed, and the same actions are repeated. The
+    The command changes every byte before a moment of random play, and repeats the same actions. The
     game needs vision rules, but no decoder.
     """
     with errors_in_one_line():
@@ -199,15 +199,15 @@ def control(
         Path | None,
         typer.Option(
             "--json",
-            help="File to write. Games that it has are left as they are, unless they are named.",
+            help="File to write. With all, games that it contains are skipped.",
         ),
     ] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Find the bytes that remove, freeze or recolour the objects of a category, each confirmed on
-    the screen.
+    """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
 
-    Displays are not tried, nor what is seldom seen in random play. A game takes about a minute.
+    The search skips displays, and objects that rarely appear in random play. A game takes about a
+    minute.
     """
     with errors_in_one_line():
         games = names.games() if name == "all" else [registry.load(name).name]
@@ -237,7 +237,7 @@ def show_map(
         bool,
         typer.Option(
             help=(
-                "With --json: write each byte in a state of random play, and tell which "
+                "With --json: write each byte in a state of random play, and list which "
                 "categories change on the screen."
             )
         ),
@@ -245,7 +245,7 @@ def show_map(
     seed: Annotated[int, SEED] = 0,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
-    """Print the RAM map of a finished game: bytes, how they are read, range, name and meaning."""
+    """Print the RAM map of a finished game: bytes, reading, range, name and meaning."""
     with errors_in_one_line():
         game = registry.load(name)
         if confirm and not as_json:
@@ -274,7 +274,7 @@ def watch(
         typer.Option(min=1, help="Stop after this many frames are shown (terminal only)."),
     ] = None,
 ) -> None:
-    """Play a game while objects, boxes and changing bytes are shown live; write bytes, save and load the state."""
+    """Play a game, watch its objects and changing bytes live, and edit or save the state."""
     with errors_in_one_line():
         session = Session(registry.load(name), policy, seed, game_mode)
     if not in_window:

@@ -26,7 +26,7 @@ def render(
     out: Annotated[Path, typer.Option(help="A .png of one sample, or a .gif of several.")],
     game: Annotated[
         str | None,
-        typer.Option(help="Name of the game, if neither the file's name nor its contents give it."),
+        typer.Option(help="Name of the game. Required if the file and its name do not name it."),
     ] = None,
     method: Annotated[str, typer.Option(help="rem, vem, or both side by side.")] = "both",
     first: Annotated[int, typer.Option(min=0, help="First sample to draw.")] = 0,
@@ -58,7 +58,7 @@ def render(
 
 
 def extract(recording: Recording, methods: Sequence[str], samples: slice) -> dict[str, Objects]:
-    """Objects of some samples of a recording with frames, for each of the methods "REM" and "VEM"."""
+    """Objects of some samples of a recording with frames, by the methods "REM" and "VEM"."""
     assert recording.screens is not None
     sources = {
         "REM": (recording.game.rem, recording.rams),
@@ -83,9 +83,9 @@ def pictures(
 
 
 def save(images: Sequence[Image.Image], path: Path, *, frame_time: int = FRAME_TIME) -> None:
-    """Write one picture, or several as an animated .gif with so many milliseconds per frame."""
+    """Write one picture, or several as an animated .gif with `frame_time` ms per frame."""
     if path.suffix == ".gif":
-        # Pillow's own choice of colours takes five times as long, and is further from the pictures.
+        # Pillow's own choice of colours takes five times as long, and is less accurate.
         first, *others = (
             image.quantize(method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
             for image in images

@@ -1,4 +1,4 @@
-"""Datasets of frames and RAM with the objects of both methods, made by playing."""
+"""Datasets of played frames and RAM with the objects of both methods."""
 
 from ocjax.datasets.exports import export
 from ocjax.datasets.generation import generate, open_dataset, relabel

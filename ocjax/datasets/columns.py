@@ -1,8 +1,8 @@
-"""The columns of a dataset: Arrow tables whose schema tells the library `datasets` which columns
-are pictures.
+"""The columns of a dataset as Arrow tables.
 
-Objects are lists of records with the fields of `OBJECT`. A record's `orientation` and `value` are
-null where its category has none, and the orientation is -1 where VEM cannot tell it.
+The schema marks the columns of pictures for the library `datasets`. Objects are lists of records
+with the fields of `OBJECT`. `orientation` and `value` are null if the category lacks them, and the
+orientation is -1 if VEM cannot determine it.
 """
 
 import dataclasses
@@ -50,7 +50,7 @@ OBJECT = {
     "hud": "bool",
 }
 PICTURES, OBJECTS = ("image", "previous"), ("rem", "hud", "vem")
-FACTS = b"ocjax"  # what a shard says about itself: a key of its metadata
+FACTS = b"ocjax"  # the metadata key of a shard's facts
 
 
 def schema(facts: Mapping[str, Any]) -> Any:
@@ -75,7 +75,7 @@ def schema(facts: Mapping[str, Any]) -> Any:
 
 
 def _features() -> dict[str, Any]:
-    """The same types in the words of the library `datasets`."""
+    """The same types in the format of the library `datasets`."""
     numbers = {name: {"dtype": kind, "_type": "Value"} for name, kind in (STATE | STEP).items()}
     record = {name: {"dtype": kind, "_type": "Value"} for name, kind in OBJECT.items()}
     ram = {"feature": {"dtype": "uint8", "_type": "Value"}, "length": 128, "_type": "List"}
@@ -89,14 +89,16 @@ def _features() -> dict[str, Any]:
 
 
 def facts_of(stored: Any) -> dict[str, Any]:
-    """What a shard says about itself: its `code`, `counts`, `states`, `sequences`,
-    `states_left_out` and `sequences_left_out`.
+    """Read the facts of a shard from its metadata.
+
+    The facts are `code`, `counts`, `states`, `sequences`, `states_left_out` and
+    `sequences_left_out`.
 
     Args:
-        stored: its metadata, a `pyarrow.parquet.FileMetaData`.
+        stored: the metadata, a `pyarrow.parquet.FileMetaData`.
 
     Raises:
-        DatasetError: it is no shard of a dataset, or what it says is malformed.
+        DatasetError: the file is not a shard of a dataset, or its facts are malformed.
     """
     metadata = stored.metadata or {}
     if FACTS not in metadata:
@@ -125,14 +127,14 @@ def facts_of(stored: Any) -> dict[str, Any]:
 
 
 def checked(table: Any, names: Sequence[str] | None = None) -> Any:
-    """Columns of a table with the types of `schema` and without missing values.
+    """Check columns of a table, and cast them to the types of `schema`.
 
     Args:
         table: rows of a shard.
-        names: of the columns; by default all.
+        names: names of the columns; by default all.
 
     Raises:
-        DatasetError: a column is missing, is there twice, has another type, or lacks values.
+        DatasetError: a column is missing, occurs twice, has another type, or lacks values.
     """
     pa, known = require("pyarrow"), schema({})
     fields = [known.field(name) for name in names or known.names]
@@ -144,7 +146,7 @@ def checked(table: Any, names: Sequence[str] | None = None) -> Any:
         try:
             column = table.column(places[0]).cast(field.type)
             column.validate(full=True)
-        except Exception as error:  # Arrow's errors are of many types
+        except Exception as error:  # Arrow's errors have many types
             raise DatasetError(f"its column {field.name} must be {field.type}: {error}") from error
         if any(part.null_count for part in _parts(column.combine_chunks(), field.name)):
             raise DatasetError(f"its column {field.name} has missing values")
@@ -173,7 +175,10 @@ def _parts(column: Any, name: str) -> list[Any]:
 
 
 def pictures(frames: np.ndarray, game: Game) -> Any:
-    """Frames of palette indices uint8 `[n, H, 160]` as a column of PNG pictures, which have the same indices and the game's palette."""
+    """Encode frames of palette indices, uint8 `[n, H, 160]`, as a column of PNG pictures.
+
+    The pictures have the same indices and the game's palette.
+    """
     pa = require("pyarrow")
     table = np.asarray(game.palette).tobytes()
     return pa.StructArray.from_arrays(
@@ -194,10 +199,10 @@ def _png(frame: np.ndarray, palette: bytes) -> bytes:
 
 
 def frames(column: Any, game: Game) -> np.ndarray:
-    """The palette indices of a column of pictures, uint8 `[n, H, 160]`.
+    """Decode a column of pictures to palette indices, uint8 `[n, H, 160]`.
 
     Raises:
-        DatasetError: a picture is damaged, or is not of the game's size with palette indices.
+        DatasetError: a picture is damaged, has another size, or has no palette indices.
     """
     return np.stack(
         [_indices(picture["bytes"], game, i) for i, picture in enumerate(column.to_pylist())]
@@ -219,16 +224,16 @@ def _indices(data: bytes, game: Game, row: int) -> np.ndarray:
 
 
 def rams(column: Any) -> np.ndarray:
-    """A column of RAM, uint8 `[n, 128]`."""
+    """Convert a column of RAM to uint8 `[n, 128]`."""
     return np.asarray(column.combine_chunks().flatten()).reshape(-1, 128)
 
 
 def objects(found: Objects, game: Game, slots: np.ndarray) -> Any:
-    """The valid objects of the slots as a column of lists of records.
+    """List the valid objects of some slots in a column of lists of records.
 
     Args:
-        found: batch shape `[n]`.
-        game: whose objects they are.
+        found: the objects, batch shape `[n]`.
+        game: the game of the objects.
         slots: bool `[N]`, the slots to list.
     """
     pa = require("pyarrow")
@@ -254,7 +259,11 @@ def objects(found: Objects, game: Game, slots: np.ndarray) -> Any:
 
 
 def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
-    """The columns of objects: `rem` without and `hud` with the display objects of REM, and `vem` with all of VEM."""
+    """The columns of objects.
+
+    `rem` has REM's objects without display objects, `hud` has REM's display objects, and `vem` has
+    all of VEM's objects.
+    """
     is_hud = np.asarray(game.slot_hud)
     return {
         "rem": objects(rem, game, ~is_hud),
@@ -264,11 +273,12 @@ def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
 
 
 def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
-    """The fields of `Objects` `[n, N, ...]` from columns of lists of records, the inverse of
-    `objects`.
+    """Convert columns of lists of records to the fields of `Objects`, `[n, N, ...]`.
+
+    This is the inverse of `objects`.
 
     Raises:
-        DatasetError: an object is of a category, or has an index, that the game does not have.
+        DatasetError: the game lacks an object's category or index.
     """
     slices = dict(game.slices)
     valued = {c.name for c in game.categories if "value" in c.attributes}

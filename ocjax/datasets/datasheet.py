@@ -1,8 +1,7 @@
-"""The datasheet of a dataset: a README.md that says what it holds and how it was made, for people
-and for programs.
+"""The datasheet of a dataset: a README.md for people and programs.
 
-The front matter is what the Hugging Face hub reads; its key `ocjax` holds the protocol and the
-results as JSON, which is YAML, too.
+The Hugging Face hub reads the front matter. Its key `ocjax` holds the protocol and the results as
+JSON, which is also YAML.
 """
 
 import dataclasses
@@ -31,12 +30,14 @@ ocjax: {facts}
 
 # {title}
 
-States of the Atari 2600 game {game}, with the objects that REM (from RAM) and VEM (from pixels) find in them.
+States of the Atari 2600 game {game}, with the objects that REM (from RAM) and VEM (from pixels) \
+find in them.
 
 {results}
 ## Protocol
 
-Each seed has an equal share of the states. {instances} instances play them side by side, in parts of up to {part} states:
+Each seed has an equal share of the states. {instances} instances play them side by side, in parts \
+of up to {part} states:
 {policies}. {starts}Successive states of an instance form sequences of up to {sequence}
 states. A sequence is left out if the F1 of REM against VEM is less than {least_f1}.
 
@@ -46,18 +47,22 @@ states. A sequence is left out if the F1 of REM against VEM is less than {least_
 
 | column | contents |
 |---|---|
-| `index` | number of the state among all that were played; numbers of states that were left out are missing |
+| `index` | number of the state among all that were played; numbers of states that were left out \
+are missing |
 | `seed`, `policy`, `instance` | the seed, the policy, and the number of the instance |
 | `episode`, `step` | number of the episode of this instance, and of the step in the episode |
-| `image`, `previous` | the last emulated frame and the one before, lossless: PNG with the emulator's palette indices |
+| `image`, `previous` | the last emulated frame and the one before, lossless: PNG with the \
+emulator's palette indices |
 | `ram` | the 128 bytes of RAM |
-| `action` | the action that led to this state, as an index into {actions}; -1 in the first state of an episode |
+| `action` | the action that led to this state, as an index into {actions}; -1 in the first state \
+of an episode |
 | `reward`, `terminated`, `truncated` | of the step that led to this state |
 | `lives` | the emulator's lives |
 | `rem`, `hud` | objects that REM finds: those in play, and those of the display |
 | `vem` | objects that VEM finds on `image`, those of the display included |
 
-An object has a `category`, an `index` within it, the box `x`, `y`, `w`, `h` in pixels, `orientation` and `value` where its category has
+An object has a `category`, an `index` within it, the box `x`, `y`, `w`, `h` in pixels, \
+`orientation` and `value` where its category has
 them, the colour `r`, `g`, `b`, and `hud`, whether it belongs to the display.
 """
 
@@ -65,12 +70,12 @@ them, the colour `r`, `g`, `b`, and `hud`, whether it belongs to the display.
 def text(
     plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str, str], code: str
 ) -> str:
-    """The datasheet.
+    """Write the datasheet.
 
     Args:
-        plan: of the dataset.
-        shards: what each shard says about itself.
-        versions: of the libraries that made the objects.
+        plan: the dataset's plan.
+        shards: the facts of each shard.
+        versions: versions of the libraries that made the objects.
         code: digest of the decoders that made the objects.
     """
     game = registry.load(plan.game)
@@ -106,7 +111,7 @@ def text(
 
 
 def _starts(plan: Plan) -> str:
-    """A sentence about what games begin with, if they do not begin as usual."""
+    """A sentence about special starts of games; empty for the usual start."""
     if not plan.starts:
         return ""
     values = "; ".join(f"`{ram_starts.describe(start)}`" for start in plan.starts)
@@ -164,7 +169,7 @@ def _agreement(counts: Agreement, game: Game) -> Table:
 
 
 def _scores(counts: Agreement) -> dict[str, Any]:
-    """The scores of one category, None where there is nothing to score."""
+    """The scores of one category; undefined scores are None."""
     scores = {name: float(getattr(counts, name)) for name in SCORES}
     known = {name: None if math.isnan(score) else score for name, score in scores.items()}
     return {"rem": int(counts.left), "vem": int(counts.right), **known}

@@ -1,4 +1,4 @@
-"""A dataset in other formats: the CSV layout of the OCAtari paper's dataset, and Minari."""
+"""Export a dataset to the CSV layout of the OCAtari paper's dataset, or to Minari."""
 
 import csv
 import functools
@@ -31,25 +31,25 @@ CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 def export(folder: str | Path, out: str | Path, *, report: Progress | None = None) -> None:
     """Export a dataset, completely or not at all.
 
-    A `.csv` file has the columns of the dataset of the OCAtari paper: `INDEX` (`episode_step`, five
+    A `.csv` file has the columns of the OCAtari paper's dataset: `INDEX` (`episode_step`, five
     digits each), `OBS` (a list of the `210 * 160 * 3` numbers of the RGB frame), and the objects
-    `HUD` and `RAM` (of REM) and `VIS` (of VEM) as sorted lists of the form `Player at (140, 100),
-    (4, 16)`.
+    `HUD` and `RAM` (from REM) and `VIS` (from VEM) as sorted lists of the form `Player at (140,
+    100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
     indices, without compression), and the fields of `Objects` of both methods as infos. An episode
-    of which sequences were left out becomes several.
+    with omitted sequences becomes several episodes.
 
     Args:
-        folder: of a complete dataset.
-        out: a path that ends in .csv, which is replaced, or the ID of a new Minari dataset after
-            "minari:".
-        report: called from time to time with the number of states that are done, and of all states.
+        folder: folder of a complete dataset.
+        out: a path that ends in .csv, or the ID of a new Minari dataset after "minari:". An
+            existing .csv file is replaced.
+        report: called regularly with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset.
         ValueError: the format is not supported.
-        InputError: a ValueError; the Minari ID is wrong or exists.
+        InputError: a ValueError; the Minari ID is malformed or exists.
         MissingExtraError: minari is not installed.
         OSError: a file cannot be written.
     """
@@ -91,7 +91,7 @@ def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO
 
 
 def _listed(objects: list[dict[str, Any]]) -> str:
-    """Objects as the paper's dataset has them."""
+    """Objects in the text format of the paper's dataset."""
     texts = sorted(
         f"{o['category']} at ({o['x']}, {o['y']}), ({o['w']}, {o['h']})" for o in objects
     )
@@ -128,11 +128,12 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
 
 
 def _episodes(path: Path) -> Iterator[Any]:
-    """The stretches of successive states of one episode as tables of two rows or more."""
+    """Stretches of successive states of one episode, as tables of at least two rows."""
     pa = require("pyarrow")
+    # pictures stay compressed in memory
     rows = pa.concat_tables(
         [columns.schema({}).empty_table().replace_schema_metadata(None), *shards.rows(path)]
-    )  # pictures are compressed
+    )
     place = np.stack([rows[name].to_numpy() for name in ("instance", "episode", "index")], axis=1)
     breaks = np.flatnonzero((np.diff(place, axis=0) != (0, 0, 1)).any(axis=1)) + 1
     for start, stop in itertools.pairwise([0, *breaks.tolist(), len(rows)]):
@@ -141,10 +142,10 @@ def _episodes(path: Path) -> Iterator[Any]:
 
 
 def _to_episode(rows: Any, game: Game, num_actions: int) -> dict[str, Any]:
-    """The fields of Minari's `EpisodeBuffer`. A stretch that is cut off is truncated.
+    """The fields of Minari's `EpisodeBuffer`. An interrupted stretch ends as truncated.
 
     Raises:
-        DatasetError: an action, a reward, a picture or an object is not one of the game.
+        DatasetError: the game does not have an action, a reward, a picture or an object.
     """
     step = {
         name: rows[name].to_numpy()[1:].copy()

@@ -1,4 +1,4 @@
-"""Make a dataset in a folder, or label one again. Both resume where they were interrupted."""
+"""Generate or relabel a dataset in a folder. Both resume after an interruption."""
 
 import functools
 from collections.abc import Callable
@@ -19,23 +19,22 @@ PLAN, SHEET = "dataset.json", "README.md"
 def generate(
     plan: Plan, folder: str | Path, *, ray: str | None = None, report: Progress | None = None
 ) -> None:
-    """Make a dataset. The same plan gives the same bytes.
+    """Generate a dataset. Equal plans give equal bytes.
 
-    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards, each of which appears
-    when it is complete) and at last `README.md` (the datasheet). Called again after an
-    interruption, it makes what is missing.
+    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and finally `README.md`
+    (the datasheet). Each shard appears when it is complete. After an interruption, a second call
+    makes the missing files.
 
     Args:
-        plan: of the dataset; see `ocjax.datasets.plan`.
-        folder: is created if necessary.
+        plan: the dataset's plan; see `ocjax.datasets.plan`.
+        folder: created if necessary.
         ray: the address of a Ray cluster whose machines share the folder; see
             `ocjax.files.cluster`.
-        report: called after each shard with the number of states that are done, and of all states.
+        report: called after each shard with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds another dataset or other files.
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
-            written for.
+        RomError: a ValueError; the ROM is missing, or the game's decoder needs another ROM.
         ValueError: the cluster cannot be reached.
         MissingExtraError: pyarrow is not installed.
         OSError: a file cannot be written.
@@ -51,20 +50,20 @@ def generate(
 
 
 def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
-    """Write the objects of a dataset anew with the present decoders, and its datasheet.
+    """Replace the objects of a dataset with the results of the present decoders.
 
-    Frames, RAM and the choice of sequences stay as they are. Each shard is replaced when its new
-    version is complete. Called again after an interruption, it goes on with the shards whose
-    objects are of other decoders.
+    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. Each
+    shard is replaced when its new version is complete. After an interruption, a second call
+    relabels the remaining shards.
 
     Args:
-        folder: of a complete dataset.
+        folder: folder of a complete dataset.
         ray: the address of a Ray cluster; see `generate`.
-        report: called after each shard with the number of states that are done, and of all states.
+        report: called after each shard with the numbers of finished and of all states.
 
     Raises:
-        DatasetError: a ValueError; the folder holds no complete dataset, or it was made with
-            another ROM.
+        DatasetError: a ValueError; the folder holds no complete dataset, or the dataset was made
+            with another ROM.
         ValueError: the cluster cannot be reached.
         OSError: a file cannot be written.
     """
@@ -87,10 +86,10 @@ def _relabel(folder: Path, plan: Plan, number: int) -> None:
 
 
 def open_dataset(folder: str | Path) -> Plan:
-    """The plan of a complete dataset.
+    """Read the plan of a complete dataset.
 
     Raises:
-        DatasetError: a ValueError; the folder holds none, or one of which shards are missing.
+        DatasetError: a ValueError; the folder holds no dataset, or shards are missing.
     """
     folder = Path(folder)
     if not (folder / PLAN).exists():
@@ -113,16 +112,14 @@ def open_dataset(folder: str | Path) -> Plan:
 
 
 def missing(plan: Plan, folder: Path) -> list[int]:
-    """The numbers of the shards that are not there yet."""
+    """The numbers of the missing shards."""
     return [s.number for s in plan.shards if not (folder / plan.file(s)).is_file()]
 
 
 def _check_data(folder: Path) -> None:
-    """Check that the shards are in the dataset's folder. A shard that is a link is replaced when it
-    is written.
+    """Check that the folder of the shards is not a link.
 
-    Raises:
-        DatasetError: the folder of the shards is a link.
+    The shards themselves may be links, which are replaced when they are written.
     """
     if (folder / DATA).is_symlink():
         raise DatasetError(
@@ -138,7 +135,7 @@ def _run(
     ray: str | None,
     report: Progress | None,
 ) -> None:
-    """Execute a task for each of the shards of these numbers."""
+    """Execute a task for each of these shards."""
     states = [shard.states for shard in plan.shards]
     done = plan.states - sum(states[k] for k in numbers)
     if report is not None:

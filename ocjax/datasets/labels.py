@@ -1,4 +1,4 @@
-"""The objects of states by both methods, and how well these agree."""
+"""The objects of states by both methods, and the agreement of the methods."""
 
 import dataclasses
 import reprlib
@@ -13,7 +13,7 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files.pipeline import extractor
 
-MOST = 1e15  # objects that are counted
+MOST = 1e15  # upper limit of a count
 COUNTS = tuple(field.name for field in dataclasses.fields(Agreement))
 
 Counts = dict[str, list[float]]  # by category: the fields of `Agreement`
@@ -24,7 +24,7 @@ class Labels(NamedTuple):
 
     rem: Objects
     vem: Objects
-    counts: Agreement  # [n, categories]; objects that flicker may be on the frame before
+    counts: Agreement  # [n, categories]; flickering objects may be on the frame before
 
 
 def label(game: Game, rams: np.ndarray, screens: np.ndarray, previous: np.ndarray) -> Labels:
@@ -51,7 +51,7 @@ def to_counts(counts: Agreement, game: Game) -> Counts:
 
 
 def check_counts(counts: Any, game: Game) -> None:
-    """Check what a file gives as the result of `to_counts`.
+    """Check counts from a file that `to_counts` wrote.
 
     Raises:
         ValueError: a category is missing, or its counts are malformed.
@@ -69,7 +69,7 @@ def check_counts(counts: Any, game: Game) -> None:
 
 
 def from_counts(parts: Sequence[Counts], game: Game) -> Agreement:
-    """The sum of what `to_counts` returned, `[categories]`."""
+    """The sum of results of `to_counts`, `[categories]`."""
     table = np.array([[part[c.name] for c in game.categories] for part in parts]).reshape(
         -1, len(game.categories), len(COUNTS)
     )
@@ -82,5 +82,5 @@ def none(game: Game) -> Agreement:
 
 
 def add(counts: Agreement, more: Agreement) -> Agreement:
-    """Counts `[categories]`, and the sum of others `[n, categories]`."""
+    """Add the sum of counts `[n, categories]` to counts `[categories]`."""
     return Agreement(*(getattr(counts, name) + getattr(more, name).sum(axis=0) for name in COUNTS))

@@ -1,4 +1,4 @@
-"""What a dataset is: everything that determines its bytes, and its division into shards."""
+"""The plan of a dataset: everything that determines its bytes, and its division into shards."""
 
 import dataclasses
 import functools
@@ -22,55 +22,55 @@ from ocjax.play import policies
 
 SEEDS = (0, 42)  # as in the OCAtari paper (Delfosse et al., 2024)
 ENVS = 10  # instances that play side by side
-RANDOM_PERCENT = 30  # of the states, by default
-SHARD_STATES, SEQUENCE_STATES = 10_000, 100  # at most; see `Plan`
-MOST_SHARDS = 99_999  # their names have five digits
+RANDOM_PERCENT = 30  # default percentage of the states
+SHARD_STATES, SEQUENCE_STATES = 10_000, 100  # limits; see `Plan`
+MOST_SHARDS = 99_999  # shard names have five digits
 MOST_STATES = MOST_SHARDS * SHARD_STATES
-LEAST_F1 = 0.9  # of REM against VEM in a sequence that is kept
+LEAST_F1 = 0.9  # of REM against VEM in a kept sequence
 DATA = "data"  # the folder of the shards
 LIBRARIES = ("ale-py", "jax", "numpy", "pillow", "pyarrow")
 
 
 class DatasetError(ValueError):
-    """A dataset cannot be made, read or continued; the message says why."""
+    """A dataset cannot be made, read or continued. The message gives the reason."""
 
 
 class Shard(NamedTuple):
-    """A file of a dataset, which is played independently of the others."""
+    """A file of a dataset, which is played independently of the other files."""
 
     number: int
-    seed: int  # of the dataset
+    seed: int  # seed of the dataset
     part: int  # number among the shards of the seed
     first: int  # number of its first state
     states: int
 
     @property
     def shares(self) -> list[int]:
-        """The states of each instance."""
+        """The number of states of each instance."""
         return [self.states // ENVS + (i < self.states % ENVS) for i in range(ENVS)]
 
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """What determines the bytes of a dataset.
+    """Everything that determines the bytes of a dataset.
 
     Args:
         game: the game's name.
-        md5: of its ROM.
+        md5: md5 of its ROM.
         states: number of states to play.
-        seeds: each has an equal share of the states.
+        seeds: each plays an equal fraction of the states.
         policies: name of each policy, and how many of the `ENVS` instances it plays.
         policy_files: SHA-256 of the policies that are files.
-        shard_states: states of a file, at most.
-        sequence_states: successive states that are kept or left out together, at most.
-        least_f1: sequences in which REM and VEM agree less are left out.
-        settings: of the emulators, the fields of `ocjax.envs.Settings`.
-        policy_settings: likewise, for the policies that were trained with other settings. Older
-            datasets have none.
-        versions: of ocjax and of the libraries.
+        shard_states: largest number of states in a file.
+        sequence_states: largest number of successive states that are kept or dropped together.
+        least_f1: sequences with a lower F1 of REM against VEM are dropped.
+        settings: settings of the emulators, the fields of `ocjax.envs.Settings`.
+        policy_settings: settings for policies that were trained with other settings. Older datasets
+            have none.
+        versions: versions of ocjax and of the libraries.
         code: digest of the source of ocjax, whose decoders extract the objects.
-        starts: what is written to the RAM at the beginning of games; instances take turns. Older
-            datasets have none.
+        starts: values that are written to the RAM when games begin. Instances use them in
+            rotation. Older datasets have none.
     """
 
     game: str
@@ -89,12 +89,12 @@ class Plan:
     policy_settings: Mapping[str, Mapping[str, Any]] = dataclasses.field(default_factory=dict)
 
     def to_json(self) -> str:
-        """The plan as JSON, which `from_json` reads."""
+        """The plan as JSON for `from_json`."""
         return json.dumps(dataclasses.asdict(self), indent=2) + "\n"
 
     @classmethod
     def from_json(cls, text: str) -> "Plan":
-        """Read what `to_json` wrote.
+        """Read the JSON that `to_json` wrote.
 
         Raises:
             ValueError: it is damaged.
@@ -103,7 +103,7 @@ class Plan:
 
     @classmethod
     def from_fields(cls, fields: Mapping[str, Any]) -> "Plan":
-        """The plan with these fields, in the types that JSON has.
+        """Make a plan from fields with JSON's types.
 
         Raises:
             ValueError: a field is missing, unknown or malformed.
@@ -174,16 +174,12 @@ class Plan:
 
 
 def _check_play(plan: Plan) -> None:
-    """Check the fields of a plan that say how states are played.
-
-    Raises:
-        ValueError: one is malformed.
-    """
+    """Check the fields of a plan that describe how states are played."""
     for seed in plan.seeds:
         integer("a seed", seed, 0, 2**31 - 1)
     if not plan.seeds or len(set(plan.seeds)) < len(plan.seeds):
         raise ValueError(
-            f"seeds must be at least one, and none twice, got {reprlib.repr(plan.seeds)}"
+            f"seeds must be distinct, and at least one, got {reprlib.repr(plan.seeds)}"
         )
     for policy in plan.policies:
         if not isinstance(policy, tuple) or len(policy) != 2 or not isinstance(policy[0], str):
@@ -233,21 +229,21 @@ def plan(
     Args:
         game: the game, with its display, or its name.
         states: number of states to play.
-        seeds: each has an equal share of the states.
+        seeds: each plays an equal fraction of the states.
         policies: percentage of the states that each policy plays, by name; see
             `ocjax.play.policies.make_policy`. By default, 30 % random actions, and 70 % the trained
-            policy that ships with the game, or held random actions if there is none.
-        least_f1: sequences in which REM and VEM agree less are left out.
+            policy that ships with the game. Games without such a policy use held random actions.
+        least_f1: sequences with a lower F1 of REM against VEM are dropped.
         starts: values that are written to the RAM when a game begins, by the name of a field of the
             game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
-            instances take turns; an empty start writes nothing.
+            instances use the starts in rotation; an empty start writes nothing.
 
     Raises:
-        DatasetError: a ValueError; the percentages are no multiples of 10 that add up to 100, a
-            seed is there twice, or the least F1 is not between 0 and 1.
-        UnknownGameError: a ValueError; there is no game of that name.
+        DatasetError: a ValueError; the percentages are not multiples of 10 that add up to 100, a
+            seed occurs twice, or the least F1 is not between 0 and 1.
+        UnknownGameError: a ValueError; no game has that name.
         PolicyError: a ValueError; a policy does not exist or does not fit the game.
-        ValueError: another number is out of range, or a start names what the RAM does not have.
+        ValueError: another number is out of range, or a start names an unknown field or byte.
     """
     game = registry.as_game(game)
     chosen = default_policies(game) if policies is None else policies
@@ -257,7 +253,7 @@ def plan(
             f"100, got {dict(chosen)}"
         )
     if not seeds or len(set(seeds)) < len(seeds):
-        raise DatasetError(f"there must be at least one seed, and none twice, got {list(seeds)}")
+        raise DatasetError(f"seeds must be distinct, and at least one, got {list(seeds)}")
     if not 0 <= least_f1 <= 1:
         raise DatasetError(f"the least F1 must be between 0 and 1, got {least_f1}")
     begin = tuple({str(name): value for name, value in start.items()} for start in starts)
@@ -295,11 +291,10 @@ def default_policies(game: Game) -> dict[str, int]:
 
 
 def whole_games(trained: Settings | None) -> Settings:
-    """The settings of the emulators that a policy plays: those of its training, with whole games
-    and the game's own rewards.
+    """The emulator settings for a policy: its training's, but with whole games and true rewards.
 
     Args:
-        trained: the settings of the training; None if there was none, for the preset "dqn".
+        trained: the settings of the training; None for the preset "dqn".
     """
     return dataclasses.replace(trained or settings("dqn"), clip_rewards=False, episodic_life=False)
 
@@ -310,7 +305,7 @@ def _settings_of_policy(name: str, game: Game) -> Settings:
 
 def _digest_of_policy(name: str, game: Game) -> str:
     path = policies.find(name, game)
-    policies.read(path, game)  # one that cannot play is an error before the play
+    policies.read(path, game)  # fail before the play if the policy cannot play
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
@@ -324,13 +319,14 @@ def versions() -> dict[str, str]:
 def code() -> str:
     """A digest of the source of ocjax.
 
-    Equal ones extract equal objects, also between two versions.
+    Versions with equal digests extract equal objects.
     """
     root, digest = Path(__file__).parents[1], hashlib.sha256()
+    # `rglob` does not follow the link to the games
     paths = (
         *root.rglob("*.py"),
         *(root / "extractors").rglob("*.py"),
-    )  # `rglob` does not follow the link to the games
+    )
     files = {path.relative_to(root).as_posix(): path for path in paths}
     for name in sorted(name for name in files if "__pycache__" not in name):
         digest.update(name.encode() + b"\0" + hashlib.sha256(files[name].read_bytes()).digest())

@@ -1,4 +1,4 @@
-"""The states of a shard: instances that play side by side, each with its own policy."""
+"""The states of a shard: instances that play side by side, each with a policy."""
 
 import contextlib
 import itertools
@@ -15,7 +15,7 @@ from ocjax.play.policies import Policy, make_policy, needs
 from ocjax.play.stepping import steps
 
 Stretch = dict[str, np.ndarray]  # successive states of one instance: arrays [n, ...]
-NO_ACTION = -1  # of the first state of an episode
+NO_ACTION = -1  # for the first state of an episode
 
 
 def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
@@ -23,18 +23,17 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
 
     Args:
         game: the game.
-        plan: of the dataset.
-        shard: to play.
+        plan: the dataset's plan.
+        shard: the shard to play.
 
     Yields:
-        One sequence of at most `plan.sequence_states` successive states for each instance, the next
-        ones each time. A sequence has the arrays `index` (number of the state in the dataset),
-        `instance`, `episode` (of the instance), `step` (of the episode), `ram` uint8 `[n, 128]`,
-        `screen` and `previous` uint8 `[n, H, 160]` (palette indices of the last two emulated
-        frames), `action`, `reward`, `terminated` and `truncated` (of the step that led to the
-        state), and `lives`.
+        The next sequence of at most `plan.sequence_states` successive states for each instance. A
+        sequence has the arrays `index` (number of the state in the dataset), `instance`, `episode`
+        (of the instance), `step` (of the episode), `ram` uint8 `[n, 128]`, `screen` and `previous`
+        uint8 `[n, H, 160]` (palette indices of the last two emulated frames), `action`, `reward`,
+        `terminated` and `truncated` (of the step that led to the state), and `lives`.
     """
-    # The first numbers are for the emulators, the others for the policies.
+    # The first numbers seed the emulators, the others the policies.
     seeds = (
         np.random.SeedSequence([shard.seed, shard.part]).generate_state(ENVS + len(plan.policies))
         & 0x7FFFFFFF
@@ -76,7 +75,7 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
 
 
 def _stacked(states: list[tuple[dict[str, np.ndarray], ...]], name: str) -> np.ndarray:
-    """An array of all instances over successive states, `[ENVS, n, ...]`, from the states of the teams."""
+    """Stack an array of all teams over successive states: `[ENVS, n, ...]`."""
     return np.stack([np.concatenate([team[name] for team in state]) for state in states], axis=1)
 
 
@@ -93,7 +92,7 @@ class _Team(NamedTuple):
 
 
 def _teams(plan: Plan, seeds: list[int]) -> list[_Team]:
-    """The instances by the settings of their policies, which have one seed each."""
+    """Group the instances by the settings of their policies; `seeds` has one per policy."""
     seeded = [(name, count, seed) for (name, count), seed in zip(plan.policies, seeds, strict=True)]
     teams, start = [], 0
     for settings, members in itertools.groupby(seeded, lambda policy: plan.settings_of(policy[0])):
@@ -105,7 +104,7 @@ def _teams(plan: Plan, seeds: list[int]) -> list[_Team]:
 
 
 def _states(pool: AlePool, team: _Team, index: np.ndarray) -> Iterator[dict[str, np.ndarray]]:
-    """Successive states of a team; `index` is that of the first one of each instance."""
+    """Yield the states of a team; `index` has the number of each instance's first state."""
     act = _policies(pool, team)
     episode = np.full(team.size, -1)
     for t, action in enumerate(steps(pool, act)):
@@ -118,7 +117,7 @@ def _states(pool: AlePool, team: _Team, index: np.ndarray) -> Iterator[dict[str,
 
 
 def _policies(pool: AlePool, team: _Team) -> Policy:
-    """The policies of a team as one."""
+    """Combine the policies of a team to one."""
     ends = np.cumsum([0, *(count for _, count, _ in team.policies)])
     parts = [
         (

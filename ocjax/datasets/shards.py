@@ -1,4 +1,4 @@
-"""The shards of a dataset: Parquet files that are made, or labelled again, one by one."""
+"""The shards of a dataset: Parquet files that are made or relabelled separately."""
 
 import contextlib
 import itertools
@@ -17,27 +17,28 @@ from ocjax.extraction.game import Game
 from ocjax.files import writing
 
 ROW_GROUP = 500  # rows
-ROW_BYTES = 2**18  # of a row, at most: two pictures have less than a quarter of it
-BATCH = 1000  # rows that are labelled at a time
+ROW_BYTES = 2**18  # limit per row; two pictures have less than a quarter of it
+BATCH = 1000  # rows labelled at a time
 
 
 def make(folder: Path, plan: Plan, number: int) -> None:
     """Play and label a shard and write its file, unless it exists.
 
     Args:
-        folder: of the dataset.
-        plan: of the dataset.
-        number: of the shard.
+        folder: the dataset's folder.
+        plan: the dataset's plan.
+        number: number of the shard.
     """
     game, shard = registry.load(plan.game), plan.shards[number]
     path = folder / plan.file(shard)
     if path.is_file():
         return
     pa = require("pyarrow")
+    # tables by instance
     kept: list[list[Any]] = [
         [columns.schema({}).empty_table()],
         *([] for _ in shard.shares),
-    ]  # tables, by instance
+    ]
     counts, totals = (
         labels.none(game),
         dict.fromkeys(("sequences", "sequences_left_out", "states_left_out"), 0),
@@ -51,7 +52,8 @@ def make(folder: Path, plan: Plan, number: int) -> None:
         )
         for tables, (start, stop) in zip(kept[1:], itertools.pairwise(ends), strict=True):
             own = found.counts.map(lambda a, rows=slice(start, stop): a[rows])
-            is_left_out = bool(own.sum().f1 < plan.least_f1)  # not where there is no object at all
+            # F1 is nan without objects; such sequences stay
+            is_left_out = bool(own.sum().f1 < plan.least_f1)
             if not is_left_out:
                 tables.append(table.slice(start, stop - start))
                 counts = labels.add(counts, own)
@@ -96,10 +98,9 @@ def _table(game: Game, plan: Plan, shard: Shard, states: playing.Stretch, found:
 
 
 def _write(path: Path, table: Any, game: Game, facts: dict[str, Any]) -> None:
-    """Write a shard.
+    """Write a shard. Equal tables and facts give equal bytes.
 
-    Equal tables and facts give equal bytes. The metadata tell the game, as `ocjax.files.open_input`
-    reads it.
+    The metadata name the game, in the format of `ocjax.files.open_input`.
     """
     parquet = require("pyarrow.parquet")
     metadata = {
@@ -120,11 +121,11 @@ def reading(path: Path, damage: type[Exception] = DatasetError) -> Iterator[None
     """Name the shard in errors.
 
     Args:
-        path: of the shard.
+        path: path of the shard.
         damage: the type of errors that mean that the shard is damaged.
 
     Raises:
-        DatasetError: instead of an error of this type.
+        DatasetError: replaces an error of this type.
     """
     try:
         yield
@@ -133,14 +134,14 @@ def reading(path: Path, damage: type[Exception] = DatasetError) -> Iterator[None
 
 
 def facts(path: Path, game: Game | None = None) -> dict[str, Any]:
-    """What a shard says about itself.
+    """Read the facts of a shard.
 
     Args:
-        path: of the shard.
-        game: if given, the counts must be those of its categories.
+        path: path of the shard.
+        game: if given, the counts must fit its categories.
 
     Raises:
-        DatasetError: it cannot be read, or is no shard of a dataset.
+        DatasetError: the file cannot be read, or is not a shard of a dataset.
     """
     parquet = require("pyarrow.parquet")
     with reading(path, Exception):  # a damaged file can fail anywhere in Arrow
@@ -151,10 +152,12 @@ def facts(path: Path, game: Game | None = None) -> dict[str, Any]:
 
 
 def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
-    """The rows of a shard in tables of at most `ROW_GROUP` rows, checked; `names` selects columns.
+    """Read and check the rows of a shard in tables of at most `ROW_GROUP` rows.
+
+    `names` selects columns.
 
     Raises:
-        DatasetError: it cannot be read, or a column is malformed.
+        DatasetError: the file cannot be read, or a column is malformed.
     """
     pa, parquet = require("pyarrow"), require("pyarrow.parquet")
     with reading(path, Exception), parquet.ParquetFile(path) as file:
@@ -170,19 +173,17 @@ def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
 
 
 def relabel(path: Path, game: Game) -> None:
-    """Write the objects of a shard anew with the present decoders, unless they wrote those that it
-    has.
+    """Replace the objects of a shard, unless the present decoders made them.
 
     Raises:
-        DatasetError: it cannot be read, or is no shard of a dataset.
+        DatasetError: the file cannot be read, or is not a shard of a dataset.
     """
     known = facts(path)
     if known["code"] == code():
         return
     pa, schema = require("pyarrow"), columns.schema({})
-    kept = [
-        name for name in schema.names if name not in columns.OBJECTS
-    ]  # objects of other decoders may be of other categories
+    # other decoders may have other categories
+    kept = [name for name in schema.names if name not in columns.OBJECTS]
     states = pa.concat_tables(
         [pa.schema([schema.field(name) for name in kept]).empty_table(), *rows(path, kept)]
     )

@@ -1,4 +1,4 @@
-"""Objects for data that already exists: RAM or frames in files, folders and datasets, and files of objects."""
+"""Extract objects from existing RAM or frames in files, folders and datasets."""
 
 from ocjax.files.inputs import Input, InputError, open_input
 from ocjax.files.pipeline import extract

@@ -53,9 +53,9 @@ class _Array(_Batch):
     """An array that can be sliced without reading all of it.
 
     Args:
-        name: what errors call it.
-        array: with `dtype` and `shape`.
-        stored: bytes of the file that hold it.
+        name: the array's name in errors.
+        array: has `dtype` and `shape`.
+        stored: the number of bytes in the file that hold the array.
     """
 
     def __init__(self, name: str, array: Any, stored: int) -> None:
@@ -71,10 +71,10 @@ class _Array(_Batch):
 
 
 class _Stored(_Batch):
-    """An array in NumPy's format, of which a file is read row by row.
+    """An array in NumPy's format that is read row by row from a file.
 
     Args:
-        name: what errors call it.
+        name: the array's name in errors.
         file: open at its beginning.
         size: bytes of the file.
     """
@@ -111,13 +111,12 @@ class _Stored(_Batch):
 
 
 class _Episodes(_Batch):
-    """The arrays of one or more episodes, one after the other.
+    """The arrays of one or more episodes, joined along the first axis.
 
     Args:
-        name: what errors call them.
-        path: of the file.
-        keys: of the arrays.
-        shapes: of all arrays of the file.
+        path: path of the file.
+        keys: names of the arrays.
+        shapes: the shapes of all arrays of the file.
         opened: opens an array.
         facts: see `Input`.
         close: closes the file.
@@ -168,14 +167,17 @@ class _Episodes(_Batch):
 
 
 def open_npy(path: Path, wanted: str | None) -> Input:
-    """An array in a file of its own."""
+    """Open the array of a `.npy` file."""
     opened = _Stored(str(path), path.open("rb"), path.stat().st_size)
     opened.facts, opened.reads = {}, [path]
     return opened
 
 
 def open_npz(path: Path, wanted: str | None) -> Input:
-    """Arrays of an archive, which are decompressed as a stream; only going back starts from their beginning."""
+    """Open the arrays of an archive.
+
+    They are decompressed as a stream. Going back restarts the stream.
+    """
     archive = zipfile.ZipFile(path)
     with _closed_on_error(archive):
         members = npz.members(archive)
@@ -199,7 +201,7 @@ def _shape_in(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, .
 
 
 def open_hdf5(path: Path, wanted: str | None, group: str = "") -> Input:
-    """Datasets of an HDF5 file, or only those in groups of a name at any depth."""
+    """Open the datasets of an HDF5 file, or only datasets in groups of one name at any depth."""
     file = require("h5py").File(path, "r")
     with _closed_on_error(file):
         shapes = {
@@ -219,10 +221,10 @@ def open_hdf5(path: Path, wanted: str | None, group: str = "") -> Input:
 
 
 def check_hdf5(path: Path) -> None:
-    """Check that an HDF5 file has all its data in itself.
+    """Check that an HDF5 file contains all its data.
 
     Raises:
-        InputError: it refers to another file, or claims more data than it holds.
+        InputError: the file refers to another file, or claims more data than it holds.
     """
     with require("h5py").File(path, "r") as file:
         for key, dataset in _datasets(file, path):
@@ -238,9 +240,8 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
     """
     h5py = require("h5py")
     links: list[tuple[str, Any]] = []
-    file.visititems_links(
-        lambda key, link: links.append((key, link))
-    )  # errors cannot leave the function that visits
+    # the visiting function must not raise
+    file.visititems_links(lambda key, link: links.append((key, link)))
     outside = [key for key, link in links if isinstance(link, h5py.ExternalLink)]
     if outside:
         raise InputError(
@@ -255,16 +256,16 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
 
 
 def _of_hdf5(name: str, dataset: Any) -> _Batch:
-    """A dataset of an HDF5 file."""
+    """Open a dataset of an HDF5 file."""
     check_own(name, dataset)
     return _Array(name, dataset, dataset.id.get_storage_size())
 
 
 def check_own(name: str, dataset: Any) -> None:
-    """Check that the data of an HDF5 dataset are in its own file.
+    """Check that an HDF5 dataset stores its data in its own file.
 
     Raises:
-        InputError: they are in other files, or its chunks are too large.
+        InputError: the data are in other files, or the dataset's chunks are too large.
     """
     if dataset.is_virtual or dataset.external:
         kind = "a virtual dataset" if dataset.is_virtual else "stored externally"
@@ -281,7 +282,7 @@ def check_own(name: str, dataset: Any) -> None:
 
 
 def open_zarr(path: Path, wanted: str | None) -> Input:
-    """A Zarr array, or arrays of a group and its subgroups.
+    """Open a Zarr array, or arrays of a group and its subgroups.
 
     Raises:
         InputError: a file in the folder is a link, or the chunks are too large.

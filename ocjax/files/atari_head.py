@@ -1,10 +1,9 @@
-"""Trials of Atari-HEAD (Zhang et al., 2020): frames, actions and the gaze of people who play, and
-the objects that they look at.
+"""Trials of Atari-HEAD (Zhang et al., 2020), and the objects that the players look at.
 
-A trial is a folder of PNG frames and a text file. After a header, the file has a line for each
-frame: `frame_id`, `episode_id`, `score`, `duration(ms)`, `unclipped_reward`, `action`, and the gaze
-positions `x0, y0, x1, y1, ...` in pixels of the frame, or "null" where something is not known. A
-frame's picture is named by its `frame_id`. The dataset is at https://zenodo.org/records/3451402.
+A trial is a folder of PNG frames and a text file. After a header, the file has one line per frame:
+`frame_id`, `episode_id`, `score`, `duration(ms)`, `unclipped_reward`, `action`, and the gaze
+positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are "null". The `frame_id` is
+the name of the frame's picture. The dataset is at https://zenodo.org/records/3451402.
 """
 
 import dataclasses
@@ -22,10 +21,10 @@ from ocjax.files.rows import InputError
 
 __all__ = ["Look", "TrialFrame", "looks", "object_at", "read_trial"]
 
-# pixels from a box within which gaze counts as on the object; an eye tracker is wrong by about half
-# a degree
+# Gaze within this many pixels of a box counts as on the object. Eye trackers have an error of about
+# half a degree.
 RADIUS = 6.0
-_BATCH = 256  # frames in a call of VEM
+_BATCH = 256  # frames per call of VEM
 _COLUMNS = (
     "frame_id",
     "episode_id",
@@ -43,9 +42,9 @@ class TrialFrame:
     """A line of a trial's file.
 
     Args:
-        frame_id: names the picture.
-        episode, score, duration, reward, action: numbers, or None where the file has "null"; the
-            duration is in milliseconds, and the action is ALE's number.
+        frame_id: the name of the picture.
+        episode, score, duration, reward, action: numbers, or None for "null". The duration is in
+            milliseconds, and the action is ALE's number.
         gaze: float `[K, 2]`, the successive positions x and y in pixels.
     """
 
@@ -60,15 +59,15 @@ class TrialFrame:
 
 @dataclasses.dataclass(frozen=True)
 class Look:
-    """What a person looks at on a frame.
+    """The object that a person looks at on a frame.
 
     Args:
         frame: the line of the trial's file.
         objects: VEM's objects of the frame.
-        slot: of the object at which most of the gaze is, among all slots of the game; None if most
-            of it is at none.
-        category, index: its category, and its slot in it.
-        share: share of the gaze positions that are at the object.
+        slot: the object with most gaze positions, among all slots of the game. None if most
+            positions are on no object.
+        category, index: the object's category, and its slot in the category.
+        share: the fraction of the gaze positions on the object.
     """
 
     frame: TrialFrame
@@ -86,11 +85,11 @@ def read_trial(path: str | Path) -> list[TrialFrame]:
         InputError: a ValueError; the file has another layout.
     """
     if Path(path).exists() and not Path(path).is_file():
-        raise InputError(f"{path} is no regular file")
+        raise InputError(f"{path} is not a regular file")
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines()
     except UnicodeDecodeError as error:
-        raise InputError(f"{path} is no text file in UTF-8: {error}") from error
+        raise InputError(f"{path} is not a text file in UTF-8: {error}") from error
     header = tuple(name.strip() for name in lines[0].split(",")) if lines else ()
     if header != _COLUMNS:
         raise InputError(
@@ -127,20 +126,20 @@ def looks(
     frames: str | Path,
     report: Callable[[int, int], object] | None = None,
 ) -> Iterator[Look]:
-    """The objects that a person looks at, frame by frame.
+    """Yield the object that a person looks at on each frame.
 
     Args:
         game: the game of the trial.
         trial: the text file.
         frames: the folder of the pictures.
-        report: called with how many frames are done, and how many there are.
+        report: called with the numbers of finished and of all frames.
 
     Yields:
         A `Look` for each line of the file whose picture is in the folder.
 
     Raises:
         InputError: the file has another layout, or no picture has the name of a line.
-        ValueError: colours of a picture are not the emulator's.
+        ValueError: a picture has colours that the emulator never draws.
     """
     folder = PictureFolder(Path(frames))
     row_of = {folder.stem(i): i for i in range(folder.rows)}
@@ -170,8 +169,9 @@ def _look(game: Game, frame: TrialFrame, objects: Objects) -> Look:
 
 
 def object_at(objects: Objects, x: float, y: float, radius: float = RADIUS) -> int:
-    """The slot of the object at a point: the smallest box that contains it, or else the nearest
-    one; -1 if none is within the radius.
+    """The slot of the object at a point; -1 if no box is within the radius.
+
+    The smallest box that contains the point wins. If no box contains it, the nearest box wins.
 
     Args:
         objects: of one state.

@@ -1,4 +1,4 @@
-"""Blocks of extracted objects: the valid objects of consecutive rows, one entry each."""
+"""Blocks of extracted objects: the valid objects of consecutive rows."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -17,7 +17,7 @@ class Block:
     """The objects of some rows, in the order of rows and slots.
 
     Args:
-        row: int64 `[m]`, the row of each object, from the first row of the block on.
+        row: int64 `[m]`, the row of each object, relative to the block's first row.
         slot: int32 `[m]`, its slot in the game.
         xywh: int16 `[m, 4]`.
         orientation: int8 `[m]`.
@@ -38,15 +38,15 @@ class Block:
 
     @classmethod
     def read(cls, path: Path, rows: int, game: Game) -> "Block":
-        """Read what `write` wrote.
+        """Read a file that `write` wrote.
 
         Args:
             path: the file.
             rows: the number of rows of the block.
-            game: the game, whose slots the block has.
+            game: the game that defines the slots.
 
         Raises:
-            ValueError: the file is not a block of so many rows of the game.
+            ValueError: the file is not a block of the game with this number of rows.
         """
         try:
             _check_headers(npz.headers(path, _FORMS.__contains__), rows * game.num_slots)
@@ -69,7 +69,7 @@ class Block:
         return out
 
 
-# The dtype and the length of the last axis of each array.
+# The dtype and the shape after the first axis of each array.
 _FORMS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
     "row": (np.int64, ()),
     "slot": (np.int32, ()),
@@ -81,11 +81,7 @@ _FORMS: dict[str, tuple[type[np.generic], tuple[int, ...]]] = {
 
 
 def _check_headers(found: Mapping[str, npz.Header], most: int) -> None:
-    """Check the arrays of a file of a block, before they are read.
-
-    Raises:
-        ValueError: one is missing, or has a wrong shape or dtype.
-    """
+    """Check the arrays of a block's file before they are read."""
     if found.keys() != _FORMS.keys():
         raise ValueError(f"expected the arrays {', '.join(_FORMS)}, got {', '.join(found)[:200]}")
     count = found["row"].shape[:1]
@@ -101,7 +97,7 @@ def _check_headers(found: Mapping[str, npz.Header], most: int) -> None:
 
 
 def compact(objects: Objects) -> Block:
-    """The block of a batch of objects, whose rows are numbered from 0 on."""
+    """The block of a batch of objects. Its rows are numbered from 0."""
     row, slot = np.nonzero(np.asarray(objects.valid))
     fields = (
         np.asarray(a)[row, slot]

@@ -1,4 +1,4 @@
-"""Independent tasks, one after the other in this process or spread over a Ray cluster (extra `ray`)."""
+"""Independent tasks, in this process or spread over a Ray cluster (extra `ray`)."""
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
@@ -12,15 +12,15 @@ def completed(
 ) -> Iterator[Any]:
     """Execute a function for each task, and yield each task when it is done.
 
-    On a cluster, the tasks of a process or a machine that is lost are executed again elsewhere. So
-    executing a task again must have no further effect, and the files that tasks read and write must
-    be on a file system that all machines share.
+    If a cluster loses a process or a machine, other processes execute its tasks again. Therefore,
+    executing a task twice must have no further effect, and tasks must read and write their files on
+    a file system that all machines share.
 
     Args:
-        function: of a task; it can be pickled.
+        function: takes a task; it must be picklable.
         tasks: the tasks.
-        ray: None to execute them in this process, "local" for Ray on this machine, "auto" for the
-            running cluster that this machine is part of, or the address of a cluster.
+        ray: None to execute the tasks in this process, "local" for Ray on this machine, "auto" for
+            the running cluster that this machine is part of, or the address of a cluster.
 
     Raises:
         MissingExtraError: Ray is not installed.

@@ -1,7 +1,7 @@
-"""Folders whose files may come from others: readers use regular files in the folder itself, and
-follow no links.
+"""Safe access to folders from others: readers use only regular files in the folder itself.
 
-A link could bring in a file from outside the folder, and reading a pipe could wait for ever.
+They follow no links, because a link could bring in a file from outside the folder. They read no
+pipes, because a pipe could block for ever.
 """
 
 import os
@@ -13,21 +13,21 @@ from ocjax.files.rows import InputError, natural
 
 
 def files(folder: Path, suffixes: Collection[str]) -> list[Path]:
-    """The files of a folder with one of the suffixes, in natural order. Hidden files are ignored.
+    """The files of a folder with one of the suffixes, in natural order, without hidden files.
 
     Raises:
-        InputError: an entry with such a suffix is no regular file.
+        InputError: an entry with such a suffix is not a regular file.
     """
     with os.scandir(folder) as entries:
         chosen = [entry for entry in entries if _is_chosen(entry.name, suffixes)]
     for entry in chosen:
-        if not entry.is_file(follow_symlinks=False):  # most systems know this without another call
+        if not entry.is_file(follow_symlinks=False):  # without a system call on most systems
             _check_regular(folder / entry.name)
     return [folder / name for name in sorted((entry.name for entry in chosen), key=natural)]
 
 
 def holds(folder: Path, suffixes: Collection[str]) -> bool:
-    """Whether a folder has an entry that `files` would return or refuse."""
+    """True if a folder has an entry that `files` would return or reject."""
     with os.scandir(folder) as entries:
         return any(_is_chosen(entry.name, suffixes) for entry in entries)
 
@@ -37,10 +37,10 @@ def _is_chosen(name: str, suffixes: Collection[str]) -> bool:
 
 
 def inside(folder: Path, name: object) -> Path:
-    """The path of a file or folder that another file of the folder names.
+    """The path of a file or folder to which another file of the folder refers.
 
     Raises:
-        InputError: it is not directly in the folder, or is a link or another special file.
+        InputError: the entry is not directly in the folder, or is a link or another special file.
     """
     if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name:
         raise InputError(
@@ -62,14 +62,14 @@ def contents(folder: Path) -> dict[Path, int]:
 
 
 def _walk(folder: Path) -> Iterator[Path]:
-    """All entries of a folder and of its subfolders, except these subfolders themselves."""
+    """All files and links in a folder and its subfolders."""
     for parent, folders, names in os.walk(folder):
         yield from (Path(parent, name) for name in names)
         yield from (Path(parent, name) for name in folders if Path(parent, name).is_symlink())
 
 
 def _check_regular(path: Path) -> int:
-    """Check that a path is of a regular file, and return its size."""
+    """Check that a path leads to a regular file, and return its size."""
     status = path.lstat()
     if not stat.S_ISREG(status.st_mode):
         kind = (

@@ -1,8 +1,8 @@
-"""Inputs: rows of RAM or frames in NumPy, HDF5, Zarr, Parquet, Arrow and Minari data, and in
-folders of pictures, Parquet or Arrow files.
+"""Inputs: rows of RAM or frames in files, folders and datasets.
 
-All of them are read in blocks of rows, so that files may be larger than the memory. The libraries
-that read a format are imported when a file of that format is opened (extra `data`).
+The formats are NumPy, HDF5, Zarr, Parquet, Arrow, Minari, and folders of pictures, Parquet or Arrow
+files. All inputs are read in blocks of rows, so files may be larger than the memory. The library
+for a format is imported when a file of that format is opened (extra `data`).
 """
 
 import contextlib
@@ -17,7 +17,7 @@ from ocjax.console.ram import RAM_SIZE
 from ocjax.files import arrays, folders, jobs, pictures, tables
 from ocjax.files.rows import Input, InputError, check_claim, check_rows, choose, facts_in, is_row
 
-MINARI = "minari:"  # what the name of a Minari dataset begins with
+MINARI = "minari:"  # prefix of a Minari dataset's name
 
 
 def minari_id(name: str) -> str:
@@ -34,7 +34,7 @@ def minari_id(name: str) -> str:
     parse = require("minari.dataset.minari_dataset").parse_dataset_id
     try:
         parse(identifier)
-    except (TypeError, ValueError) as error:  # TypeError: there is no version
+    except (TypeError, ValueError) as error:  # TypeError: the version is missing
         rule = "letters, digits, - and _; a namespace has at least two characters"
         raise InputError(
             f"a Minari ID has the form namespace/name-v0, got {identifier!r} ({rule})"
@@ -43,15 +43,15 @@ def minari_id(name: str) -> str:
 
 
 def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
-    """Load a Minari dataset. Nothing that its metadata names is imported or executed.
+    """Load a Minari dataset without importing or executing anything that its metadata names.
 
     Returns:
         The dataset, its folder, and the files in it.
 
     Raises:
-        InputError: there is no such dataset, a file of it is a link or stores its data elsewhere,
-            or its metadata lack a space, for which minari would make the environment that they
-            name.
+        InputError: the dataset does not exist, one of its files is a link or stores its data
+            elsewhere, or its metadata lack a space. Without the space, minari would create the
+            environment that the metadata name.
     """
     minari, path = require("minari"), Path(require("minari.storage").get_dataset_path(identifier))
     if not (path / "data").is_dir():
@@ -80,7 +80,7 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
 
 
 def _open_minari(name: str, wanted: str | None) -> Input:
-    """The observations of a Minari dataset, of all episodes one after the other."""
+    """Open the observations of all episodes of a Minari dataset."""
     dataset, path, contents = load_minari(minari_id(name))
     is_image = require("minari.dataset.minari_storage").is_image_space
     if dataset.storage.jpeg_encoding and is_image(dataset.observation_space):
@@ -101,10 +101,7 @@ def _open_minari(name: str, wanted: str | None) -> Input:
 
 
 class _Minari(Input):
-    """The observations of a Minari dataset in Arrow or Parquet files.
-
-    One episode at a time is in memory.
-    """
+    """The observations of a Minari dataset in Arrow or Parquet files, one episode in memory."""
 
     def __init__(self, name: str, dataset: Any, wanted: str | None) -> None:
         self.name, self._dataset, self._wanted = name, dataset, wanted
@@ -158,13 +155,13 @@ def open_input(path: str | Path, array: str | None = None) -> Iterator[Input]:
         path: an .npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, a .zarr folder, a folder
             of pictures, of .parquet files or of `datasets.save_to_disk`, or the ID of a Minari
             dataset after "minari:".
-        array: name of the array, dataset or column; by default the first of rams, ram, screens,
+        array: name of the array, dataset or column. By default, the first of rams, ram, screens,
             frames, observations and obs that holds RAM or frames.
 
     Raises:
-        FileNotFoundError: there is no such file.
-        InputError: a ValueError; the format is not supported, or the file is damaged or holds
-            neither RAM nor frames.
+        FileNotFoundError: the file does not exist.
+        InputError: a ValueError; the format is not supported, the file is damaged, or the file
+            holds no RAM or frames.
         MissingExtraError: a ModuleNotFoundError; the format's library is not installed.
     """
     opened = _open(str(path), array)
@@ -200,6 +197,6 @@ def _open(name: str, array: str | None) -> Input:
     except Exception as error:  # a damaged file can fail anywhere in the libraries
         raise InputError(f"{name} cannot be read: {type(error).__name__}: {error}") from error
     raise InputError(
-        f"{name} is of no known format: give {', '.join(_OPENERS)}, "
+        f"{name} has no known format: give {', '.join(_OPENERS)}, "
         f"a folder of pictures, of .parquet files or of datasets.save_to_disk, or {MINARI}ID"
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 from ocjax.files import writing
 
-MOST_BYTES = 2**24  # of a JSON file
+MOST_BYTES = 2**24  # limit for a JSON file
 
 
 def claim(
@@ -18,15 +18,15 @@ def claim(
     """Create a job's work folder, or check that it belongs to the same job.
 
     Args:
-        folder: of the job.
-        name: of the file in it that says which job it is.
-        plan: what the file says, a JSON object.
-        kind: of jobs, such as "training".
-        error: what is raised.
+        folder: the job's folder.
+        name: name of the file in it that identifies the job.
+        plan: contents of that file, a JSON object.
+        kind: kind of job, such as "training".
+        error: type of the exception.
 
     Raises:
-        ValueError: of the type `error`; the folder is a file, is of another job, or holds other
-            things.
+        ValueError: of the type `error`; the folder is a file, belongs to another job, or holds
+            other files.
     """
     path = folder / name
     if folder.exists() and not folder.is_dir():
@@ -46,10 +46,9 @@ def claim(
 
 
 def check_contents(folder: Path, kind: str, *, error: type[ValueError] = ValueError) -> None:
-    """Check that a folder, if it exists, is a folder and has only files and folders in it, at any
-    depth.
+    """Check that a folder, if it exists, contains only files and folders, at any depth.
 
-    Links would let whoever made the folder choose which of the user's files are read and
+    With links, the creator of the folder could choose which of the user's files are read and
     overwritten.
 
     Raises:
@@ -73,15 +72,15 @@ def _check_entry(path: Path, kind: str, error: type[ValueError]) -> None:
 
 
 def read(path: Path, *, error: type[ValueError] = ValueError) -> dict[str, Any]:
-    """The JSON object in a file.
+    """Read the JSON object in a file.
 
     Raises:
-        ValueError: of the type `error`; the file is no regular file, is too large, or holds no JSON
-            object.
-        OSError: it cannot be read.
+        ValueError: of the type `error`; the file is not a regular file, is too large, or holds no
+            JSON object.
+        OSError: the file cannot be read.
     """
     if not path.is_file():
-        raise error(f"{path} is no regular file")
+        raise error(f"{path} is not a regular file")
     with path.open("rb") as file:
         data = file.read(MOST_BYTES + 1)
     try:
@@ -96,7 +95,7 @@ def read(path: Path, *, error: type[ValueError] = ValueError) -> dict[str, Any]:
 
 
 def _differences(path: Path, plan: str, error: type[ValueError]) -> list[str]:
-    """The keys of a file's JSON object whose values are not those of the plan."""
+    """The keys that have different values in a file's JSON object and in the plan."""
     old, new = read(path, error=error), json.loads(plan)
     return [
         key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key]

@@ -1,7 +1,7 @@
-"""Minari datasets: new ones, which appear when they are complete, and copies of existing ones with
-objects.
+"""Write new Minari datasets, and copies of existing ones with objects.
 
-Pictures are stored without compression: Minari's own default is JPEG, which changes colours.
+A dataset appears when it is complete. Pictures are stored without compression, because JPEG,
+Minari's default, changes colours.
 """
 
 import contextlib
@@ -17,14 +17,15 @@ from ocjax.files import writing
 from ocjax.files.inputs import MINARI, InputError, load_minari, minari_id
 from ocjax.files.outputs import Blocks
 
+# the storage writes these itself
 FIXED = (
     "observation_space",
     "action_space",
     "env_spec",
     "data_format",
     "jpeg_encoding",
-)  # of the storage, which writes them itself
-COUNTED = ("total_episodes", "total_steps", "dataset_size")  # by the storage
+)
+COUNTED = ("total_episodes", "total_steps", "dataset_size")  # the storage counts these
 INFO = "objects"
 
 
@@ -35,7 +36,7 @@ def path_of(name: str) -> Path:
         name: its ID after "minari:".
 
     Raises:
-        InputError: the ID is malformed, or there is such a dataset.
+        InputError: the ID is malformed, or the dataset exists already.
         MissingExtraError: minari is not installed.
     """
     identifier = minari_id(name)
@@ -56,12 +57,12 @@ def path_of(name: str) -> Path:
 def new_dataset(
     name: str, spaces: Mapping[str, Any], metadata: Mapping[str, Any]
 ) -> Iterator[Callable[..., None]]:
-    """A new Minari dataset, which appears at the end if no error occurs.
+    """Write a Minari dataset, which appears at the end if no error occurs.
 
     Args:
         name: its ID after "minari:".
-        spaces: the arguments `observation_space` and `action_space`, and perhaps `env_spec` and
-            `data_format`, of Minari's storage.
+        spaces: the arguments of Minari's storage: `observation_space`, `action_space`, and
+            optionally `env_spec` and `data_format`.
         metadata: further entries of its metadata.
 
     Yields:
@@ -92,7 +93,7 @@ def copy_with_objects(source: str, name: str, blocks: Blocks) -> None:
     Args:
         source: ID of the dataset after "minari:".
         name: ID of the new one after "minari:".
-        blocks: the objects of the observations of all episodes, one after the other.
+        blocks: the objects of the observations of all episodes, in their order.
     """
     dataset, *_ = load_minari(source.removeprefix(MINARI))
     storage, known = dataset.storage, dict(dataset.storage.metadata)
@@ -123,7 +124,7 @@ def copy_with_objects(source: str, name: str, blocks: Blocks) -> None:
 
 
 class _Objects:
-    """The fields of `Objects` of rows that are taken one after the other."""
+    """The fields of `Objects`, taken from blocks in the order of the rows."""
 
     def __init__(self, blocks: Blocks) -> None:
         self._parts = (block.padded(rows, blocks.game) for _, rows, block in blocks)

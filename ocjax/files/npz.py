@@ -1,4 +1,7 @@
-"""Arrays of `.npz` files that may be damaged or made to do harm: sizes are checked before memory is allocated, and nothing is unpickled."""
+"""Read arrays from `.npz` files that may be damaged or malicious.
+
+Sizes are checked before memory is allocated, and nothing is unpickled.
+"""
 
 import json
 import math
@@ -10,9 +13,9 @@ from typing import IO, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-DENSEST = 1100  # bytes that one byte of compressed data holds at most; deflate's limit is 1032
-MOST_TEXT = 2**20  # bytes of a text
-PART = 2**20  # bytes that are decompressed at a time
+DENSEST = 1100  # largest ratio of contents to compressed data; deflate's limit is 1032
+MOST_TEXT = 2**20  # largest size of a text in bytes
+PART = 2**20  # bytes decompressed at a time
 END_RECORD = 22  # bytes of the record at the end of a zip archive
 _HEADERS = {  # 3.0 has the layout of 2.0
     (1, 0): np.lib.format.read_array_header_1_0,
@@ -25,11 +28,11 @@ Found = TypeVar("Found")
 
 
 class NpzError(ValueError):
-    """A file is no intact `.npz` file; the message says what is wrong with it."""
+    """A file is not an intact `.npz` file. The message describes the damage."""
 
 
 class Header(NamedTuple):
-    """What the file gives of an array before its data."""
+    """The shape, memory order and dtype that the file gives before an array's data."""
 
     shape: tuple[int, ...]
     is_fortran: bool
@@ -42,14 +45,14 @@ class Header(NamedTuple):
 
 
 def headers(path: Path, wanted: Callable[[str], bool]) -> dict[str, Header]:
-    """The headers of arrays that `read` would read.
+    """Read the headers of arrays.
 
     Args:
         path: the file.
-        wanted: whether the header of an array of this name is read.
+        wanted: whether to read the header of an array of this name.
 
     Raises:
-        FileNotFoundError: there is no such file.
+        FileNotFoundError: the file does not exist.
         NpzError: the file is damaged.
     """
 
@@ -69,11 +72,11 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
 
     Args:
         path: the file.
-        wanted: whether an array of this name is to be read. Of the others, only the zip archive's
-            own header is checked.
+        wanted: whether to read an array of this name. For other arrays, only the zip archive's own
+            header is checked.
 
     Raises:
-        FileNotFoundError: there is no such file.
+        FileNotFoundError: the file does not exist.
         NpzError: the file is damaged.
     """
 
@@ -87,16 +90,16 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
 
 
 def _opened(path: Path, read: Callable[[zipfile.ZipFile], Found]) -> Found:
-    """What a function reads from a file."""
+    """Open a file and call a function that reads from it."""
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
     if not path.is_file():
-        raise NpzError("it is no regular file")
+        raise NpzError("it is not a regular file")
     try:
         with zipfile.ZipFile(path) as archive:
             _check_count(archive)
             return read(archive)
-    # a damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers
+    # A damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers.
     except Exception as error:
         raise NpzError(f"{type(error).__name__}: {error}") from error
 
@@ -107,7 +110,7 @@ def members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
 
 
 def json_object(text: np.ndarray) -> dict[str, Any] | None:
-    """The JSON object in an array that holds a text; None if it holds none."""
+    """The JSON object in a text array, or None."""
     try:
         found = json.loads(str(text))
     except (ValueError, RecursionError):
@@ -116,7 +119,7 @@ def json_object(text: np.ndarray) -> dict[str, Any] | None:
 
 
 def _check_count(archive: zipfile.ZipFile) -> None:
-    """Check that the directory at the end of the file was read to its last entry; zipfile does not check this."""
+    """Check that zipfile read the archive's directory to the end; zipfile does not check this."""
     assert archive.fp is not None
     archive.fp.seek(-END_RECORD - len(archive.comment), os.SEEK_END)
     count = int.from_bytes(archive.fp.read(END_RECORD)[10:12], "little")
@@ -125,10 +128,10 @@ def _check_count(archive: zipfile.ZipFile) -> None:
 
 
 def header(file: IO[bytes]) -> Header:
-    """The header of an array in numpy's format.
+    """Read the header of an array in numpy's format.
 
     Raises:
-        ValueError: it is damaged, or of an unknown version.
+        ValueError: the header is damaged, or has an unknown version.
     """
     version = np.lib.format.read_magic(file)
     if version not in _HEADERS:
@@ -140,11 +143,12 @@ def header(file: IO[bytes]) -> Header:
 
 
 def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
-    """Check that the size of an array is possible: one byte of compressed data holds at most
-    `DENSEST` bytes.
+    """Check that the size of an array is possible.
+
+    One byte of compressed data holds at most `DENSEST` bytes.
 
     Raises:
-        ValueError: it is not.
+        ValueError: the size is not possible.
     """
     assert archive.fp is not None
     size = archive.fp.seek(0, os.SEEK_END)
@@ -156,7 +160,7 @@ def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
 
 
 def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[bytes]) -> Header:
-    """The header of an array whose data may be read: they are plain, as many as the header claims, and no giant text."""
+    """Read the header of an array; its data must be plain, complete, and no giant text."""
     check_member(archive, info)
     found = header(file)
     stored = info.file_size - file.tell()
@@ -172,11 +176,11 @@ def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[by
 
 
 def _load(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    """One array of the file. Its size is checked before memory is allocated."""
+    """Read one array of the file. Its size is checked before memory is allocated."""
     with archive.open(info) as file:
         claimed = _checked_header(archive, info, file)
         data, at = bytearray(claimed.size), 0
-        while part := file.read(PART):  # to the end, where the checksum is compared
+        while part := file.read(PART):  # read to the end, where zipfile compares the checksum
             data[at : at + len(part)] = part
             at += len(part)
     if at != claimed.size:

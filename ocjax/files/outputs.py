@@ -4,21 +4,21 @@
   `valid` bool `[n, N]`, `orientation` int8 `[n, N]`, `value` int32 `[n, N]`, `rgb` uint8 `[n, N,
   3]`), the category of each slot, `categories` `[N]`, and `hud` bool `[N]`.
 - `.parquet`: a line per object with the columns row, category, index (within the category), x, y,
-    w, h, orientation, value, r, g, b, hud.
-- `.json`: COCO's format for detection, with a picture `000000.png` per row, and without the values.
-- `.txt`: MOT's format: frame and slot from 1 on, left, top, width, height, confidence 1, category
-    from 1 on, visibility 1.
-- `yolo:FOLDER`: YOLO's format: `labels/000000.txt` per row, or with the name of the row's picture,
-  with a line per object: category from 0 on, and the centre, width and height in units of the
-  screen's; and `data.yaml` with the names of the categories.
+  w, h, orientation, value, r, g, b, hud.
+- `.json`: COCO's detection format, with a picture `000000.png` per row, without the values.
+- `.txt`: MOT's format: frame and slot, counted from 1, left, top, width, height, confidence 1,
+  category, counted from 1, visibility 1.
+- `yolo:FOLDER`: YOLO's format: `data.yaml` with the names of the categories, and
+  `labels/000000.txt` per row, or with the name of the row's picture. The label file has a line per
+  object: category, counted from 0, and the centre, width and height relative to the screen's size.
 
-All but MOT's also name the game, the md5 of its ROM, the method and the version of ocjax. Equal
-objects give equal bytes.
+All formats except MOT's also name the game, the md5 of its ROM, the method and the version of
+ocjax. Equal objects give equal bytes.
 
-Where rows have several dimensions, such as steps and environments, fields have them, too, and
-`.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows along the last
-dimension first. If the episodes of the rows are known, `.npz`, HDF5 and `.parquet` files have the
-number of the episode of each row, `episode` int32.
+If rows have several dimensions, such as steps and environments, fields have these dimensions, too,
+and `.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows in C
+order. If the episodes are known, `.npz`, HDF5 and `.parquet` files also have `episode` int32, the
+episode number of each row.
 """
 
 import dataclasses
@@ -42,7 +42,7 @@ from ocjax.files.blocks import Block
 from ocjax.files.inputs import MINARI
 
 HDF5_CHUNK = 1024  # rows
-YOLO = "yolo:"  # what the name of a folder of labels begins with
+YOLO = "yolo:"  # prefix of the name of a folder of labels
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,13 +50,13 @@ class Blocks:
     """The files of all blocks of an extraction.
 
     Args:
-        game: the game, whose slots are written.
+        game: the game that defines the slots.
         method: "rem" or "vem".
         batch: the dimensions of the rows in all blocks.
-        block_rows: rows of each block but the last.
-        paths: of the blocks.
-        stem: the name of a row's picture, without its suffix.
-        episodes: the number of rows of each episode, if they are known.
+        block_rows: rows of each block except the last.
+        paths: paths of the blocks.
+        stem: gives the name of a row's picture, without its suffix.
+        episodes: the number of rows of each episode, if the episodes are known.
     """
 
     game: Game
@@ -74,7 +74,7 @@ class Blocks:
 
     @property
     def inner(self) -> int:
-        """Number of rows of an entry of the first dimension; blocks hold whole entries."""
+        """Number of rows per entry of the first dimension; blocks hold complete entries."""
         return math.prod(self.batch[1:])
 
     def __iter__(self) -> Iterator[tuple[int, int, Block]]:
@@ -86,7 +86,7 @@ class Blocks:
 
     @property
     def episode(self) -> dict[str, np.ndarray]:
-        """The episode of each row, counted from 0 on: int32 `[*batch]` under the key "episode".
+        """The episode of each row, counted from 0: int32 `[*batch]` under the key "episode".
 
         Empty if episodes are not known.
         """
@@ -95,7 +95,7 @@ class Blocks:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What files say about themselves."""
+        """The metadata in the files."""
         return {
             "game": self.game.name,
             "md5": self.game.md5,
@@ -115,9 +115,7 @@ def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
         def member(
             name: str, header: np.ndarray, shape: tuple[int, ...], parts: Iterator[np.ndarray]
         ) -> None:
-            info = zipfile.ZipInfo(
-                f"{name}.npy"
-            )  # without the time, so that equal objects give equal bytes
+            info = zipfile.ZipInfo(f"{name}.npy")  # no time: equal objects give equal bytes
             info.compress_type = zipfile.ZIP_DEFLATED
             with archive.open(info, "w", force_zip64=True) as out:
                 description = np.lib.format.header_data_from_array_1_0(header) | {"shape": shape}
@@ -261,9 +259,8 @@ def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
         )
         line = ",".join(["%d"] * len(columns)) + "\n"
         numbers_of_lines = np.stack(columns, axis=1).ravel().tolist()
-        file.write(
-            (line * len(ones) % tuple(numbers_of_lines)).encode()
-        )  # five times as fast as numpy.savetxt
+        # five times as fast as numpy.savetxt
+        file.write((line * len(ones) % tuple(numbers_of_lines)).encode())
 
 
 def new_folder(name: str) -> Path:
@@ -273,7 +270,7 @@ def new_folder(name: str) -> Path:
         name: its path after "yolo:".
 
     Raises:
-        OSError: it exists, or cannot be made.
+        OSError: the folder exists, or cannot be created.
     """
     path = Path(name.removeprefix(YOLO))
     if path.exists():
@@ -297,9 +294,8 @@ def write_yolo(blocks: Blocks, folder: Path) -> None:
         lines = _yolo_lines(block, blocks.game)
         for i in range(rows):
             path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
-            with path.open(
-                "x", encoding="utf-8"
-            ) as file:  # an error if two pictures differ in their suffixes alone
+            # fails if two pictures differ only in their suffixes
+            with path.open("x", encoding="utf-8") as file:
                 file.writelines(lines[ends[i] : ends[i + 1]])
     unfinished.replace(folder)
 
@@ -332,11 +328,11 @@ WRITERS: Mapping[str, Writer] = {
 
 
 def writer(path: Path) -> Writer:
-    """The function that writes a file of this suffix.
+    """The function that writes files with this suffix.
 
     Raises:
-        ValueError: there is none.
-        MissingExtraError: its library is not installed.
+        ValueError: the suffix is not supported.
+        MissingExtraError: the format's library is not installed.
     """
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
@@ -346,5 +342,5 @@ def writer(path: Path) -> Writer:
         )
     for suffixes, module in (((".h5", ".hdf5"), "h5py"), ((".parquet",), "pyarrow")):
         if suffix in suffixes:
-            require(module)  # before the work, not after it
+            require(module)  # before the work starts
     return WRITERS[suffix]

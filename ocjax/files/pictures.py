@@ -11,6 +11,7 @@ from PIL import Image
 from ocjax.files import folders
 from ocjax.files.rows import LEAST_HEIGHT, MOST_HEIGHT, WIDTH, Input, InputError, check_rows
 
+# Pillow's formats by suffix
 FORMATS = {
     ".png": "PNG",
     ".gif": "GIF",
@@ -18,21 +19,21 @@ FORMATS = {
     ".bmp": "BMP",
     ".tif": "TIFF",
     ".tiff": "TIFF",
-}  # by suffix
-MOST_BYTES = 2**20  # of a picture's file; four times the size without compression
-MOST_TILE = 2**16  # pixels of a tile of a TIFF picture
-_TILE_WIDTH, _TILE_HEIGHT = 322, 323  # tags of TIFF
+}
+MOST_BYTES = 2**20  # largest size of a picture's file; four times the size without compression
+MOST_TILE = 2**16  # largest number of pixels in a tile of a TIFF picture
+_TILE_WIDTH, _TILE_HEIGHT = 322, 323  # TIFF tags
 SIGNATURES = (b"\x89PNG", b"GIF8", b"RIFF", b"BM", b"II*\0", b"MM\0*")
 
 
 def read_picture(source: bytes | Path) -> np.ndarray:
-    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`, whose numbers are
-    taken as palette indices.
+    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`.
 
-    The size is checked before the pixels are decoded.
+    The numbers of a picture without colours are taken as palette indices. The size is checked
+    before the pixels are decoded.
 
     Raises:
-        Exception: it is damaged, or no single picture of a possible size.
+        Exception: the picture is damaged, has an impossible size, or has several frames.
     """
     length = len(source) if isinstance(source, bytes) else source.stat().st_size
     if length > MOST_BYTES:
@@ -58,7 +59,7 @@ def _check_picture(image: Image.Image) -> None:
             f"pictures must be RGB, or palette indices of 8 bits, got mode {image.mode}"
         )
     if getattr(image, "is_animated", False):
-        raise ValueError("it holds several frames: save each frame as a picture of its own")
+        raise ValueError("it holds several frames: save each frame as a separate picture")
     tags = getattr(image, "tag_v2", {})
     if tags.get(_TILE_WIDTH, 0) * tags.get(_TILE_HEIGHT, 0) > MOST_TILE:
         raise ValueError(
@@ -70,13 +71,13 @@ def _check_picture(image: Image.Image) -> None:
 def stacked(
     rows: Iterable[np.ndarray], name: str, first: int, shape: tuple[int, ...] | None
 ) -> np.ndarray:
-    """Rows of one shape as one array.
+    """Stack rows of one shape.
 
     Args:
         rows: one or more.
-        name: what errors call them.
-        first: number of the first one, for errors.
-        shape: of each row; None for the shape of the first one.
+        name: the rows' name in errors.
+        first: number of the first row, for errors.
+        shape: shape of each row; None for the shape of the first row.
 
     Raises:
         InputError: a row has another shape.
@@ -94,11 +95,13 @@ def stacked(
 
 
 class PictureFolder(Input):
-    """A folder of pictures, in the natural order of their names. Hidden files and files with other
-    suffixes are ignored.
+    """A folder of pictures, in the natural order of their names.
+
+    Hidden files and files with other suffixes are ignored.
 
     Raises:
-        InputError: it holds no pictures, or an entry with a picture's suffix is no regular file.
+        InputError: the folder holds no pictures, or an entry with a picture's suffix is not a
+            regular file.
     """
 
     pictures = True

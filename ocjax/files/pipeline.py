@@ -1,4 +1,7 @@
-"""Extract objects from an input to a file, block by block, so that an interrupted extraction can be resumed."""
+"""Extract objects from an input to a file.
+
+The extraction works block by block, so it can be resumed after an interruption.
+"""
 
 import dataclasses
 import functools
@@ -27,13 +30,12 @@ from ocjax.files import writing as output
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import MINARI, Input, InputError, open_input
 
-BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # of a file of the work folder
-BATCH = {"rem": 4_096, "vem": 256}  # rows of a call, per device; more take longer a row
+BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # per file of the work folder
+BATCH = {"rem": 4_096, "vem": 256}  # rows per call and device; larger batches take longer per row
 PLAN = "plan.json"
 
-Progress = Callable[
-    [int, int], object
-]  # called with how many rows are done, and how many there are
+# called with the numbers of finished and of all rows
+Progress = Callable[[int, int], object]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -46,9 +48,7 @@ class ExtractionPlan:
     input: str
     array: str | None
     rows: int
-    stamp: tuple[
-        int, int
-    ]  # size and time of the last change of the input file; zeros if it is no file
+    stamp: tuple[int, int]  # size and modification time of the input file; zeros for other inputs
     game: str
     md5: str
     hud: bool
@@ -78,31 +78,32 @@ def extract(
 ) -> None:
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
-    The work is kept in the folder `OUT.parts` until the output is complete. Called again after an
-    interruption, the extraction goes on from there, and the output is the same as without the
-    interruption. Rows are extracted in batches on all local devices.
+    The work stays in the folder `OUT.parts` until the output is complete. After an interruption, a
+    second call resumes the extraction and writes the same output. Rows are extracted in batches on
+    all local devices.
 
     Args:
         source: the input; see `open_input`.
         out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt
-            file in MOT's, or a new folder after "yolo:", in YOLO's; see `ocjax.files.outputs`. An
-            existing file is replaced. If the input is a Minari dataset, also the ID of a new one
-            after "minari:", which is a copy with the fields of `Objects` in its infos.
-        game: the game's name; needed if neither the input's metadata nor the file's name
-            (`Pong.npy`) tell it.
+            file in MOT's, or a new folder in YOLO's format after "yolo:"; see
+            `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset, `out` can
+            also be the ID of a new dataset after "minari:", a copy with the fields of `Objects` in
+            its infos.
+        game: the game's name. Required if the input's metadata and the file's name (`Pong.npy`)
+            name no game.
         array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
         ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
-        report: called at the beginning and after each block with the number of rows that are done,
-            and of all rows.
+        report: called at the beginning and after each block with the numbers of finished and of all
+            rows.
 
     Raises:
-        FileNotFoundError: there is no such input.
+        FileNotFoundError: the input does not exist.
         InputError: a ValueError; the input is damaged, its rows have another shape, a frame has
-            colours that the console does not have, or it was made with another ROM.
-        UnknownGameError: a ValueError; there is no game of that name.
-        ValueError: the output's format is not supported, the work folder is of another extraction,
-            or the cluster cannot be reached.
+            colours that the console does not have, or the input was made with another ROM.
+        UnknownGameError: a ValueError; no game has that name.
+        ValueError: the output's format is not supported, the work folder belongs to another
+            extraction, or the cluster cannot be reached.
         OSError: the output cannot be written, or would replace the input.
     """
     target = _target(str(source), str(out))
@@ -130,15 +131,15 @@ def extract(
 
 
 class _Target(NamedTuple):
-    """Where objects are written."""
+    """The output and the work folder."""
 
-    path: Path  # of the file or folder of objects
-    folder: Path  # of the work
+    path: Path  # file or folder of objects
+    folder: Path  # work folder
     write: Callable[[outputs.Blocks], object]
 
 
 def _target(source: str, out: str) -> _Target:
-    """Check the output, and tell how it is written."""
+    """Check the output, and choose how to write it."""
     if out.startswith(MINARI):
         if not source.startswith(MINARI):
             raise ValueError(
@@ -168,11 +169,7 @@ def _target(source: str, out: str) -> _Target:
 
 
 def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> None:
-    """Check that the output and the work folder replace no input.
-
-    Raises:
-        shutil.SameFileError: an OSError; they do.
-    """
+    """Check that the output and the work folder replace no input."""
     for path in (target.path, target.folder):
         output.check_apart(path, reads)
     if Path(source).exists() and Path(source).resolve().is_relative_to(target.folder.resolve()):
@@ -182,12 +179,11 @@ def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> 
 
 
 def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
-    """The game of an input, from the name that is given, the input's metadata, or the name of the
-    file.
+    """The game of an input, from the given name, the input's metadata, or the file's name.
 
     Raises:
-        InputError: it is of another game or ROM.
-        UnknownGameError: there is no such game.
+        InputError: the input belongs to another game or ROM.
+        UnknownGameError: no game has that name.
     """
     given = rows.facts.get("game") or name
     try:
@@ -196,7 +192,7 @@ def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> 
         if given:
             raise
         raise registry.UnknownGameError(
-            f"{rows.name} does not tell its game, nor does its name: give the game (--game)"
+            f"{rows.name} names no game in its metadata or file name: give the game (--game)"
         ) from error
     if name is not None and registry.load(name, hud=hud) is not found:
         raise InputError(f"{rows.name} is of {found.name}, not of {registry.load(name).name}")
@@ -218,14 +214,17 @@ def method_of(rows: Input, game: Game) -> str:
         return "rem"
     if rows.row_shape[:2] != game.screen:
         raise InputError(
-            f"{rows.name} has frames of {list(rows.row_shape)}, those of {game.name} are "
+            f"{rows.name} has frames of {list(rows.row_shape)}, but {game.name} has "
             f"{list(game.screen)} or {[*game.screen, 3]}"
         )
     return "vem"
 
 
 def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
-    """The function that extracts the objects of any number of rows, in batches of one size that are divided among the local devices."""
+    """A function that extracts the objects of any number of rows.
+
+    It uses batches of one size that are divided among the local devices.
+    """
     devices = jax.local_devices()
     size = BATCH[method] * len(devices)
     sharding = NamedSharding(Mesh(np.array(devices), ("rows",)), PartitionSpec("rows"))
@@ -238,45 +237,43 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 
 
 def check_indices(rows: Input, game: Game) -> None:
-    """Check that pictures without colours, if that is what rows are, show palette indices and not
-    shades of grey.
+    """Check that pictures without colours show palette indices, not shades of grey.
 
-    They are read until one has a number that no grey picture of the game has. This is mostly the
-    first one.
+    The function reads pictures until one has a number that no grey picture of the game has. This is
+    mostly the first picture. Other inputs are not checked.
 
     Raises:
-        InputError: they are grey, or no picture tells.
+        InputError: the pictures are grey, or no picture decides.
     """
     if not rows.pictures or len(rows.row_shape) != 2:
         return
     shades = game.palette @ [0.299, 0.587, 0.114]
-    is_shade = np.isin(
-        np.arange(256), [np.round(shades), np.floor(shades)]
-    )  # programs round differently
+    # programs round differently
+    is_shade = np.isin(np.arange(256), [np.round(shades), np.floor(shades)])
     for i in range(rows.rows):
         picture = rows.read(i, i + 1)
         check_colors(picture, game, rows.name, i)
         if not is_shade[picture].all():
             return
     raise InputError(
-        f"{rows.name} holds pictures without colours, and nothing tells whether they show "
-        "palette indices (ale.getScreen()), as VEM needs "
-        "them, or shades of grey: save the frames in RGB (ale.getScreenRGB())"
+        f"{rows.name} holds pictures without colours, which may show "
+        "palette indices (ale.getScreen()), as VEM needs, "
+        "or shades of grey: save the frames in RGB (ale.getScreenRGB())"
     )
 
 
 def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
-    """Check that frames have colours of the console only. RAM is not checked.
+    """Check that frames have only colours of the console. RAM is not checked.
 
     Args:
-        frames: uint8 `[n, H, 160, 3]` of RGB or `[n, H, 160]` of palette indices, or others.
+        frames: uint8 `[n, H, 160, 3]` of RGB, `[n, H, 160]` of palette indices, or other rows.
         game: the game, whose console has the palette.
-        name: of the input, for errors.
+        name: name of the input, for errors.
         first: number of the first row, for errors.
 
     Raises:
-        InputError: a frame has another colour, for example because it was compressed as JPEG,
-            resized, is the maximum of two, or grey.
+        InputError: a frame has another colour. For example, it was compressed as JPEG, resized,
+            turned to grey, or is the maximum of two frames.
     """
     if frames.ndim == 3 and not game.pal:  # on PAL consoles, odd indices are shades of grey
         odd = np.bitwise_or.reduce(frames.reshape(len(frames), -1), axis=1) & 1
@@ -305,7 +302,7 @@ def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
 
 @functools.cache
 def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
-    """The compiled function that tells which RGB frames have a colour that the console does not have, bool `[n]`."""
+    """A compiled function that marks RGB frames with colours outside the palette, bool `[n]`."""
     own = np.asarray(game.palette)
     return jax.jit(lambda frames: ~palette.is_color(frames, own).all(axis=(1, 2)))
 
@@ -318,7 +315,7 @@ def _plan(
     stat = path.stat() if path.is_file() else None
     stamp = (stat.st_size, stat.st_mtime_ns) if stat else (0, 0)
     name = str(path.resolve()) if path.exists() else str(source)
-    inner = max(1, math.prod(rows.batch[1:]))  # blocks are whole entries of the first dimension
+    inner = max(1, math.prod(rows.batch[1:]))  # blocks are complete entries of the first dimension
     block_rows = max(1, BLOCK_ROWS[method] // inner) * inner
     return ExtractionPlan(
         name,
@@ -335,10 +332,7 @@ def _plan(
 
 
 def _prepare(folder: Path, plan: ExtractionPlan) -> None:
-    """Create the work folder, or check that it belongs to this extraction.
-
-    A folder without results may be reused.
-    """
+    """Create the work folder, or check its plan. A folder without results may be reused."""
     jobs.check_contents(folder, "work folder")
     if not any(folder.glob("*.npz")):
         for left in (folder / PLAN, *folder.glob(".*.tmp")):
@@ -351,7 +345,7 @@ def _part(folder: Path, k: int) -> Path:
 
 
 def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iterator[int]:
-    """Extract the blocks that are missing; yields how many rows are done after each block.
+    """Extract the missing blocks, and yield the number of finished rows after each block.
 
     A block is written while the next one is extracted.
     """
@@ -379,7 +373,7 @@ def _extract_block(
 
 
 def _blocks_on_cluster(plan: ExtractionPlan, folder: Path, address: str) -> Iterator[int]:
-    """Like `_blocks`, with the machines of a Ray cluster."""
+    """Like `_blocks`, but on the machines of a Ray cluster."""
     sizes = [min(plan.block_rows, plan.rows - k * plan.block_rows) for k in range(plan.blocks)]
     missing = [k for k in range(plan.blocks) if not _part(folder, k).exists()]
     done = plan.rows - sum(sizes[k] for k in missing)
@@ -392,7 +386,7 @@ def _blocks_on_cluster(plan: ExtractionPlan, folder: Path, address: str) -> Iter
 
 
 def _write_block(plan: ExtractionPlan, folder: Path, k: int) -> None:
-    """Extract a block in a process of a cluster, unless another one did."""
+    """Extract a block in a process of a cluster, unless another process did."""
     if _part(folder, k).exists():
         return
     game = registry.load(plan.game, hud=plan.hud)

@@ -1,4 +1,4 @@
-"""Rows of RAM or of frames: the interface of inputs, and which arrays hold such rows."""
+"""Rows of RAM or frames: the interface of inputs, and tests whether arrays hold such rows."""
 
 import itertools
 import re
@@ -11,6 +11,7 @@ import numpy as np
 
 from ocjax.console.ram import RAM_SIZE
 
+# names of arrays, in search order
 NAMES = (
     "rams",
     "ram",
@@ -18,32 +19,33 @@ NAMES = (
     "frames",
     "observations",
     "obs",
-)  # of arrays, in the order in which they are looked for
+)
 FACTS = ("game", "md5")
 WIDTH, LEAST_HEIGHT, MOST_HEIGHT = 160, 100, 256  # pixels of a frame
-ROWS_PER_BYTE = 16  # at most; deflate stores at least an eighth of a byte for a row of RAM
+ROWS_PER_BYTE = 16  # at most; deflate stores at least an eighth of a byte per row of RAM
 MOST_BLOCK = 2**30  # bytes of a chunk, or of an entry of the first dimension
-MOST_LISTED = 20  # arrays in an error
+MOST_LISTED = 20  # arrays listed in an error
 
 
 class InputError(ValueError):
-    """An input cannot be read; the message names the file and, where one row is wrong, the row."""
+    """An input cannot be read. The message names the file, and the row if one row is wrong."""
 
 
 class Input(ABC):
     """Rows of RAM or of frames.
 
     Attributes:
-        name: what errors call it.
+        name: the input's name in errors.
         rows: number of rows.
-        batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments.
-            Rows are counted along the last one first.
+        batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments, in
+            C order.
         row_shape: `(128,)` for RAM, `(H, 160)` for frames of palette indices, `(H, 160, 3)` for RGB
             frames.
-        facts: what it says about itself: perhaps the "game" and the "md5" of its ROM.
-        episodes: the number of rows of each episode, if they are known.
-        reads: the files and folders that it reads; every file in such a folder counts.
-        pictures: whether it consists of pictures, which may show palette indices as shades of grey.
+        facts: metadata: optionally the "game" and the "md5" of its ROM.
+        episodes: the number of rows of each episode, if the episodes are known.
+        reads: the files and folders that the input reads. A folder includes every file in it.
+        pictures: whether the input consists of pictures, which may show palette indices as shades
+            of grey.
     """
 
     name: str
@@ -65,7 +67,7 @@ class Input(ABC):
 
     @abstractmethod
     def _read(self, start: int, stop: int) -> np.ndarray:
-        """Rows as integers `[stop - start, *row_shape]`.
+        """Read rows as integers `[stop - start, *row_shape]`.
 
         Any exception means that the file is damaged.
         """
@@ -74,8 +76,8 @@ class Input(ABC):
         """Read a block of rows, uint8 `[stop - start, *row_shape]`.
 
         Raises:
-            InputError: they cannot be read, have another shape or dtype, or hold a number that is
-                not from 0 to 255.
+            InputError: the rows cannot be read, have another shape or dtype, or hold a number
+                outside 0 to 255.
         """
         try:
             block = self._read(start, stop)
@@ -99,10 +101,7 @@ class Input(ABC):
 
 
 def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
-    """Rows of integers as uint8; `first` is the number of the first one, for errors.
-
-    Other arrays are left as they are.
-    """
+    """Convert rows of integers to uint8; other arrays stay. `first` is for errors."""
     if rows.dtype == np.uint8 or rows.dtype.kind not in "iu" or not rows.size:
         return rows
     if rows.min() < 0 or rows.max() > 255:
@@ -115,7 +114,7 @@ def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
 
 
 def is_row(shape: Sequence[int]) -> bool:
-    """Whether an array's rows of this shape are RAM or frames."""
+    """True if an array's rows of this shape are RAM or frames."""
     if tuple(shape) == (RAM_SIZE,):
         return True
     return (
@@ -127,25 +126,25 @@ def is_row(shape: Sequence[int]) -> bool:
 
 
 def batch_axes(shape: Sequence[int]) -> int:
-    """The number of an array's first axes that count rows of RAM or frames; 0 if there are no such rows."""
+    """The number of leading axes that count rows of RAM or frames; 0 for other arrays."""
     return next((k for k in range(1, len(shape)) if is_row(shape[k:])), 0)
 
 
 def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> list[str]:
-    """The array to read, or the arrays of all episodes in natural order.
+    """Choose the array to read, or the arrays of all episodes in natural order.
 
     Names may be paths through groups. Arrays whose paths differ only in numbers, such as
     `episode_0/observations` and `episode_1/observations`, are episodes.
 
     Args:
-        name: of the file, for errors.
-        shapes: of its arrays.
-        wanted: a path, or the end of several; by default the first of `NAMES` whose rows are RAM or
-            frames. Groups whose names begin with `next_`, which repeat observations, are not
-            searched.
+        name: name of the file, for errors.
+        shapes: the shapes of its arrays.
+        wanted: a path, or the end of several. By default, the first of `NAMES` whose rows are RAM
+            or frames. The default skips groups whose names begin with `next_`, because they repeat
+            observations.
 
     Raises:
-        InputError: there is no such array, or several that are not episodes.
+        InputError: no array matches, or several match that are not episodes.
     """
     if wanted is not None and wanted in shapes:
         return [wanted]
@@ -201,7 +200,7 @@ def check_rows(name: str, dtype: Any, shape: Sequence[int]) -> None:
     """Check that an array holds rows of RAM or frames.
 
     Raises:
-        InputError: it does not.
+        InputError: the array holds other data.
     """
     if np.dtype(dtype).kind not in "iu" or not batch_axes(shape):
         raise InputError(
@@ -212,11 +211,12 @@ def check_rows(name: str, dtype: Any, shape: Sequence[int]) -> None:
 
 
 def check_claim(name: str, rows: int, stored: int) -> None:
-    """Check that a number of rows can be in so many bytes of a file. Formats can claim rows of
-    which they store nothing.
+    """Check that a number of rows fits in a number of stored bytes.
+
+    Formats can claim rows for which they store nothing.
 
     Raises:
-        InputError: it cannot.
+        InputError: the rows do not fit.
     """
     if not 0 <= rows <= ROWS_PER_BYTE * stored:
         raise InputError(
@@ -226,10 +226,10 @@ def check_claim(name: str, rows: int, stored: int) -> None:
 
 
 def check_block(name: str, size: int) -> None:
-    """Check the size in bytes of a part of a file that has to be in memory at once.
+    """Check the size in bytes of a part of a file that must be in memory at once.
 
     Raises:
-        InputError: it is too large.
+        InputError: the part is too large.
     """
     if size > MOST_BLOCK:
         raise InputError(
@@ -239,5 +239,5 @@ def check_block(name: str, size: int) -> None:
 
 
 def facts_in(attributes: Mapping[str, Any]) -> dict[str, str]:
-    """What attributes of a file tell of `FACTS`."""
+    """Read the known metadata keys, `FACTS`, from a file's attributes."""
     return {key: str(attributes[key]) for key in FACTS if key in attributes}

@@ -1,4 +1,7 @@
-"""Rows in tables: Parquet and Arrow files, and folders of them as hubs and `datasets.save_to_disk` lay them out."""
+"""Rows in tables: Parquet and Arrow files and folders.
+
+Folders may have the layout of hubs or of `datasets.save_to_disk`.
+"""
 
 import functools
 import re
@@ -22,28 +25,27 @@ from ocjax.files.rows import (
     is_row,
 )
 
+# every folder of `datasets.save_to_disk` has one of them
 HUGGING_FACE = (
     "state.json",
     "dataset_dict.json",
-)  # one is in every folder that `datasets.save_to_disk` has written
-BATCH_ROWS = 1024  # of a Parquet file that are decoded at a time
-MOST_DIMENSIONS = 3  # of a row
+)
+BATCH_ROWS = 1024  # rows of a Parquet file that are decoded at a time
+MOST_DIMENSIONS = 3  # dimensions of a row
 SHARD = re.compile(r"(.+)-[0-9]+-of-([0-9]+)")  # the stem of a file of a hub
 
-Blocks = list[
-    tuple[int, Callable[[], Iterator[Any]]]
-]  # of a column: the rows of each, and a function that reads it in parts
+# the blocks of a column: rows, and a function that reads the block in parts
+Blocks = list[tuple[int, Callable[[], Iterator[Any]]]]
 
 
 class _Table(Input):
-    """A column of one or more Parquet or Arrow files: lists of bytes, or bytes of RAM or of
-    pictures.
+    """A column of Parquet or Arrow files: lists of bytes, or bytes of RAM or of pictures.
 
     Args:
-        path: what errors name.
-        files: that are read.
-        blocks: of the column in all files, one after the other. Their parts are Arrow arrays.
-        schema: of the first file.
+        path: the path in errors.
+        files: the files to read.
+        blocks: the column's blocks in all files, in order. Their parts are Arrow arrays.
+        schema: the first file's schema.
         column: name of the column.
     """
 
@@ -58,12 +60,13 @@ class _Table(Input):
         self._ends = np.cumsum([0, *(rows for rows, _ in blocks)])
         self.rows, self.pictures = int(self._ends[-1]), True
         check_claim(self.name, self.rows, sum(file.stat().st_size for file in files))
+        # the next row, the parts from this row, and the rest of a part
         self._at, self._parts, self._left = (
             0,
             self._from(0),
             None,
-        )  # the next row, the parts from there on, and the rest of a part
-        self._shape: tuple[int, ...] | None = None  # of a row, once it is known
+        )
+        self._shape: tuple[int, ...] | None = None  # shape of a row, once it is known
         first = self._read(0, 1) if self.rows else np.zeros((0, RAM_SIZE), np.uint8)
         check_rows(self.name, first.dtype, first.shape)
         if not is_row(first.shape[1:]):
@@ -73,13 +76,13 @@ class _Table(Input):
         self.row_shape = self._shape = first.shape[1:]
 
     def _from(self, row: int) -> Iterator[Any]:
-        """The parts of the column from a row on."""
+        """The parts of the column from a row onwards."""
         for k in range(
             max(0, int(np.searchsorted(self._ends, row, "right")) - 1), len(self._blocks)
         ):
             at, end = self._ends[k : k + 2].tolist()
             for part in self._blocks[k][1]():
-                part.validate(full=True)  # before anything follows its offsets
+                part.validate(full=True)  # before anything uses its offsets
                 if at + len(part) > row:
                     yield part[max(0, row - at) :]
                 at += len(part)
@@ -103,10 +106,7 @@ class _Table(Input):
 
 
 def _column_of(path: Path, schema: Any, wanted: str | None) -> str:
-    """The column that is wanted, or by default the first with a usual name.
-
-    It holds rows in a form that can be read.
-    """
+    """The requested column, or by default the first with a usual name, in a supported form."""
     usual = (*NAMES, "image")
     found = [key for key in (usual if wanted is None else (wanted,)) if key in schema.names]
     if not found:
@@ -123,9 +123,8 @@ def _column_of(path: Path, schema: Any, wanted: str | None) -> str:
 def _check_type(name: str, kind: Any) -> None:
     """Check that a column holds lists of integers or bytes, each row in its own memory."""
     types, own, depth = require("pyarrow").types, kind, 0
-    if (
-        types.is_struct(kind) and kind.get_field_index("bytes") >= 0
-    ):  # of pictures, as the library `datasets` stores them
+    # pictures, as the library `datasets` stores them
+    if types.is_struct(kind) and kind.get_field_index("bytes") >= 0:
         own = kind.field("bytes").type
     while types.is_list(own) or types.is_large_list(own) or types.is_fixed_size_list(own):
         own, depth = own.value_type, depth + 1
@@ -137,11 +136,8 @@ def _check_type(name: str, kind: Any) -> None:
 def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) -> np.ndarray:
     """The rows of an Arrow column, integers `[n, ...]`.
 
-    Args:
-        column: the Arrow array.
-        name: what errors call it.
-        first: number of the first row, for errors.
-        shape: of each row, or None if it is not known yet.
+    `name` and `first`, the number of the first row, are for errors. `shape` is the shape of each
+    row, or None if it is not known yet.
     """
     pa = require("pyarrow")
     parts = [column]
@@ -202,7 +198,7 @@ def _numbers(column: Any, name: str, first: int) -> np.ndarray:
 
 
 def _row(value: bytes, name: str, number: int) -> np.ndarray:
-    """The RAM or the picture in bytes."""
+    """Decode the RAM or the picture in bytes."""
     if not value.startswith(pictures.SIGNATURES) or (
         len(value) == RAM_SIZE and not value.startswith(pictures.SIGNATURES[0])
     ):
@@ -214,12 +210,12 @@ def _row(value: bytes, name: str, number: int) -> np.ndarray:
 
 
 def open_parquet(path: Path, wanted: str | None) -> Input:
-    """A column of a Parquet file."""
+    """Open a column of a Parquet file."""
     return _of_parquet(path, [path], wanted)
 
 
 def _of_parquet(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
-    """A column of Parquet files, one after the other, in blocks of their row groups."""
+    """Open a column of Parquet files. Its blocks are the files' row groups."""
     parquet, blocks = require("pyarrow.parquet"), []
     schema = parquet.read_schema(files[0])
     column = _column_of(path, schema, wanted)
@@ -242,10 +238,10 @@ def _row_group(opened: Callable[[Path], Any], path: Path, k: int, column: str) -
 
 
 def open_parquet_folder(path: Path, wanted: str | None) -> Input:
-    """The Parquet files of a folder, or of its folder `data`.
+    """Open a column of the Parquet files of a folder, or of its folder `data`.
 
     Raises:
-        InputError: they are of several splits, or some are missing.
+        InputError: the files belong to several splits, or some are missing.
     """
     files = parquet_files(path)
     shards = [SHARD.fullmatch(file.stem) for file in files]
@@ -265,18 +261,18 @@ def open_parquet_folder(path: Path, wanted: str | None) -> Input:
 
 
 def parquet_files(path: Path) -> list[Path]:
-    """The Parquet files of a folder, or else of its folder `data`; an empty list if there are none."""
+    """The Parquet files of a folder, or else of its folder `data`; may be empty."""
     places = [path, folders.inside(path, "data")] if (path / "data").is_dir() else [path]
     return next((files for place in places if (files := folders.files(place, (".parquet",)))), [])
 
 
 def open_arrow(path: Path, wanted: str | None) -> Input:
-    """A column of an Arrow file."""
+    """Open a column of an Arrow file."""
     return _of_arrow(path, [path], wanted)
 
 
 def _of_arrow(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
-    """A column of Arrow files, one after the other; `path` is what errors name."""
+    """Open a column of Arrow files; `path` is the path in errors."""
     schema = _reader(files[0], None)[0].schema
     column = _column_of(path, schema, wanted)
     blocks = [block for file in files for block in _blocks_of_arrow(file, column)]
@@ -284,7 +280,7 @@ def _of_arrow(path: Path, files: Sequence[Path], wanted: str | None) -> Input:
 
 
 def _blocks_of_arrow(path: Path, column: str) -> Blocks:
-    """The blocks of a column of an Arrow file: its batches or, in a stream, the whole of it."""
+    """The blocks of a column of an Arrow file: its batches. A stream is a single block."""
     reader, is_stream = _reader(path, column)
     if is_stream:
         return [
@@ -304,7 +300,7 @@ def _batch(reader: Any, k: int) -> Iterator[Any]:
 
 
 def _reader(path: Path, column: str | None) -> tuple[Any, bool]:
-    """A reader of an Arrow file that reads a column, or all of them, and whether it is a stream."""
+    """A reader for one or all columns of an Arrow file, and whether the file is a stream."""
     pa = require("pyarrow")
     mapped = pa.memory_map(str(path))
     opener, is_stream = pa.ipc.open_file, False
@@ -323,7 +319,7 @@ def check_arrow(path: Path) -> None:
     """Check the structure of all data of an Arrow file.
 
     Raises:
-        Exception: it is damaged.
+        Exception: the file is damaged.
     """
     reader, is_stream = _reader(path, None)
     for batch in reader if is_stream else map(reader.get_batch, range(reader.num_record_batches)):
@@ -331,11 +327,10 @@ def check_arrow(path: Path) -> None:
 
 
 def open_hugging_face(path: Path, wanted: str | None) -> Input:
-    """A folder that `datasets.save_to_disk` has written, of a dataset or of a dictionary with one
-    dataset.
+    """Open a folder of `datasets.save_to_disk`, with one dataset or a dictionary of one dataset.
 
     Raises:
-        InputError: there are several datasets, or a file refers to another place than the folder.
+        InputError: the folder has several datasets, or a file refers to a path outside the folder.
     """
     if (path / "dataset_dict.json").exists():
         splits = _json(path, "dataset_dict.json")["splits"]

@@ -1,4 +1,7 @@
-"""Output files of commands: paths are checked before the work starts, and files are written completely or not at all."""
+"""Output files of commands.
+
+Paths are checked before the work starts, and files are written completely or not at all.
+"""
 
 import os
 import shutil
@@ -13,15 +16,15 @@ from rich.text import Text
 
 
 def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
-    """Check that files can be written at the paths; None stands for a file that was not requested.
+    """Check that files can be written at the paths that are not None.
 
     Args:
-        paths: of the output files.
+        paths: paths of the output files.
         reads: the inputs; see `check_apart`.
 
     Raises:
-        OSError: a folder is missing or may not be written, a path is a folder, or an output would
-            replace an input.
+        OSError: a folder is missing or not writable, a path is a folder, or an output would replace
+            an input.
     """
     inputs = list(reads)
     for path in paths:
@@ -38,13 +41,14 @@ def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
 
 
 def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
-    """Check that an output replaces no input. Links are followed, and files are compared by device
-    and inode.
+    """Check that an output replaces no input.
+
+    Links are followed, and files are compared by device and inode.
 
     Args:
         out: path of the output.
-        reads: files and folders that are read. Every file in a folder counts as read. None and
-            missing paths are ignored.
+        reads: the input files and folders. A folder includes every file in it. None and missing
+            paths are ignored.
 
     Raises:
         shutil.SameFileError: an OSError; the output is an input, or lies in an input folder.
@@ -59,7 +63,7 @@ def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
 
 
 def _is_in(places: Sequence[os.stat_result | None], read: Path) -> bool:
-    """Whether one of the places, a path and its parent folders, is a file or folder that is read."""
+    """True if an input is one of the places, a path and its parent folders."""
     try:
         status = read.stat()
     except OSError:
@@ -82,7 +86,7 @@ def unnamed(path: Path) -> Path:
     """The path of an output that the user did not name.
 
     Raises:
-        FileExistsError: there is a link at the path; only links that the user names are followed.
+        FileExistsError: the path is a link. Outputs follow only links that the user names.
     """
     if path.is_symlink():
         raise FileExistsError(f"{path} is a link: delete it, or name the output")
@@ -90,8 +94,9 @@ def unnamed(path: Path) -> Path:
 
 
 def new_folder(path: Path) -> None:
-    """Create an empty folder. It replaces a link or a folder of that name, but not the target of
-    the link.
+    """Create an empty folder.
+
+    It replaces a link or a folder of that name, but not the target of the link.
 
     Raises:
         OSError: the folder cannot be created.
@@ -103,15 +108,17 @@ def new_folder(path: Path) -> None:
 
 
 def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = True) -> None:
-    """Write a file. An existing one is replaced when the new one is complete, and left as it was if
-    writing fails.
+    """Write a file, completely or not at all.
+
+    A complete new file replaces an existing one. If writing fails, the existing file stays
+    unchanged.
 
     Args:
-        path: of the file.
+        path: path of the file.
         to_file: writes the contents.
-        follow: whether the user named the path. If so, the target of a link is written, and a file
-            that is not a regular file, such as /dev/null, is written to directly. Otherwise the new
-            file replaces links, devices and pipes.
+        follow: whether the user named the path. If so, the target of a link is written, and special
+            files, such as /dev/null, are written to directly. Otherwise the new file replaces
+            links, devices and pipes.
 
     Raises:
         OSError: the file cannot be written.
@@ -129,9 +136,8 @@ def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = T
     except OSError as error:
         if error.errno is None or error.filename is not None:
             raise
-        raise OSError(
-            error.errno, error.strerror, str(path)
-        ) from error  # a full disk does not name the file
+        # a full disk does not name the file
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         unfinished.unlink(missing_ok=True)
 
@@ -152,5 +158,5 @@ def announce(console: Console, text: str, path: Path) -> None:
 
 
 def _is_replaced(target: Path) -> bool:
-    """Whether writing replaces the file at the path; devices and pipes are written to, not replaced."""
+    """True if writing replaces the file at the path. Devices and pipes are written to directly."""
     return target.is_file() or not target.exists()

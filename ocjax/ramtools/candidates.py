@@ -1,4 +1,7 @@
-"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category, by REM and by the screen."""
+"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category.
+
+REM and the screen suggest the candidates.
+"""
 
 import contextlib
 import functools
@@ -18,17 +21,17 @@ from ocjax.ramtools.causes import frames_after_writes, play_alike
 
 __all__ = ["ByRem", "Candidate", "OnScreen", "candidates"]
 
-NEAR = 4  # pixels; objects that overlap change each other's boxes by a few
-MOST_BYTES = 12  # that are written to remove a category
-CHOICES = 3  # of values that remove a category equally well
-POSITIONS = 32  # a byte of which fewer values move an object is not its position
-PLACES = 2  # at which a category is frozen
+NEAR = 4  # pixels; overlapping objects change each other's boxes by a few pixels
+MOST_BYTES = 12  # bytes written to remove a category, at most
+CHOICES = 3  # tried values that remove a category equally well
+POSITIONS = 32  # a position byte moves an object with at least this number of values
+PLACES = 2  # states to freeze a category in
 
-STEPS = (480, 1000)  # frames of random play before the states whose bytes are written
-VALUES = np.arange(8, 256, 16, dtype=np.uint8)  # that are written, and a colour
-FRAMES = 2  # each after a write; many games draw what they computed one frame ago
-LEAST = 4  # values that change a category, of a byte that is its own
-FOREIGN = 0.1  # share of the values of such a byte that may change another category
+STEPS = (480, 1000)  # frames of random play before each written state
+VALUES = np.arange(8, 256, 16, dtype=np.uint8)  # written values; a colour is added
+FRAMES = 2  # frames, each after a write; many games draw objects computed a frame ago
+LEAST = 4  # values that must change a category if the byte belongs to it
+FOREIGN = 0.1  # fraction of the values of such a byte that may change another category
 
 
 class Candidate(NamedTuple):
@@ -37,7 +40,7 @@ class Candidate(NamedTuple):
     Args:
         kind: "remove", "freeze" or "recolor".
         category: its name.
-        writes: the values to write before every emulated frame, by address. With "recolor" each
+        writes: the values to write before every emulated frame, by address. For "recolor", each
             value is the colour, a palette index.
     """
 
@@ -53,9 +56,9 @@ def candidates(
 
     Args:
         category: its name.
-        by_rem: what REM says that bytes do.
-        on_screen: what the screen says.
-        color: to recolour it with, a palette index.
+        by_rem: the effects of bytes by REM.
+        on_screen: the effects of bytes by the screen.
+        color: the new colour, a palette index.
     """
     for choice in range(CHOICES):
         if writes := by_rem.removal(category, choice):
@@ -71,12 +74,12 @@ def candidates(
             yield Candidate("recolor", category, dict.fromkeys(sorted(own), color))
 
 
-# --------------------------------------------------------------------------------------------------------------------
+# -----------------------------------------------------------------------------------------------
 # REM
 
 
 class _Read(NamedTuple):
-    """What REM reads, zeros where there is no object."""
+    """The fields that REM reads, zeros for empty slots."""
 
     boxes: jax.Array  # int32 [..., N, 4]
     others: jax.Array  # int32 [..., N, 3]: orientation, value, valid
@@ -88,14 +91,14 @@ class _Read(NamedTuple):
 
 
 class _Effects(NamedTuple):
-    """What the 256 values of a byte do to a category in some states, `[256]` each."""
+    """The effects of the 256 values of a byte on a category in some states, `[256]` each."""
 
-    left: jax.Array  # int32: its objects that are left
-    added: jax.Array  # bool: whether there are objects where there were none
-    moved: jax.Array  # bool: whether x or y of an object changes
-    changed: jax.Array  # bool: whether anything but colours changes
-    colored: jax.Array  # bool: whether a colour changes
-    foreign: jax.Array  # bool: whether another category changes, but for a few pixels and colours
+    left: jax.Array  # int32: number of remaining objects
+    added: jax.Array  # bool: an empty slot gets an object
+    moved: jax.Array  # bool: x or y of an object changes
+    changed: jax.Array  # bool: anything except colours changes
+    colored: jax.Array  # bool: a colour changes
+    foreign: jax.Array  # bool: another category changes, except for colours and a few pixels
 
 
 @functools.partial(jax.jit, static_argnames="game")
@@ -115,7 +118,7 @@ def _read(game: Game, rams: jax.Array) -> _Read:
 def _effects(
     game: Game, rams: jax.Array, before: _Read, slots: jax.Array, address: jax.Array
 ) -> _Effects:
-    """The effects of a byte in states `[S, 128]` on the slots `[N]`, by comparison with what was read before."""
+    """Compare the slots `[N]` of states `[S, 128]` before and after writes to a byte."""
     tried = (
         jnp.broadcast_to(rams[:, None], (len(rams), 256, RAM_SIZE))
         .at[:, :, address]
@@ -142,7 +145,7 @@ def _effects(
 
 
 class ByRem:
-    """What REM says that bytes do.
+    """The effects of bytes by REM.
 
     Args:
         game: the game.
@@ -173,12 +176,11 @@ class ByRem:
         )
 
     def removal(self, category: str, choice: int) -> dict[int, int]:
-        """Bytes with which no object of a category is left, found one after the other; empty if
-        there are none.
+        """Search greedily for bytes that remove all objects of a category; empty on failure.
 
         Args:
             category: its name.
-            choice: which one of the values that are equally good.
+            choice: index among the values that are equally good.
         """
         rams, writes, left = self.rams.copy(), {}, int(self.valid[:, self._slots(category)].sum())
         while left and len(writes) < MOST_BYTES:
@@ -193,7 +195,10 @@ class ByRem:
     def _fewest(
         self, rams: np.ndarray, category: str, address: int, choice: int
     ) -> tuple[int, int, int]:
-        """How many objects the best values of a byte leave, the address, and the value of choice; the first is the one most seen."""
+        """The fewest objects that a byte's values leave, the address, and the chosen value.
+
+        Choice 0 is the best value that is most frequent in play.
+        """
         effects = self._effects(rams, category, address)
         left = np.where(effects.added | effects.foreign, np.iinfo(np.int32).max, effects.left)
         best = np.flatnonzero(left == left.min())
@@ -206,7 +211,7 @@ class ByRem:
         return int(left.min()), address, int(best[at])
 
     def own(self, category: str) -> frozenset[int]:
-        """The bytes that move the category and change no other one."""
+        """The bytes that move only this category."""
         effects = self._all_effects(category).items()
         return frozenset(
             a
@@ -215,7 +220,10 @@ class ByRem:
         )
 
     def colors(self, category: str, color: int) -> frozenset[int]:
-        """The bytes that hold the category's colours, all of which a palette index replaces; empty if some are elsewhere."""
+        """The bytes that hold all of the category's colours; empty if a colour is elsewhere.
+
+        All of these bytes are set to a palette index for the test.
+        """
         own = [
             a
             for a, e in self._all_effects(category).items()
@@ -238,46 +246,43 @@ class ByRem:
         return self.rams[np.argsort(-count, kind="stable")[:PLACES]]
 
 
-# -----------------------------------------------------------------------------------------------------------------
+# -----------------------------------------------------------------------------------------------
 # screen
 
 
 class _State(NamedTuple):
-    """A state, and what the screen shows after its bytes are written; C categories."""
+    """A state, and the effects of writes on its screen; C categories."""
 
     present: np.ndarray  # bool [C]
-    changed: np.ndarray  # bool [128, values, C]: whether a category changes
-    gone: np.ndarray  # bool [128, values, C]: whether none of its objects is left
-    colored: (
-        np.ndarray
-    )  # float [128, C]: the share of its objects with a pixel of the colour where that is written
+    changed: np.ndarray  # bool [128, values, C]: a category changes
+    gone: np.ndarray  # bool [128, values, C]: all of its objects disappear
+    colored: np.ndarray  # float [128, C]: fraction of its objects that get the written colour
 
 
 class OnScreen:
-    """What the screen says that bytes do.
+    """The effects of bytes by the screen.
 
     Args:
         game: the game.
-        color: that the screen does not have in play, a palette index.
-        seed: of the play that leads to the states.
+        color: a palette index that the screen does not have in play.
+        seed: seed of the play that leads to the states.
         instances: number of emulators that share the work.
     """
 
     def __init__(self, game: Game, color: int, *, seed: int = 0, instances: int = 32) -> None:
         self.names = [category.name for category in game.categories]
-        self.counts = np.array(
-            [not category.hud for category in game.categories]
-        )  # whose changes count
+        # display objects do not count
+        self.counts = np.array([not category.hud for category in game.categories])
         settings = Settings(frame_skip=1, repeat_action_probability=0)
         with contextlib.closing(AlePool(game, instances, settings, screens=("screen",))) as pool:
             self.states = [_state(pool, color, seed + i, steps) for i, steps in enumerate(STEPS)]
 
     def _foreign(self, state: _State, c: int) -> np.ndarray:
-        """Whether other categories change, bool `[128, values]`."""
+        """True if other categories change, bool `[128, values]`."""
         return (state.changed & self.counts & (np.arange(len(self.names)) != c)).any(axis=-1)
 
     def removals(self, category: str) -> Iterator[dict[int, int]]:
-        """Single bytes with which no object of a category is left."""
+        """Single bytes that remove all objects of a category."""
         c = self.names.index(category)
         states = [state for state in self.states if state.present[c]]
         if states:
@@ -288,7 +293,7 @@ class OnScreen:
                 yield {int(address): int(VALUES[i])}
 
     def own(self, category: str) -> frozenset[int]:
-        """The bytes that change the category and no other one."""
+        """The bytes that change only this category."""
         c, found = self.names.index(category), []
         for state in self.states:
             if state.present[c]:
@@ -308,9 +313,7 @@ def _state(pool: AlePool, color: int, seed: int, steps: int) -> _State:
     """Play to a state, and write its bytes."""
     play_alike(pool, seed, steps)
     saved, game = pool.clone_state(), pool.game
-    pool.restore_state(
-        saved
-    )  # the frame to compare with follows the same restoring, without a write
+    pool.restore_state(saved)  # the reference frame also follows a restored state, without a write
     for _ in range(FRAMES):
         pool.step(np.zeros(pool.num_envs, int))
     screen = pool.screen[0, 1].copy()
@@ -329,19 +332,19 @@ def _state(pool: AlePool, color: int, seed: int, steps: int) -> _State:
 
 
 def _moved(before: Objects, after: Objects) -> np.ndarray:
-    """Which slots differ by more than a few pixels, bool `[..., N]`."""
+    """Mark slots that differ by more than a few pixels, bool `[..., N]`."""
     far = (np.abs(after.xywh.astype(int) - before.xywh) > NEAR).any(axis=-1)
     return np.asarray((after.valid != before.valid) | (after.valid & far))
 
 
 def _any_of_each(game: Game, slots: np.ndarray | jax.Array) -> np.ndarray:
-    """Whether any slot of each category is true, `[..., N]` to `[..., C]`."""
+    """Reduce slots `[..., N]` to categories `[..., C]` by "any"."""
     marked = np.asarray(slots)
     return np.stack([marked[..., where].any(axis=-1) for where in game.slices.values()], axis=-1)
 
 
 def _shares(game: Game, objects: Objects, pixels: np.ndarray) -> np.ndarray:
-    """The share of each category's objects that have any of some pixels `[H, 160]`, float `[C]`; 0 where there is none."""
+    """The fraction of each category's objects with a pixel of `[H, 160]`, float `[C]`; else 0."""
     has = np.array([pixels[y : y + h, x : x + w].any() for x, y, w, h in objects.xywh])
     return np.array(
         [

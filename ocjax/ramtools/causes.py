@@ -1,4 +1,7 @@
-"""`ocjax ram causes`: set every byte to every value in one state, step the emulator, and find which pixels and objects change."""
+"""`ocjax ram causes`: find the pixels and objects that each byte changes.
+
+The command sets every byte to every value in one state, and steps the emulator.
+"""
 
 import contextlib
 import dataclasses
@@ -21,11 +24,12 @@ from ocjax.vision.unknown import UNKNOWN_VALUE
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
 LEAST_CHANGES = 2  # values that must change a category's objects for an effect to be reported
+# distinct values of the byte and of the field that a fit needs
 LEAST_SAMPLES, LEAST_VALUES = (
     8,
     4,
-)  # values of the byte, and of the field, that a formula is fitted on
-SHARE_SHOWN = 0.2  # a formula that is right for fewer values is not printed
+)
+SHARE_SHOWN = 0.2  # formulas that are right for fewer values are not printed
 
 ACROSS, TILE_WIDTH, TITLE_HEIGHT, GAP, FONT_SIZE = 6, 288, 18, 4, 13  # of the picture, in pixels
 HEAT, LEAST_HEAT = (255, 60, 40), 0.4
@@ -33,7 +37,7 @@ HEAT, LEAST_HEAT = (255, 60, 40), 0.4
 
 @dataclasses.dataclass(frozen=True)
 class Formula:
-    """A field as `scale * byte + offset` (modulo 256), and the share of values for which that is right."""
+    """A field as `scale * byte + offset` (mod 256), and the fraction of values that fit."""
 
     scale: int
     offset: int
@@ -42,12 +46,12 @@ class Formula:
 
 @dataclasses.dataclass(frozen=True)
 class Effect:
-    """What a byte does to the objects of a category.
+    """The effect of a byte on the objects of a category.
 
     Args:
         category: name of the category.
         changed: number of values that change its objects.
-        gone: number of values for which all of them are gone.
+        gone: number of values that remove all of its objects.
         formulas: by field, how the byte determines it.
     """
 
@@ -65,10 +69,10 @@ class Causes:
         game: the game.
         screen: uint8 `[H, 160]`, the frame without a change.
         ram: uint8 `[128]` of the state.
-        pixels: float `[128, H, 160]`, share of each byte's values that change a pixel.
+        pixels: float `[128, H, 160]`, fraction of each byte's values that change a pixel.
         tried: number of values of each byte.
         effective: int `[128]`, number of each byte's values that change any pixel.
-        effects: what each byte does to objects, by address.
+        effects: the effects of each byte on objects, by address.
     """
 
     game: Game
@@ -80,7 +84,7 @@ class Causes:
     effects: dict[int, tuple[Effect, ...]]
 
 
-# ------------------------------------------------------------------------------------------------------------
+# -----------------------------------------------------------------------------------------------
 # experiments
 
 
@@ -99,12 +103,12 @@ def causes(
     Args:
         game: the game.
         steps: agent steps (of 4 emulated frames) of random play before the state.
-        frames: emulated frames after each change; at least 2, because many games draw what they
+        frames: emulated frames after each change. At least 2, because many games draw objects
             computed one frame ago.
         seed: seed of the emulator and the play.
         values: number of values of each byte, 2 to 256, evenly spaced.
-        num_envs: number of instances, all in the same state, that the changes are spread over.
-        game_mode: as ale-py numbers it; None for the game's default.
+        num_envs: number of instances, all in the same state, that share the changes.
+        game_mode: in ale-py's numbering; None for the game's default.
 
     Raises:
         ValueError: an argument is out of range.
@@ -120,9 +124,8 @@ def causes(
     ) as pool:
         play_alike(pool, seed, steps * FRAME_SKIP // frames)
         state, saved = pool.ram[0].copy(), pool.clone_state()
-        pool.restore_state(
-            saved
-        )  # the frame to compare with follows the same restoring, without a change
+        # the reference frame also follows a restored state, without a change
+        pool.restore_state(saved)
         screen = next_frames(pool)[0]
         before = jax.tree.map(np.asarray, game.vem(screen))
         changed, found = _change_every_byte(pool, saved, tried, screen)
@@ -144,7 +147,7 @@ def causes(
 
 
 def play_alike(pool: AlePool, seed: int, steps: int) -> None:
-    """Play all instances alike with random actions until `steps` are over or the game is."""
+    """Play random actions, the same in all instances, until the game or `steps` end."""
     rng = np.random.default_rng(seed)
     pool.reset([seed] * pool.num_envs)
     for _ in range(steps):
@@ -164,9 +167,8 @@ def _change_every_byte(
 ) -> tuple[np.ndarray, Objects]:
     """Try all values of all bytes.
 
-    Returns:
-        Which pixels change, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128,
-        values]`.
+    Returns the changed pixels, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128,
+    values]`.
     """
     game, changed, found = pool.game, [], []
     for frames in frames_after_writes(pool, saved, tried):
@@ -181,8 +183,8 @@ def frames_after_writes(
     """Set each byte of a state to each value, and step the emulators.
 
     Args:
-        pool: of instances that share the work.
-        saved: the state, the same one of all instances.
+        pool: instances that share the work.
+        saved: the state of all instances.
         tried: uint8 `[values]`.
         times: number of steps; the byte is set before each.
 
@@ -206,21 +208,17 @@ def frames_after_writes(
             del frames[: len(tried)]
 
 
-# ----------------------------------------------------------------------------------------------------------------
+# -----------------------------------------------------------------------------------------------
 # effects
 
 
 def _effect(
     game: Game, category: Category, tried: np.ndarray, after: Objects, before: Objects
 ) -> Effect | None:
-    """What the values of one byte do to one category.
+    """The effect of one byte's values on one category.
 
-    Args:
-        game: the game.
-        category: one of its categories.
-        tried: int `[values]`.
-        after: objects with each value, batch shape `[values]`.
-        before: objects without a change.
+    `tried` is int `[values]`, `after` has the objects with each value, batch shape `[values]`, and
+    `before` the objects without a change.
     """
     s = game.slices[category.name]
     old_xywh, old_valid, old_value = (
@@ -245,7 +243,7 @@ def _effect(
     formulas = {}
     known = valid & (value != UNKNOWN_VALUE)
     for i, field in enumerate(FIELDS):
-        # The object that is not where any was, or the only one that there is.
+        # The object at a new position, or the only object.
         candidates = known if field == "value" else moved if category.count > 1 else valid
         formula = _formula(numbers[..., i], candidates, tried)
         if formula is not None:
@@ -255,13 +253,9 @@ def _effect(
 
 
 def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> Formula | None:
-    """The best formula for the field of the one candidate, over the values for which there is just
-    one.
+    """The best formula for a field, over the values with exactly one candidate.
 
-    Args:
-        numbers: int `[values, slots]`.
-        candidates: bool `[values, slots]`.
-        tried: int `[values]`.
+    `numbers` is int and `candidates` bool `[values, slots]`; `tried` is int `[values]`.
     """
     one = candidates.sum(axis=1) == 1
     if one.sum() < LEAST_SAMPLES:
@@ -284,7 +278,7 @@ def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> 
     return Formula(scale, offset, float(share))
 
 
-# -----------------------------------------------------------------------------------------------------------------
+# -----------------------------------------------------------------------------------------------
 # output
 
 
@@ -316,12 +310,15 @@ def to_table(c: Causes) -> Table:
                 objects,
             ]
         )
-    title = f"{c.game.name}: what each byte changes on the screen, {c.tried} values tried"
+    title = f"{c.game.name}: effects of each byte on the screen, {c.tried} values tried"
     return Table(title, ["Byte", "Value", "Values with an effect", "Pixels", "Objects"], rows)
 
 
 def picture(c: Causes) -> Image.Image:
-    """Draw a map of each byte that changes anything: the dimmed screen, and changed pixels in red, brighter if more values change them."""
+    """Draw the effects of each byte on the dimmed screen.
+
+    Changed pixels are red, and brighter if more values change them.
+    """
     addresses = np.flatnonzero(c.effective).tolist() or [0]
     across, height = min(ACROSS, len(addresses)), c.screen.shape[0] * 9 // 10
     font = ImageFont.load_default(size=FONT_SIZE)

@@ -1,9 +1,7 @@
-"""`ocjax ram control`: find the bytes that remove, freeze or recolour the objects of a category,
-and confirm them on the screen.
+"""`ocjax ram control`: find bytes that remove, freeze or recolour the objects of a category.
 
-Candidates are tried in the emulator one by one, because a game may compute what it draws from other
-bytes, or stop. What the vision rules find in play with the writes is compared with what they find
-without.
+Each candidate is tried in the emulator, because a game may draw from other bytes, or stop. The
+vision rules' objects in play with the writes are compared with their objects in plain play.
 """
 
 import contextlib
@@ -27,23 +25,21 @@ from ocjax.ramtools.candidates import ByRem, Candidate, OnScreen, candidates
 __all__ = ["Control", "control", "to_json", "to_table"]
 
 ENVS, STEPS, FRAME_SKIP = 4, 120, 3  # of play; an odd skip covers both phases of flickering objects
-MORE_STEPS = 400  # of other play, in which what was found is tried again
-STATES = 32  # of play, in which REM reads changed bytes
-COLORS = np.arange(0x12, 0x100, 2)  # one of which objects are recoloured with
+MORE_STEPS = 400  # steps of other play that confirms the results
+STATES = 32  # states with changed bytes for REM
+COLORS = np.arange(0x12, 0x100, 2)  # the possible new colours
 
-# What is asked of the screen, as shares of play without the writes.
-RARE = 0.05  # objects per frame; a category with fewer is not tried
-GONE = 0.02  # objects that may be left
-KEPT = 0.5  # objects of the other categories, and of one that is frozen
-COMMON = 0.2  # objects per frame; a category with fewer may come and go as it likes
-STANDS = (
-    0.2  # of the frames with the category in which an object is at a place, for it to stand there
-)
-MOVES = 0.5  # objects that stand nowhere; a category with fewer need not be frozen
-FROZEN = 0.05  # likewise, of a category that is frozen; boxes differ where objects overlap
-STILL = 0.01  # likewise, if nothing better is looked for
+# Thresholds of the test on the screen, as fractions of the plain play.
+RARE = 0.05  # objects per frame; rarer categories are not tried
+GONE = 0.02  # objects that may remain
+KEPT = 0.5  # remaining objects of other categories, and of a frozen one
+COMMON = 0.2  # objects per frame; rarer categories may come and go
+STANDS = 0.2  # an object rests at a position that it has in this fraction of the category's frames
+MOVES = 0.5  # moving objects; a category with fewer need not be frozen
+FROZEN = 0.05  # moving objects of a frozen category; boxes differ if objects overlap
+STILL = 0.01  # moving objects at which the search for a better candidate ends
 RECOLORED = 0.95  # of a category's boxes that have a pixel of the colour
-ALSO = 0.5  # of the boxes of another category, which is then recoloured too
+ALSO = 0.5  # of another category's boxes: it is also recoloured
 
 
 class Control(NamedTuple):
@@ -52,10 +48,10 @@ class Control(NamedTuple):
     Args:
         kind: "remove", "freeze" or "recolor".
         category: its name.
-        writes: the values to write before every emulated frame, by address. With "recolor" each
+        writes: the values to write before every emulated frame, by address. For "recolor", each
             value is the colour, a palette index.
         also: other categories that are recoloured.
-        moving: the share of the objects that stand nowhere, of a category that is frozen.
+        moving: the fraction of a frozen category's objects that still move.
     """
 
     kind: str
@@ -66,28 +62,27 @@ class Control(NamedTuple):
 
 
 class _Play(NamedTuple):
-    """Random play, the steps of some instances one after the other, `[B, ...]`."""
+    """Random play, the steps of some instances joined, `[B, ...]`."""
 
     rams: np.ndarray  # uint8 [B, 128]
     screens: np.ndarray  # uint8 [B, H, 160]
     seen: Objects  # by VEM
-    ends: int  # of games
+    ends: int  # finished games
     seed: int
     steps: int
 
 
 def control(game: Game, *, seed: int = 0) -> list[Control]:
-    """The bytes that remove, freeze or recolour a category, each confirmed on the screen.
+    """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
 
-    Displays are not tried, nor what is seldom seen in random play.
+    The search skips displays, and objects that rarely appear in random play.
 
     Args:
         game: the game.
-        seed: of the play.
+        seed: seed of the play.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
-            written for.
+        RomError: a ValueError; the ROM is missing, or the game's decoder needs another ROM.
     """
     plain, other = _play(game, seed), _play(game, seed + ENVS, steps=MORE_STEPS)
     chosen = np.random.default_rng(seed).choice(len(plain.rams), STATES, replace=False)
@@ -111,7 +106,7 @@ def control(game: Game, *, seed: int = 0) -> list[Control]:
 
 
 def _best(game: Game, tried: Iterable[Candidate], plain: _Play) -> Control | None:
-    """The first candidate that is confirmed; of those that freeze, the one that does it best."""
+    """The first confirmed candidate; for freezing, the best one."""
     best: Control | None = None
     for candidate in tried:
         found = _confirmed(game, candidate, plain)
@@ -123,13 +118,13 @@ def _best(game: Game, tried: Iterable[Candidate], plain: _Play) -> Control | Non
 
 
 def _rarest_color(screens: np.ndarray) -> int:
-    """The palette index, but for greys, that the fewest pixels have."""
+    """The palette index, without greys, with the fewest pixels."""
     pixels = np.bincount(np.ravel(screens & 254), minlength=256)
     return int(COLORS[np.argmin(pixels[COLORS])])
 
 
 def _play(game: Game, seed: int, hook: Variation | None = None, *, steps: int = STEPS) -> _Play:
-    """Random play, with a variation or without."""
+    """Random play, with or without a variation."""
     settings = Settings(frame_skip=FRAME_SKIP, repeat_action_probability=0)
     with contextlib.closing(
         AlePool(game, ENVS, settings, screens=("screen",), hook=hook, num_workers=0)
@@ -153,7 +148,7 @@ def _per_frame(game: Game, objects: Objects, category: str) -> float:
 
 
 def _confirmed(game: Game, candidate: Candidate, plain: _Play) -> Control | None:
-    """The candidate, if the screen shows what is wanted and the game continues as usual."""
+    """The candidate, if it has the desired effect and the game continues as usual."""
     changed = _play(
         game, plain.seed, Variation(game.name, candidate.kind, candidate.writes), steps=plain.steps
     )
@@ -180,7 +175,7 @@ def _confirmed(game: Game, candidate: Candidate, plain: _Play) -> Control | None
 
 
 def _pruned(game: Game, found: Control, plain: _Play) -> Control:
-    """With as few bytes as do the same: halves of them are left out, then quarters and so on."""
+    """Remove bytes that are not needed: first halves of them, then quarters and so on."""
     size = len(found.writes) // 2
     while size:
         addresses = sorted(found.writes)
@@ -209,7 +204,7 @@ def _is_removed(game: Game, category: str, plain: _Play, changed: _Play) -> bool
 
 
 def _share_moving(play: _Play, category: str) -> float:
-    """The share of the objects of a category that are where seldom one is."""
+    """The fraction of a category's detections at rarely occupied positions."""
     objects = play.seen.of(category)
     frames = objects.valid.any(axis=1).sum()
     _, times = np.unique(objects.xywh[objects.valid][:, :2], axis=0, return_counts=True)
@@ -228,7 +223,7 @@ def _recoloring(game: Game, candidate: Candidate, changed: _Play) -> Control | N
 
 
 def _shares_of_color(game: Game, play: _Play, color: int) -> dict[str, float]:
-    """The share of REM's boxes that have a pixel of a colour, by category that has any."""
+    """The fraction of REM's boxes with a pixel of a colour, by category with any box."""
     objects = jax.tree.map(np.asarray, game.rem(play.rams))
     shares = {}
     for name, slots in game.slices.items():
@@ -243,7 +238,7 @@ def _shares_of_color(game: Game, play: _Play, color: int) -> dict[str, float]:
 
 
 def to_json(found: Iterable[Control]) -> dict[str, dict[str, Any]]:
-    """The bytes and what else is recoloured, by kind and category."""
+    """The bytes and the other recoloured categories, by kind and category."""
     records: dict[str, dict[str, Any]] = {}
     for c in found:
         records.setdefault(c.kind, {})[c.category] = {"bytes": c.writes, "also": list(c.also)}
@@ -251,7 +246,7 @@ def to_json(found: Iterable[Control]) -> dict[str, dict[str, Any]]:
 
 
 def to_table(game: Game, found: Sequence[Control]) -> Table:
-    """A table of what can be done with which bytes."""
+    """A table of the controls and their bytes."""
     rows: list[list[Any]] = [
         [c.kind, c.category, ", ".join(f"{a}: {v}" for a, v in c.writes.items()), ", ".join(c.also)]
         for c in found

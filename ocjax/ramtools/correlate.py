@@ -13,10 +13,10 @@ from ocjax.recordings import Recording
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 FIELDS = ("x", "y", "w", "h")
-MEMBERS = 16  # bytes reported for a category whose slots are not identities
+MEMBERS = 16  # bytes reported for a category without identities
 LEAST = 40  # samples that a search needs
-GAIN = 0.02  # share of samples by which a formula must beat the most common value
-MEMBER_GAIN = 0.2  # share of samples by which a byte must beat chance to be a member
+GAIN = 0.02  # least gain of a formula over the most common value, as a fraction of samples
+MEMBER_GAIN = 0.2  # least gain of a member byte over chance, as a fraction of samples
 FORMULAS = 3  # reported per number
 TABLE_ROWS = 8  # the longest table reported for a coordinate
 
@@ -26,10 +26,10 @@ class Finding:
     """The formulas that explain one field of one object.
 
     Args:
-        object: name of the object: its category, with its slot where there are several.
+        object: name of the object: its category, plus its slot if there are several.
         field: "x", "y", "w", "h", "value", "present" or "look".
         samples: number of samples.
-        constant: share of samples that the most common value gets right.
+        constant: fraction of samples that the most common value gets right.
         fits: formulas, best first.
         digits: whether the formulas are digits of one number, lowest first.
     """
@@ -49,14 +49,15 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
 
     Args:
         recording: with frames.
-        target: "vem" (what the game's vision rules detect) or "sprites" (what the video chip drew).
+        target: "vem" (detections of the game's vision rules) or "sprites" (drawn by the video
+            chip).
 
     Yields:
-        The formulas for each field of each object whose slot is an identity. For other categories,
+        The formulas for each field of each object if slots are identities. For other categories,
         bytes that always equal the coordinate of one of their objects.
 
     Raises:
-        ValueError: the target is "sprites" and the recording does not say what the video chip drew.
+        ValueError: the target is "sprites", but the recording lacks the video chip's sprites.
     """
     half = fits.halves(recording.episode)
     for t in targets.from_vem(recording) if target == "vem" else targets.from_chip(recording):
@@ -94,7 +95,7 @@ def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) ->
 def _explain_value(
     name: str, rams: np.ndarray, numbers: np.ndarray, half: Halves
 ) -> Iterator[Finding]:
-    """The formulas for a value, on the samples in which it is known."""
+    """The formulas for a value, from the samples with a known value."""
     known = numbers != UNKNOWN_VALUE
     rams, numbers, half = rams[known], numbers[known], (half[0][known], half[1][known])
     if known.sum() < LEAST or len(np.unique(numbers)) < 2:
@@ -107,7 +108,7 @@ def _explain_value(
 
 
 def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:
-    """Formulas that explain more than a constant does, and a table where it explains even more."""
+    """The best formulas and short tables that beat a constant; formulas win ties."""
     found = fits.affine(rams, numbers, half) + [
         t for t in fits.tables(rams, numbers, half, 1) if len(t.table) <= TABLE_ROWS
     ]

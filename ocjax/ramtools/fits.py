@@ -10,9 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 SCALES = (1, -1, 2, -2, 4, -4, 8, -8, 16, -16)
-WIDTHS = tuple(
-    (first, count) for count in (8, 7, 6, 5, 4, 3, 2) for first in range(9 - count)
-)  # bit fields of a byte, single bits apart
+# bit fields of a byte, without single bits
+WIDTHS = tuple((first, count) for count in (8, 7, 6, 5, 4, 3, 2) for first in range(9 - count))
 TABLE_FIELDS = (
     (0, 8),
     (0, 4),
@@ -23,13 +22,13 @@ TABLE_FIELDS = (
 )
 SAMPLE = 400  # samples of the first, coarse search
 CLOSER_LOOK = 12  # bytes that are fitted on all samples
-TABLE_VALUES = 16  # a table with more values than this explains nothing
+TABLE_VALUES = 16  # a table with more values explains nothing
 SHOWN_VALUES = 6  # values of a table in its text
-BIT_GAIN = 0.02  # share of samples by which a bit must improve a formula
-DIGIT_SHARE = 0.9  # share of samples in which a byte must hold the digits
+BIT_GAIN = 0.02  # least gain of a formula by a bit, as a fraction of samples
+DIGIT_SHARE = 0.9  # fraction of samples that a digit byte must get right
 DIGIT_BYTES = 3  # bytes of a number at most
-MEMBER_VALUES = 8  # a byte with fewer values is no coordinate
-# share by which a mirrored reading must beat the plain one: what moves in pairs looks mirrored too
+MEMBER_VALUES = 8  # a byte with fewer values is not a coordinate
+# Least gain of a mirrored reading over the plain one: paired objects also look mirrored.
 MIRROR_GAIN = 0.1
 
 Halves = tuple[np.ndarray, np.ndarray]  # bool [n] each: samples to fit on, samples to score on
@@ -62,15 +61,15 @@ class Source:
 
 @dataclasses.dataclass(frozen=True)
 class Fit:
-    """A formula for a number, and how often it is right on samples that it was not fitted on.
+    """A formula for a number, and its accuracy on samples that were not used to fit it.
 
     Args:
         source: the number in RAM.
-        exact: share of samples in which the formula is right.
-        near: share of samples in which it is at most one off.
+        exact: fraction of samples that the formula gets right.
+        near: fraction of samples with an error of at most one.
         scale, offset: the formula `scale * source + offset`.
         table: pairs of a value and its meaning, used instead of scale and offset.
-        bit: where this bit is set, `step` is added.
+        bit: if this bit is set, `step` is added.
         step: see `bit`.
     """
 
@@ -93,7 +92,7 @@ class Fit:
         )
 
     def predict(self, rams: np.ndarray) -> np.ndarray:
-        """What the formula gives, int `[n]`."""
+        """The formula's results, int `[n]`."""
         value = self.source.read(rams)
         if self.table:
             lookup = np.full(256, -1)
@@ -105,13 +104,16 @@ class Fit:
 
 
 def affine_text(source: str, scale: int, offset: int) -> str:
-    """The formula `scale * source + offset` as people write it."""
+    """The formula `scale * source + offset` in usual notation."""
     text = {1: "", -1: "-"}.get(scale, f"{scale} * ") + source
     return text + (f" {'-' if offset < 0 else '+'} {abs(offset)}" if offset else "")
 
 
 def halves(episode: np.ndarray) -> Halves:
-    """Split samples into those to fit on and those to score on: every other episode, or the halves of a single one."""
+    """Split samples into a half to fit on and a half to score on.
+
+    Every other episode is fitted on, or the first half of a single episode.
+    """
     index = np.unique(episode, return_inverse=True)[1]
     fit = index % 2 == 0 if index.max(initial=0) > 0 else np.arange(len(index)) < len(index) // 2
     return fit, ~fit
@@ -136,7 +138,7 @@ def _scored(fit: Fit, rams: np.ndarray, target: np.ndarray) -> Fit:
 
 
 def constant(target: np.ndarray, half: Halves) -> float:
-    """Share of samples that the most common value gets right, which a formula must beat."""
+    """Fraction of samples that the most common value gets right, which a formula must beat."""
     fit, test = half
     if not (fit.any() and test.any()):
         return 0.0
@@ -145,8 +147,7 @@ def constant(target: np.ndarray, half: Halves) -> float:
 
 
 def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) -> list[Fit]:
-    """The best formulas `scale * field + offset`, each with the bit that explains most of what is
-    left.
+    """The best formulas `scale * field + offset`, each with the most useful correction bit.
 
     Args:
         rams: uint8 `[n, 128]`.
@@ -163,9 +164,8 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
     fits: list[Fit] = []
     for source, scale, offset in _affine_candidates(rams, target, fit):
         first = source.read(rams[fit])[0] * scale
-        exact_offset = int(
-            target[fit][0] - first - wrapped(target[fit][0] - first - offset)
-        )  # the offset without the modulus
+        # the offset without the modulus
+        exact_offset = int(target[fit][0] - first - wrapped(target[fit][0] - first - offset))
         base = _scored(Fit(source, 0, 0, scale, exact_offset), rams[test], target[test])
         fits.append(_with_bit(base, rams, target, half))
     return sorted(fits, key=lambda f: (-f.exact, -f.source.count))[:most]
@@ -174,7 +174,7 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
 def _affine_candidates(
     rams: np.ndarray, target: np.ndarray, fit: np.ndarray
 ) -> list[tuple[Source, int, int]]:
-    """Source, scale and offset modulo 256 of the best formula of each of the most promising bytes, by a search on some samples."""
+    """Source, scale and offset (mod 256) of the best formulas of promising bytes, by sampling."""
     sample = np.flatnonzero(fit)[:: max(1, int(fit.sum()) // SAMPLE)]
     some = rams[sample].T.astype(int)
     found = []
@@ -196,13 +196,12 @@ def _affine_candidates(
 
 
 def _with_bit(base: Fit, rams: np.ndarray, target: np.ndarray, half: Halves) -> Fit:
-    """The formula with the bit and step that explain most of its errors, or as it is if none does."""
+    """Add the bit and step that explain most of the formula's errors, if they improve it."""
     fit, test = half
     rest = wrapped(target - base.predict(rams)) + 128
     bits = np.unpackbits(rams[fit], axis=1, bitorder="little")
-    set_ = (
-        bits.T.astype(np.float32) @ np.eye(256, dtype=np.float32)[rest[fit]]
-    )  # [1024, 256]: errors where the bit is set
+    # [1024, 256]: errors where the bit is set
+    set_ = bits.T.astype(np.float32) @ np.eye(256, dtype=np.float32)[rest[fit]]
     clear = np.bincount(rest[fit], minlength=256) - set_
     i = int((set_.max(axis=1) + clear.max(axis=1)).argmax())
     zero, one = (int(counts[i].argmax()) - 128 for counts in (clear, set_))
@@ -214,7 +213,7 @@ def _with_bit(base: Fit, rams: np.ndarray, target: np.ndarray, half: Halves) -> 
 
 
 def tables(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) -> list[Fit]:
-    """The best tables, which say what each value of a bit field with few values means.
+    """The best tables, which map each value of a bit field with few values to its meaning.
 
     Args:
         rams: uint8 `[n, 128]`.
@@ -251,8 +250,8 @@ def digits(rams: np.ndarray, target: np.ndarray, half: Halves) -> list[Fit]:
     """Bytes that each hold two decimal digits of a number, or its binary bytes.
 
     Returns:
-        Bytes from the lowest on, with the power of 100 or 256 as `offset`. Empty if the lowest is
-        not found.
+        Bytes, lowest first, with the power of 100 or 256 as `offset`. Empty if the lowest is not
+        found.
     """
     out: list[Fit] = []
     for decimal, base in ((True, 100), (False, 256)):
@@ -286,7 +285,7 @@ class Member:
     source: Source
     scale: int
     offset: int
-    share: float  # share of samples in which an object has this coordinate
+    share: float  # fraction of samples with an object at this coordinate
     chance: float  # the same by chance
 
 

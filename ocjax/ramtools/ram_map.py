@@ -10,13 +10,12 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.ramtools.causes import Causes
 
-_COMMENT = re.compile(
-    r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE
-)  # of a field in a class of RAM fields
+# the comment of a field in a class of RAM fields
+_COMMENT = re.compile(r"^    (\w+) = .*?#\s*(.*)$", re.MULTILINE)
 
 
 def comments(game: Declaration) -> dict[str, str]:
-    """The comment behind each field of a game's address map and of the classes that it derives from, by name."""
+    """The comments behind the fields of a game's address map and of its base classes, by name."""
     classes = [base for base in game.ram.__mro__ if issubclass(base, RamMap) and base is not RamMap]
     return dict(
         pair for base in reversed(classes) for pair in _COMMENT.findall(inspect.getsource(base))
@@ -42,12 +41,12 @@ class Row(NamedTuple):
     bytes: tuple[int, ...]  # addresses 0 to 127
     read_as: str
     range: str
-    name: str  # of the field in the game's file
+    name: str  # name of the field in the game's file
     meaning: str
 
 
 def read(game: Game) -> list[Row]:
-    """Everything that a game's decoder reads, by address."""
+    """All numbers that a game's decoder reads, by address."""
     notes, rows = comments(game), []
     for name, field in game.ram.fields().items():
         for i, place in enumerate(field.places):
@@ -58,7 +57,10 @@ def read(game: Game) -> list[Row]:
 
 
 def ram_map(game: Game) -> Table:
-    """A table of everything that a game's decoder reads: bytes, how they are read, range, name and meaning."""
+    """A table of all numbers that a game's decoder reads.
+
+    Its columns are bytes, reading, range, name and meaning.
+    """
     rows: list[list[Cell]] = [[", ".join(map(str, row.bytes)), *row[1:]] for row in read(game)]
     return Table(f"{game.name}: RAM", ["Byte", "Read as", "Range", "Name", "Meaning"], rows)
 
@@ -69,7 +71,7 @@ def to_json(game: Game, found: Causes | None = None) -> list[dict[str, Any]]:
     Args:
         game: the game.
         found: the causal map of one of its states. With it, each record has `confirmed`: the
-            categories that changed on the screen when one of the bytes was written and the game
+            categories that changed on the screen after a write to one of the bytes, while the game
             continued.
     """
     records = [row._asdict() for row in read(game)]

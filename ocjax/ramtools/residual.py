@@ -20,9 +20,9 @@ class Bit:
     """A correction that depends on one bit of RAM."""
 
     source: Source
-    clear: int  # correction where the bit is clear
-    set: int  # correction where it is set
-    exact: float  # share of right boxes then, on samples that were not fitted on
+    clear: int  # correction if the bit is clear
+    set: int  # correction if it is set
+    exact: float  # fraction of right boxes with the correction, on samples that were not fitted on
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Residual:
 
     Args:
         samples: number of matched objects.
-        exact: share of right boxes as they are.
+        exact: fraction of right boxes without a correction.
         errors: VEM minus REM, and how often it occurs.
         bits: bits that explain errors, best first.
         tables: corrections by the value of a bit field, best first.
@@ -45,16 +45,16 @@ class Residual:
 
 
 def residual(recording: Recording, category: str, field: str) -> Residual:
-    """Search all RAM for what explains REM's errors against VEM in one field of a category's
-    matched objects.
+    """Search all RAM for causes of REM's errors against VEM in one field of a category.
 
     Args:
         recording: with frames.
-        category: of the game.
+        category: a category of the game.
         field: "x", "y", "w" or "h".
 
     Raises:
-        ValueError: there is no such category or field, no frames, or too few matched objects.
+        ValueError: the category or field does not exist, the recording has no frames, or too few
+            objects match.
     """
     n, errors = _errors(recording, category, field)
     rams, half = recording.rams[n], fits.halves(recording.episode[n])
@@ -73,7 +73,7 @@ def residual(recording: Recording, category: str, field: str) -> Residual:
 
 
 def _errors(recording: Recording, category: str, field: str) -> tuple[np.ndarray, np.ndarray]:
-    """The sample of each matched object, int `[objects]`, and VEM minus REM, int `[objects]`."""
+    """The sample of each matched object, and VEM minus REM, both int `[objects]`."""
     game = recording.game
     if category not in game.slices:
         raise ValueError(
@@ -82,7 +82,7 @@ def _errors(recording: Recording, category: str, field: str) -> tuple[np.ndarray
     if field not in FIELDS:
         raise ValueError(f"the field must be one of {', '.join(FIELDS)}, got {field!r}")
     if recording.screens is None:
-        raise ValueError("the recording has no frames: there is nothing to compare REM with")
+        raise ValueError("the recording has no frames to compare with REM")
     sides = (game.rem, recording.rams), (game.vem, recording.screens)
     rem, vem = (matching.detections(jax.tree.map(np.asarray, extract(x))) for extract, x in sides)
     s, i = game.slices[category], FIELDS.index(field)
@@ -98,13 +98,12 @@ def _errors(recording: Recording, category: str, field: str) -> tuple[np.ndarray
 def _explaining_bits(
     rams: np.ndarray, errors: np.ndarray, half: Halves, exact: float
 ) -> tuple[Bit, ...]:
-    """Bits for which one correction where they are clear and another where they are set is right more often than none."""
+    """Bits with corrections, for clear and set, that are right more often than no correction."""
     fit, test = half
     shifted = np.clip(errors, -128, 127) + 128
     bits = np.unpackbits(rams, axis=1, bitorder="little").astype(bool)
-    ones = (
-        bits[fit].T.astype(np.float32) @ np.eye(256, dtype=np.float32)[shifted[fit]]
-    )  # [1024, 256]: errors where the bit is set
+    # [1024, 256]: errors where the bit is set
+    ones = bits[fit].T.astype(np.float32) @ np.eye(256, dtype=np.float32)[shifted[fit]]
     zeros = np.bincount(shifted[fit], minlength=256) - ones
     clear, set_ = zeros.argmax(axis=1) - 128, ones.argmax(axis=1) - 128
     share = (np.where(bits[test], set_, clear) == errors[test, None]).mean(axis=0)
@@ -116,7 +115,7 @@ def _explaining_bits(
 
 
 def to_tables(r: Residual, title: str) -> list[Table]:
-    """Tables of the errors and of what explains them."""
+    """Tables of the errors and their explanations."""
     errors = [
         [f"{error:+d}", count] for error, count in sorted(r.errors.items(), key=lambda e: -e[1])
     ]

@@ -1,4 +1,4 @@
-"""The targets of the searches: the numbers of objects that VEM detects or that the video chip draws."""
+"""The targets of the searches: the objects that VEM detects or that the video chip draws."""
 
 import dataclasses
 from collections import Counter
@@ -12,34 +12,35 @@ from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
 from ocjax.vision.rules import Blobs
 
+# moving graphics objects, by their bit in `Recording.shown`
 CHIP = {
     1: "Player0",
     2: "Missile0",
     4: "Player1",
     8: "Missile1",
     16: "Ball",
-}  # moving graphics objects, by their bit in `Recording.shown`
+}
 CHIP_SLOTS = 8  # pieces of each
-LOOKS = 255  # pictures that are told apart; rarer ones share the last number
+LOOKS = 255  # distinguished pictures; rarer ones share the last number
 
 
 @dataclasses.dataclass(frozen=True)
 class Target:
-    """The numbers of one category's objects in each of `n` samples, to be explained by RAM.
+    """The numbers of one category's objects in `n` samples, to be explained by RAM.
 
-    Unlike `Detections`, a target has slots, values and looks, and says whether its slots are
+    Unlike `Detections`, a target has slots, values and looks, and records whether its slots are
     identities.
 
     Args:
-        name: of the category.
-        place: whether slots are identities. If so, each is explained by itself; otherwise the
+        name: name of the category.
+        place: whether slots are identities. If so, each slot is explained separately. Otherwise the
             category's boxes are a set.
         xywh: int `[n, slots, 4]`.
         valid: bool `[n, slots]`.
-        value: int `[n, slots]`, or None where no value is read; `UNKNOWN_VALUE` where VEM cannot
-            read it.
-        look: int `[n, slots]`, number of the picture in the box, from the most frequent on; -1
-            where there is none.
+        value: int `[n, slots]`, or None if the category has no readable value. `UNKNOWN_VALUE` if
+            VEM cannot read it.
+        look: int `[n, slots]`, number of the picture in the box, counted from the most frequent
+            one; -1 for empty slots.
     """
 
     name: str
@@ -80,13 +81,13 @@ def from_vem(recording: Recording) -> list[Target]:
 
 
 def from_chip(recording: Recording) -> list[Target]:
-    """The connected pixels of the video chip's moving graphics objects. This needs no vision rules.
+    """The connected pixels of the video chip's sprites. This needs no vision rules.
 
     Raises:
-        ValueError: the recording does not say what the video chip drew.
+        ValueError: the recording lacks the video chip's sprites.
     """
     if recording.shown is None:
-        raise ValueError("the recording does not say what the video chip drew (an array 'shown')")
+        raise ValueError("the recording lacks the video chip's sprites (an array 'shown')")
     categories = tuple(
         Category(name, Blobs((bit,)), count=CHIP_SLOTS) for bit, name in CHIP.items()
     )
@@ -102,7 +103,10 @@ def from_chip(recording: Recording) -> list[Target]:
 
 
 def _looks(screens: np.ndarray, xywh: np.ndarray, valid: np.ndarray) -> np.ndarray:
-    """Number the pictures in boxes; a picture is which pixels have the most common colour of the box."""
+    """Number the pictures in boxes.
+
+    A picture is the mask of pixels with the box's most common colour.
+    """
     out, pictures = np.full(valid.shape, -1), {}
     for i, k in zip(*np.nonzero(valid), strict=True):
         x, y, w, h = xywh[i, k]

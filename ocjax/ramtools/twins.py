@@ -1,11 +1,10 @@
-"""`ocjax ram twins`: pairs of states with equal RAM and different pictures, which prove what the
-RAM does not tell.
+"""`ocjax ram twins`: pairs of states with equal RAM and different pictures.
 
-A byte is changed one or two frames before a moment of play, and the same actions are repeated.
-Where the console then has the same 128 bytes as before but shows something else, no decoder of a
-single state can tell the two pictures apart. Bytes only get values that they take in play, but
-together with the other bytes these may make a state that the game never comes to: the pictures of a
-category have to be looked at before one believes them.
+A byte is changed one or two frames before a moment of play, and the same actions are repeated. If
+the console then has the same 128 bytes but another picture, no decoder of a single state can
+distinguish the two pictures. Bytes only get values that they have in play. With the other bytes,
+however, they may form a state that the game never reaches. Check the pictures of a category before
+you trust the result.
 """
 
 import collections
@@ -31,35 +30,35 @@ MOMENTS = {
     "life": "the frame on which a life is lost",
     "end": "the last frame of a game",
 }
-VALUES = 6  # tried of each byte
-OBSERVED = 4_000  # frames of play whose values are tried
+VALUES = 6  # tried values per byte
+OBSERVED = 4_000  # frames of play that provide the values
 BACK = 1, 2  # frames between the change and the moment
-HOLD = 32  # frames for which random play holds an action at most
+HOLD = 32  # longest random action in frames
 APART = 50  # frames between two moments of play
-MOST_FRAMES = 60_000  # of play in which there must be a moment
-BATCH = 128  # pictures that VEM looks at at once
+MOST_FRAMES = 60_000  # longest play without a moment, in frames
+BATCH = 128  # pictures per call of VEM
 SHOWN_BYTES = 6
 
 
 class Twin(NamedTuple):
     """A picture with the RAM of another one."""
 
-    address: int  # of the byte that was changed before
+    address: int  # the byte that was changed before
     moment: int  # its number
     screen: np.ndarray  # uint8 [H, 160]
 
 
 @dataclasses.dataclass(frozen=True)
 class Twins:
-    """What the RAM does not tell at some moments.
+    """Pairs of states with equal RAM and different screens.
 
     Args:
         game: the game.
-        moment: which moments; see `MOMENTS`.
-        moments: how many.
-        tried: changes that were tried at each of them.
-        found: changes that led to the same RAM and another picture.
-        bytes: for each category whose objects then differ, how often after a change of each byte.
+        moment: the kind of moments; see `MOMENTS`.
+        moments: number of moments.
+        tried: number of changes per moment.
+        found: number of changes that led to the same RAM and another picture.
+        bytes: for each category with different objects, the number of pairs by changed byte.
     """
 
     game: Game
@@ -71,7 +70,7 @@ class Twins:
 
 
 class _Moment(NamedTuple):
-    """A frame of play, and how it came about."""
+    """A frame of play, with the states and actions before it."""
 
     ram: np.ndarray  # uint8 [128]
     screen: np.ndarray  # uint8 [H, 160]
@@ -86,17 +85,17 @@ def twins(
     seed: int = 0,
     game_mode: int | None = None,
 ) -> Twins:
-    """Look for pairs of states with equal RAM and different pictures.
+    """Search for pairs of states with equal RAM and different pictures.
 
     Args:
         game: the game.
         moment: "play", "life" (a life is lost) or "end" (of the game).
         count: number of moments.
-        seed: of the emulator and the play, which is random.
-        game_mode: as ale-py numbers it; None for the game's default.
+        seed: seed of the emulator and the random play.
+        game_mode: in ale-py's numbering; None for the game's default.
 
     Raises:
-        ValueError: there is no such kind of moment, or random play does not come to one.
+        ValueError: the kind of moment does not exist, or random play never reaches one.
     """
     if moment not in MOMENTS:
         raise ValueError(f"moment must be one of {', '.join(MOMENTS)}, got {moment!r}")
@@ -113,7 +112,7 @@ def twins(
         ale.restoreSystemState(here)
     if not moments:
         raise ValueError(
-            f"random play of {game.name} does not come to {MOMENTS[moment]} within "
+            f"random play of {game.name} does not reach {MOMENTS[moment]} within "
             f"{MOST_FRAMES:,} frames"
         )
     differing: dict[str, collections.Counter[int]] = {}
@@ -125,7 +124,7 @@ def twins(
 
 
 def _changes(game: Game, seed: int, game_mode: int | None) -> list[tuple[int, int]]:
-    """Addresses and values to be tried: of each byte some that it takes in random play."""
+    """Choose addresses and values to try: some of each byte's values in random play."""
     rng = np.random.default_rng(seed)
     played = _play(start_emulator(game, seed, game_mode), seed)
     rams = np.stack([state.ale.getRAM() for state in itertools.islice(played, OBSERVED)])
@@ -143,11 +142,11 @@ class _Frame(NamedTuple):
     ale: ale_py.ALEInterface
     state: Any  # before the frame
     action: ale_py.Action
-    lost: bool  # whether a life was lost in it
+    lost: bool  # a life was lost in it
 
 
 def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[_Frame]:
-    """Random play without end; games that are over restart."""
+    """Endless random play; finished games restart."""
     actions = ale.getMinimalActionSet()
     policy = RandomPolicy(len(actions), 1, np.random.default_rng(seed), HOLD)
     while True:
@@ -180,7 +179,7 @@ def _moments(ale: ale_py.ALEInterface, moment: str, count: int, seed: int) -> It
 def _pairs(
     ale: ale_py.ALEInterface, at: _Moment, changes: Sequence[tuple[int, int]]
 ) -> Iterator[tuple[int, np.ndarray]]:
-    """Changed bytes and pictures that leave the moment's RAM, but are not its picture."""
+    """Changed bytes and pictures that keep the moment's RAM, but change its picture."""
     for back in BACK:
         steps = at.before[-back:]
         for address, value in changes:
@@ -200,7 +199,7 @@ def _detect(game: Game, screens: list[np.ndarray]) -> list[Objects]:
 
 
 def _differing(game: Game, a: Objects, b: Objects) -> list[str]:
-    """Categories whose boxes differ."""
+    """Categories with different boxes."""
     same = (np.asarray(a.xywh) == np.asarray(b.xywh)).all(axis=-1) & (
         np.asarray(a.valid) == np.asarray(b.valid)
     )
@@ -208,7 +207,7 @@ def _differing(game: Game, a: Objects, b: Objects) -> list[str]:
 
 
 def to_table(t: Twins) -> Table:
-    """A table of the categories whose objects the RAM does not determine."""
+    """A table of the categories that the RAM does not determine."""
     rows: list[list[Cell]] = []
     for name, counts in sorted(t.bytes.items(), key=lambda item: -item[1].total()):
         most = ", ".join(f"{address} ({n:,})" for address, n in counts.most_common(SHOWN_BYTES))

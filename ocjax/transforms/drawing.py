@@ -35,7 +35,7 @@ def _bright_colors(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
 
 
 def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
-    """Which valid objects of one state have a pixel of their colour in their box, bool `[N]`.
+    """Mark the valid objects of one state with a pixel of their colour in their box, bool `[N]`.
 
     Args:
         game: the objects' game.
@@ -59,19 +59,19 @@ def overlay(
     labels: bool = True,
     numbers: bool = False,
 ) -> Image.Image:
-    """Draw the boxes of the valid objects of one state over its frame. Boxes of objects that the
-    frame does not show are dashed.
+    """Draw the boxes of the valid objects of one state over its frame.
+
+    Boxes of objects that the frame does not show are dashed.
 
     Args:
         game: the objects' game.
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
         objects: of one state.
-        scale: picture pixels per screen pixel vertically; there are twice as many horizontally,
+        scale: vertical picture pixels per screen pixel. The horizontal scale is twice as large,
             because the console's pixels are wide.
-        labels: whether to label the first object of each category, and every object that has a
-            value or a known orientation.
-        numbers: label every object with its number in `objects.to_list()` instead, beginning with
-            1.
+        labels: whether to label the first object of each category, and every object with a value or
+            a known orientation.
+        numbers: label every object with its number in `objects.to_list()` instead, counted from 1.
     """
     rgb = game.palette[frame] if frame.ndim == 2 else frame
     sx, sy = 2 * scale, scale
@@ -118,9 +118,9 @@ def boxes_over(
     Args:
         rgb: uint8 `[H, 160, 3]`.
         xywh: `[N, 4]`, left, top, width and height in screen pixels.
-        label: int `[N]`, index into `categories`, or -1 where there is no box.
+        label: int `[N]`, index into `categories`, or -1 for no box.
         categories: names of the labels, each written above its first box.
-        scale: picture pixels per screen pixel vertically; there are twice as many horizontally,
+        scale: vertical picture pixels per screen pixel. The horizontal scale is twice as large,
             because the console's pixels are wide.
     """
     sx, sy = 2 * scale, scale
@@ -172,7 +172,7 @@ def _frame(
 
 
 def _attributes(record: Mapping[str, Any]) -> str:
-    """What a label says of an object beside its category: " 12" for a number of the display, " value 3, facing NE" for others."""
+    """The attributes in a label: " 12" for display objects, " value 3, facing NE" for others."""
     parts = []
     if "value" in record:
         parts.append(f"{record['value']}" if record["hud"] else f"value {record['value']}")
@@ -189,15 +189,9 @@ def _label(
     size: tuple[int, int],
     color: tuple[int, int, int],
 ) -> None:
-    """Write text on black above a box, or below it where there is no room above.
+    """Write text on black above a box, or below it if the space above is too small.
 
-    Args:
-        draw: of the picture.
-        font: of the text.
-        text: what to write.
-        place: left, top and bottom of the box.
-        size: width and height of the picture.
-        color: of the text.
+    `place` is left, top and bottom of the box, and `size` the width and height of the picture.
     """
     box_left, box_top, box_bottom = place
     left, top, right, bottom = (round(v) for v in draw.textbbox((0, 0), text, font=font))
@@ -212,7 +206,7 @@ def _label(
 
 
 def sheet(rows: Sequence[Sequence[Image.Image]], titles: Sequence[str]) -> Image.Image:
-    """Arrange pictures of equal size in rows, with a title above each column, if there are titles."""
+    """Arrange pictures of equal size in rows, with an optional title above each column."""
     width, height = rows[0][0].size
     font = ImageFont.load_default(size=_TITLE_SIZE)
     top = _TITLE_HEIGHT if titles else _MARGIN

@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 POSITION, ORIENTATION, WIDTH = "POSITION", "ORIENTATION", "WIDTH"
-_SAME = 0.8  # the IoU above which two objects are equivalent
+_SAME = 0.8  # two objects with a larger IoU are equivalent
 _PROPERTIES = (
     "hud",
     "category",
@@ -47,7 +47,7 @@ _PROPERTIES = (
     "value",
 )
 
-# What a category contributes to OCAtari 2.2.1's ns_state, where it is not the position alone.
+# Entries of categories in OCAtari 2.2.1's ns_state, except categories with only a position.
 NS_MEANING: dict[tuple[str, str], tuple[str, ...]] = {
     ("Asteroids", "Player"): (POSITION, ORIENTATION),
     ("Seaquest", "OxygenBar"): (WIDTH,),
@@ -66,9 +66,9 @@ class Orientation(enum.IntEnum):
 class GameObject:
     """One object of one state, with its position one step before, for code written for OCAtari.
 
-    The class of an object is a subclass with the name of its category. Its attributes are those of
-    OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. They may be assigned,
-    which changes neither the game nor the next step's objects.
+    The class of an object is a subclass with the name of its category. Its attributes are the
+    attributes of OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. Assigning
+    to them changes only this object, and not the game or the next step's objects.
 
     Args:
         slot: number of the slot within the category.
@@ -76,10 +76,11 @@ class GameObject:
         rgb: colour.
         hud: whether it belongs to the HUD (score, lives, ...).
         prev_xy: top left corner one step before; the current one if the slot was empty then.
-        value: score, lives, time, ...; None where the category has no value, or where VEM cannot
+        value: score, lives, time, ... It is None if the category has no value, or if VEM cannot
             read it.
         prev_value: the value one step before; the current one if the slot was empty then.
-        orientation: compass point; None where the category has none or VEM cannot tell it.
+        orientation: compass point. It is None if the category has no orientation or VEM cannot
+            determine it.
         visible: False only for the `NoObject` of an empty slot.
     """
 
@@ -171,12 +172,15 @@ class GameObject:
 
     @property
     def value_diff(self) -> int:
-        """Change of the value since the step before; 0 where the category has no value."""
+        """Change of the value since the step before; 0 if the category has no value."""
         return 0 if self.value is None or self.prev_value is None else self.value - self.prev_value
 
     @property
     def nsrepr(self) -> list[int]:
-        """What the object contributes to `OCAtari.ns_state`: position, orientation or width, as `ns_meaning` says; zeros if not visible."""
+        """The object's entries of `OCAtari.ns_state`; zeros if not visible.
+
+        `ns_meaning` selects position, orientation or width.
+        """
         if self.visible and self.ns_meaning == (POSITION,):  # nearly always
             return [self.x, self.y]
         parts = {POSITION: [self.x, self.y], ORIENTATION: [self.orientation or 0], WIDTH: [self.w]}
@@ -211,7 +215,7 @@ class GameObject:
         return [*_PROPERTIES]
 
     def is_on_top(self, other: "GameObject") -> bool:
-        """Whether the top left corner lies in the other object's box, its edges included."""
+        """True if the top left corner lies in the other object's box, including its edges."""
         return other.x <= self.x <= other.x + other.w and other.y <= self.y <= other.y + other.h
 
     def manhattan_distance(self, other: "GameObject") -> float:
@@ -219,10 +223,13 @@ class GameObject:
         (x, y), (other_x, other_y) = self.center, other.center
         return abs(x - other_x) + abs(y - other_y)
 
-    manathan_distance = manhattan_distance  # as OCAtari spells it
+    manathan_distance = manhattan_distance  # OCAtari's spelling
 
     def closest_object(self, others: Sequence["GameObject"]) -> tuple[int, "GameObject"] | None:
-        """The object whose centre is closest by Manhattan distance, and its index before it; None if there are no others."""
+        """The index and the object with the closest centre by Manhattan distance.
+
+        The result is None if `others` is empty.
+        """
         return min(
             enumerate(others), key=lambda item: self.manhattan_distance(item[1]), default=None
         )
@@ -248,7 +255,7 @@ class NoObject(GameObject):
     """An empty slot: false, and zero in all attributes.
 
     Args:
-        nslen: how many zeros it contributes to `OCAtari.ns_state`.
+        nslen: number of its zeros in `OCAtari.ns_state`.
     """
 
     def __init__(self, nslen: int = 2) -> None:
@@ -282,12 +289,12 @@ def _subclass(
 def _restore(
     base: type[GameObject], category: str, ns_meaning: tuple[str, ...], attributes: dict[str, Any]
 ) -> GameObject:
-    """An object from its pickle, as its class is in no module."""
+    """Restore an object from its pickle, because its class is in no module."""
     return _subclass(base, category, ns_meaning)(**attributes)
 
 
 def object_class(game: Declaration, category: str) -> type[GameObject]:
-    """The class of the objects of a category. The game need not have it."""
+    """The class of the objects of a category. The game need not have the category."""
     valued = any(c.name == category and "value" in c.attributes for c in game.categories)
     return _subclass(
         ValueObject if valued else GameObject,
@@ -298,7 +305,7 @@ def object_class(game: Declaration, category: str) -> type[GameObject]:
 
 @functools.cache
 def _slot_constants(game: Declaration) -> list[tuple[type[GameObject], int, bool, bool, bool, int]]:
-    """For each slot: class, number within its category, whether in the HUD, whether it has a value, an orientation, length of `nsrepr`."""
+    """Per slot: class, number, HUD, has a value, has an orientation, length of `nsrepr`."""
     out = []
     for c in game.categories:
         kind = object_class(game, c.name)

@@ -1,4 +1,7 @@
-"""Draw objects as masks, the observations of OCCAM (Blüml et al., "Deep Reinforcement Learning via Object-Centric Attention", 2025)."""
+"""Draw objects as masks, the observations of OCCAM.
+
+Source: Blüml et al., "Deep Reinforcement Learning via Object-Centric Attention", 2025.
+"""
 
 import functools
 import math
@@ -16,14 +19,15 @@ __all__ = ["KINDS", "MaskKind", "area_weights", "masks", "num_planes", "resize"]
 
 MaskKind = Literal["object", "binary", "class", "planes"]
 KINDS = ("object", "binary", "class", "planes")
-_DIRECT = (
-    8  # rows of a resizing pattern up to which sums of slices are faster than a matrix product
-)
+_DIRECT = 8  # largest row count of a pattern for which sums of slices beat a matrix product
 _WORD = 32  # bits, one per column of the output
 
 
 def num_planes(game: Declaration, kind: MaskKind, pixels: bool = False) -> int:
-    """Number of planes of a game's masks: one, or one per category for "planes", plus one with `pixels`."""
+    """Number of planes of a game's masks.
+
+    One, or one per category for "planes", plus one with `pixels`.
+    """
     return (len(game.categories) if kind == "planes" else 1) + pixels
 
 
@@ -41,12 +45,12 @@ def masks(
     Args:
         objects: of batch shape `[B]`, with all slots of their game.
         kind: "object" (the grey screen inside boxes, black outside), "binary" (white inside boxes),
-            "class" (one shade of grey per category, from dark to bright; the brighter one where
-            boxes overlap) or "planes" (one binary mask per category).
+            "class" (one shade of grey per category, from dark to bright; in overlaps, the brighter
+            one wins) or "planes" (one binary mask per category).
         gray: the grey screen, uint8 `[B, H, 160]`; required for "object" and for `pixels`.
         size: (height, width) of the masks; None for the screen's size.
-        draw: "output" scales boxes to the output, rounds them outwards to whole pixels and fills
-            those; "screen" fills them at the screen's size and resizes by averaging over areas.
+        draw: "output" scales boxes to the output, rounds them outwards to integer pixels and fills
+            them. "screen" fills them at the screen's size and resizes by averaging over areas.
         pixels: whether to add the grey screen as the last plane.
 
     Returns:
@@ -100,11 +104,10 @@ def _shades(game: Declaration) -> list[int]:
 def _covered(
     xywh: jax.Array, valid: jax.Array, screen: tuple[int, int], size: tuple[int, int]
 ) -> jax.Array:
-    """Which pixels of the output the boxes touch, bool `[B, *size]`, from `xywh` and `valid` of
-    `[B, N]` slots on a screen.
+    """Mark the output pixels that boxes of `[B, N]` slots touch, bool `[B, *size]`.
 
-    Boxes are added one by one to words of bits, with the batch in the last dimension. A matrix
-    product of the rows and columns inside each box takes 2 to 11 times as long (Pong, Ms. Pac-Man).
+    Boxes are added sequentially to words of bits, with the batch last. A matrix product of the rows
+    and columns inside each box takes 2 to 11 times as long (Pong, Ms. Pac-Man).
     """
     x, y, w, h = xywh.T  # [N, B]
     (top, bottom), (left, right) = (
@@ -131,7 +134,7 @@ def _covered(
 def _touched(
     start: jax.Array, length: jax.Array, screen: int, out: int
 ) -> tuple[jax.Array, jax.Array]:
-    """The first row or column of the output that each box touches, and one past the last, int32."""
+    """The first output row or column that each box touches, and one past the last, int32."""
     start, length = start.astype(jnp.int32), length.astype(jnp.int32)
     return start * out // screen, -(-(start + length) * out // screen)
 
@@ -145,13 +148,12 @@ def _columns_below(n: jax.Array, width: int) -> jax.Array:
 
 
 def area_weights(n_in: int, n_out: int) -> np.ndarray:
-    """Weights of resizing by averaging over areas: which share of each input pixel is in each
-    output pixel.
+    """Weights of resizing by area: the fraction of each input pixel in each output pixel.
 
     Returns:
         int64 `[n_out / g, n_in / g]`, the pattern of weights that repeats g times, for the greatest
-        common divisor g. The unit is g / n_out of an input pixel, so that the weights of an output
-        pixel add up to n_in / g.
+        common divisor g. The unit is g / n_out of an input pixel. The weights of an output pixel
+        add up to n_in / g.
     """
     common = math.gcd(n_in, n_out)
     n_in, n_out = n_in // common, n_out // common
@@ -162,11 +164,11 @@ def area_weights(n_in: int, n_out: int) -> np.ndarray:
 
 
 def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
-    """Resize by averaging over areas, like OpenCV's INTER_AREA: uint8 `[..., h, w]` -> uint8 `[...,
-    *size]`.
+    """Resize by averaging over areas, like OpenCV's INTER_AREA.
 
-    Means are exact and rounded to the nearest integer, halves to the even one. Few rows are summed
-    as slices of 16 bits: a product with a matrix takes three times as long for 210 to 84 rows.
+    It maps uint8 `[..., h, w]` to uint8 `[..., *size]`. Means are exact and rounded to the nearest
+    integer, halves to the even one. Few rows are summed as slices of 16 bits. For 210 to 84 rows, a
+    matrix product takes three times as long.
     """
     if images.shape[-2:] == size:
         return images

@@ -1,4 +1,4 @@
-"""Errors of a detector, made on purpose, to train and test agents that must cope with them."""
+"""Artificial errors of a detector, to train and test agents that must cope with them."""
 
 import numbers
 
@@ -22,20 +22,20 @@ def perturb(
     swap: float = 0.0,
     invent: float = 0.0,
 ) -> Objects:
-    """Move, drop, swap and invent objects at random; `objects` itself, the truth, stays as it is.
+    """Move, drop, swap and invent objects at random, without changing `objects`, the truth.
 
-    Every slot of every state is drawn independently, in this order: objects swap slots, then some
-    are dropped, empty slots receive invented ones, and objects from the truth are moved. This is a
-    pure function that works under `jit`, `vmap` and `scan`.
+    Every slot of every state is drawn independently, in this order: objects swap slots, some
+    objects are dropped, empty slots receive invented objects, and objects from the truth are moved.
+    This is a pure function that works under `jit`, `vmap` and `scan`.
 
         noisy = ocjax.perturb(key, envs.tensors, jitter=2, drop=0.1)
 
     Args:
         key: a key of `jax.random`.
         objects: all slots, of any batch shape.
-        jitter: the largest distance in pixels by which the left and the top edge are each moved.
-            The box keeps its size, and its top left corner remains on the screen. This and the
-            probabilities are Python numbers.
+        jitter: the largest movement of the left and the top edge, in pixels. The box keeps its
+            size, and its top left corner remains on the screen. This and the probabilities are
+            Python numbers.
         drop: probability that an object is dropped.
         swap: probability that a slot takes part in a random permutation of such slots of its
             category.
@@ -46,7 +46,7 @@ def perturb(
         Objects of the same shape.
 
     Raises:
-        TypeError: `objects` are no `Objects`, `jitter` is not an integer, or a probability is not a
+        TypeError: `objects` has another type, `jitter` is not an integer, or a probability is not a
             number.
         ValueError: a probability is not between 0 and 1, `jitter` is negative, or the objects do
             not know their game.
@@ -104,9 +104,8 @@ def _swapped(key: jax.Array, objects: Objects, game: Declaration, swap: jax.Arra
     number = jax.random.uniform(order, objects.valid.shape)
     chosen = jax.random.uniform(pick, objects.valid.shape) < swap
     category = jnp.asarray(game.slot_category, jnp.int32)
-    # Both orders list the categories one after the other, first their chosen slots and then the
-    # others. They differ in the order of the chosen slots: by slot in the first, at random in the
-    # second.
+    # Both orders list the categories in sequence, first their chosen slots and then the others. The
+    # first order sorts the chosen slots by slot, the second at random.
     group = jnp.broadcast_to(category, chosen.shape) * 2 + (~chosen).astype(jnp.int32)
     slots = jnp.broadcast_to(jnp.arange(game.num_slots, dtype=jnp.int32), chosen.shape)
     *_, to = jax.lax.sort((group, slots, slots), num_keys=2)
@@ -118,7 +117,7 @@ def _swapped(key: jax.Array, objects: Objects, game: Declaration, swap: jax.Arra
 
 
 def _moved(key: jax.Array, objects: Objects, game: Declaration, jitter: jax.Array) -> jax.Array:
-    """Boxes that are moved by up to `jitter` pixels, int16 `[..., N, 4]`."""
+    """Boxes moved by at most `jitter` pixels per axis, int16 `[..., N, 4]`."""
     height, width = game.screen
     by = jax.random.randint(
         key, (*objects.valid.shape, 2), -jitter, jitter + jnp.int16(1), jnp.int16
@@ -134,7 +133,7 @@ def _moved(key: jax.Array, objects: Objects, game: Declaration, jitter: jax.Arra
 def _invented(
     key: jax.Array, objects: Objects, game: Declaration, invent: jax.Array
 ) -> tuple[jax.Array, jax.Array]:
-    """Which empty slots receive an object, bool `[..., N]`, and a random box for each slot, int16 `[..., N, 4]`."""
+    """Choose empty slots, bool `[..., N]`, and a random box for each slot, int16 `[..., N, 4]`."""
     which, sizes, places = jax.random.split(key, 3)
     shape = objects.valid.shape
     size = jax.random.randint(sizes, (*shape, 2), _INVENTED[0], _INVENTED[1] + 1, jnp.int32)

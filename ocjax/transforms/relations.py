@@ -1,4 +1,4 @@
-"""Pairwise relations of objects: where one lies from another, how far, in which direction, and whether they touch."""
+"""Pairwise relations of objects: offset, distance, direction, and contact."""
 
 import dataclasses
 import math
@@ -23,9 +23,8 @@ class Relations:
     both slots are valid.
     """
 
-    offset: (
-        jax.Array
-    )  # float32 [..., N, M, 2]: from the centre of i to the centre of j, right and down, in pixels
+    # float32 [..., N, M, 2]: from the centre of i to the centre of j, right and down, in pixels
+    offset: jax.Array
     distance: jax.Array  # float32 [..., N, M]: length of the offset in pixels
     # int8 [..., N, M]: compass point of the offset, 0-15 clockwise from north; -1 (UNKNOWN) if it
     # is zero
@@ -37,7 +36,7 @@ class Relations:
 def _overlaps(
     start: jax.Array, size: jax.Array, other_start: jax.Array, other_size: jax.Array
 ) -> jax.Array:
-    """Whether intervals overlap or are adjacent, along one axis of the screen, bool `[..., N, M]`."""
+    """Mark intervals that overlap or touch along one axis of the screen, bool `[..., N, M]`."""
     a, length = start[..., :, None], size[..., :, None]
     b, other_length = other_start[..., None, :], other_size[..., None, :]
     return (a <= b + other_length) & (b <= a + length)
@@ -65,18 +64,19 @@ def _relations(objects: Objects, others: Objects) -> Relations:
 
 
 def relations(objects: Objects, others: Objects | None = None) -> Relations:
-    """Compute the relations between all pairs of objects; a jit-compiled pure function that works
-    under `vmap` and `scan`.
+    """Compute the relations between all pairs of objects.
 
-        near = ocjax.relations(objects.of(game, "Player"), objects).distance < 20  # bool [..., 1,
-        N]
+    This is a jit-compiled pure function that works under `vmap` and `scan`.
+
+        # bool [..., 1, N]
+        near = ocjax.relations(objects.of(game, "Player"), objects).distance < 20
 
     Args:
-        objects: of any batch shape; all slots, or those of a category (`Objects.of`).
+        objects: of any batch shape; all slots, or the slots of a category (`Objects.of`).
         others: of the same batch shape; by default `objects`.
 
     Raises:
-        TypeError: an argument is no `Objects`.
+        TypeError: an argument is not an `Objects`.
         ValueError: the batch shapes differ.
     """
     others = objects if others is None else others

@@ -1,10 +1,8 @@
-"""Relate the objects of successive frames: merge flickering objects, and keep objects in their
-slots.
+"""Relate the objects of successive frames: merge flickering objects, and keep slots stable.
 
 Objects are matched greedily within a category: the pair with the nearest centres first, then the
-nearest pair of the rest, and so on. Distances are compared as integers (squared, in half pixels),
-so that ties are exact: among equally near pairs, the one with the lower slot in the first frame
-goes first, then the one with the lower slot in the second.
+nearest remaining pair, and so on. Distances are compared as integers (squared, in half pixels), so
+ties are exact. Ties go to the lower slot in the first frame, then to the lower slot in the second.
 """
 
 import dataclasses
@@ -39,16 +37,15 @@ def _nearest(
 ) -> jax.Array:
     """Find the nearest `b` within reach of each `a`.
 
-    Blocks of `b` are compared one after the other, because a reduction over all distances does not
+    Blocks of `b` are compared sequentially, because a reduction over all distances does not
     vectorise.
 
     Args:
-        a, b: columns and rows of centres in half pixels, each int32 `[B, n]`.
+        a, b: columns and rows of centres in half pixels, int32 `[B, n]` each.
         limit: largest squared distance, int32.
 
     Returns:
-        int32 `[B, n]`: squared distance times n plus slot, which orders by distance, then slot;
-        `_NONE` where nothing is within reach.
+        int32 `[B, n]`: squared distance times n plus slot, or `_NONE`.
     """
     lanes, n = a[0].shape
     size = min(n, _BLOCK)
@@ -76,25 +73,25 @@ def _nearest(
 def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Match one category's slots greedily, one to one; batch shape `[B]`.
 
-    The greedy order takes a pair of mutually nearest objects before any other pair of either. So
-    each round takes all such pairs at once, and one or two rounds are usually enough.
+    Greedy matching takes mutually nearest objects before any other pair of either. Therefore, each
+    round takes all such pairs, and one or two rounds are usually enough.
 
     Returns:
-        For each slot of `a` the matched slot of `b`, int32 `[B, n]`, n where there is none; and
-        which objects of `a` and of `b` have no match, bool `[B, n]` each.
+        For each slot of `a` the matched slot of `b` or n, int32 `[B, n]`; and masks of the
+        unmatched objects of `a` and of `b`, bool `[B, n]` each.
     """
     n = a.valid.shape[1]
     slots = jnp.arange(n, dtype=jnp.int32)[None]
 
     def center(o: Objects, away: int) -> tuple[jax.Array, jax.Array]:
-        """Columns and rows of centres in half pixels; the column is `away` where the slot is empty."""
+        """Columns and rows of centres in half pixels; empty slots have the column `away`."""
         box = o.xywh.astype(jnp.int32)
         return jnp.where(o.valid, 2 * box[..., 0] + box[..., 2], away), 2 * box[..., 1] + box[
             ..., 3
         ]
 
     def mutual(one: jax.Array, other: jax.Array) -> jax.Array:
-        """Whether each slot is the nearest of its nearest."""
+        """True if each slot is the nearest of its nearest."""
         back = jnp.take_along_axis(
             other, lax.rem(one, jnp.full_like(one, n)), axis=1, mode="promise_in_bounds"
         )
@@ -115,7 +112,7 @@ def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Arr
 
 
 def _rank(mask: jax.Array) -> jax.Array:
-    """For each slot that is set, the number of set slots before it, int32 `[B, n]`."""
+    """For each set slot, the number of set slots before it, int32 `[B, n]`."""
     return jnp.cumsum(mask, axis=1, dtype=jnp.int32) - 1
 
 
@@ -124,12 +121,11 @@ def _deal(new: jax.Array, free: jax.Array, turn: jax.Array) -> jax.Array:
 
     Args:
         new: bool `[B, n]`, slots of the new objects, assigned in this order.
-        free: bool `[B, n]`, slots that may receive one.
-        turn: int32 `[B, n]`, position of each free slot in the order in which free slots are
-            filled.
+        free: bool `[B, n]`, the free slots.
+        turn: int32 `[B, n]`, position of each free slot in the filling order.
 
     Returns:
-        int32 `[B, n]`: for each slot the new object that it receives, n where it receives none.
+        int32 `[B, n]`: each slot's new object, or n.
     """
     lanes, n = new.shape
     lane, slots = (
@@ -168,10 +164,10 @@ def _track_category(
 
 
 def _runs(game: Declaration) -> list[tuple[slice, bool]]:
-    """Divide the slots into runs, each with whether its objects may change slots.
+    """Divide the slots into runs, each with a flag: its objects may change slots.
 
-    A category of `Blobs` with several slots is a run of its own whose objects may. Categories whose
-    slots are places, or that have one slot, are joined to runs whose objects may not.
+    Each category of `Blobs` with several slots is such a run. Other adjacent categories, with fixed
+    places or a single slot, form one run without the flag.
     """
     runs: list[tuple[slice, bool]] = []
     for category, s in zip(game.categories, game.slices.values(), strict=True):
@@ -241,7 +237,7 @@ def _limit(radius: float) -> jax.Array:
 
 
 def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
-    """The game and batch shape of the states, after checking that all fields have that batch shape and the game's slots."""
+    """Check the fields' shapes against the game's slots, and return the game and batch shape."""
     game, other = (whose(objects) for objects in states.values())
     if game is not other:
         raise ValueError(
@@ -264,15 +260,14 @@ def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
 
 
 def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS) -> Objects:
-    """Merge what VEM detects on two successive emulated frames, for objects that the console draws
-    only every other frame.
+    """Merge VEM's objects of two successive emulated frames.
 
-    The result holds the later frame's objects in their slots, and those of the earlier frame
-    without a counterpart in the later one, so an object that has moved does not count twice.
-    Counterparts are matched one to one within a category, nearest centres first. Added objects fill
-    the category's free slots in order; those that do not fit are dropped. In categories whose slots
-    are places (`Category.has_places`: slot i is region or cell i), each slot holds the later object
-    or else the earlier one, at any distance.
+    The console draws some objects only every other frame. The result holds the later frame's
+    objects in their slots, and the earlier frame's objects without a counterpart in the later one.
+    A moved object does not count twice. Counterparts are matched one to one within a category,
+    nearest centres first. Added objects fill the category's free slots in order, and surplus
+    objects are dropped. In categories whose slots are places (`Category.has_places`: slot i is
+    region or cell i), each slot holds the later object or else the earlier one, at any distance.
 
     This is a pure function that works under `jit`, `vmap` and `scan`.
 
@@ -281,7 +276,7 @@ def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS)
         radius: largest distance between the centres of counterparts in pixels; a Python number.
 
     Returns:
-        Objects of the same batch shape. Added objects have their positions and colours of the
+        Objects of the same batch shape. Added objects keep their positions and colours from the
         earlier frame.
 
     Raises:
@@ -298,13 +293,12 @@ def track(
     radius: float = TRACK_RADIUS,
     is_first: jax.Array | np.ndarray | bool | None = None,
 ) -> Objects:
-    """Move current objects to the slots of the previous objects that they continue, so that slots
-    become identities.
+    """Move current objects to the slots of their previous objects, so slots become identities.
 
-    Objects are matched one to one within a category, nearest centres first. An object that
-    continues none gets the first slot that was empty before, or else the first slot whose object is
-    gone. In categories whose slots are places (`Category.has_places`: slot i is region or cell i),
-    objects stay in their slots. No object is added, lost or changed.
+    Objects are matched one to one within a category, nearest centres first. A new object gets the
+    first slot that was empty before, or else the first slot whose object is gone. In categories
+    whose slots are places (`Category.has_places`: slot i is region or cell i), objects stay in
+    their slots. No object is added, lost or changed.
 
     This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's
     `previous`:
@@ -312,13 +306,13 @@ def track(
         tracked = ocjax.track(tracked, game.vem(frame))
 
     Only the previous objects are remembered. An object that is missed once loses its identity and
-    may return in another slot. Where objects flicker, track the result of `merge_frames` on the
+    may return in another slot. For flickering objects, track the result of `merge_frames` on the
     last two emulated frames.
 
     Args:
         previous, current: objects of two successive states, of any batch shape.
-        radius: largest distance that an object's centre may have moved, in pixels; a Python number.
-        is_first: bool `[...]`, of the batch shape: whether the state begins an episode, so that
+        radius: largest movement of an object's centre, in pixels; a Python number.
+        is_first: bool `[...]`, of the batch shape: whether the state begins an episode. If so,
             `current` is returned unchanged.
 
     Returns:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeVar
 
-__all__ = ["ANY_SHAPE", "Range", "Shape", "Span", "limits"]
+__all__ = ["ANY_SHAPE", "Most", "Range", "Shape", "Span", "limits"]
 
 Range = int | tuple[int, int | None]
 Span = int | tuple[int, int]

@@ -39,6 +39,11 @@ WRONG = {
         (3, "3"),
     ],
     "history": [(0, "at least 1"), (10**6, "at most"), ("2", "'2'"), (2.0, "2.0"), (None, "None")],
+    "network": [
+        ("cnn", "network must be shared or mlp, got 'cnn'"),
+        (None, "None"),
+        (["mlp"], "got ['mlp']"),
+    ],
     "variations": [
         ("lazy_enemy", "sequence of names"),
         (("lazy",), "Did you mean 'lazy_enemy'"),
@@ -127,10 +132,14 @@ def test_equal_configurations_have_equal_files():
         variations=["Pong:lazy_enemy"],
         game_mode=np.int64(1),
         starts=[{}, {4: 3}],
-        features=["x", "y"],
+        features=["x", "valid"],
     )
     want = Config(
-        "Pong", variations=("lazy_enemy",), game_mode=1, starts=({}, {"4": 3}), features=("x", "y")
+        "Pong",
+        variations=("lazy_enemy",),
+        game_mode=1,
+        starts=({}, {"4": 3}),
+        features=("x", "valid"),
     )
     assert given == want
     assert given.to_json() == want.to_json()

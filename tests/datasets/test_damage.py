@@ -141,7 +141,7 @@ def test_texts_of_the_plan(dataset, text, way):
 def test_pipes_do_not_hang(dataset, name):
     (dataset / name).unlink()
     os.mkfifo(dataset / name)
-    with pytest.raises(DatasetError, match=r"dataset\.json is no regular file|is not complete"):
+    with pytest.raises(DatasetError, match=r"dataset\.json is not a regular file|is not complete"):
         datasets.relabel(dataset)
 
 

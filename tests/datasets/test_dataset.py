@@ -18,7 +18,8 @@ from typer.testing import CliRunner
 import ocjax
 from ocjax import datasets, files
 from ocjax.cli.app import app
-from ocjax.datasets import DatasetError, columns, exports, labels, playing, shards, starts
+from ocjax.datasets import DatasetError, columns, exports, labels, playing, shards
+from ocjax.emulators import ram_starts
 from ocjax.files import pipeline
 from ocjax.play import policies
 from tests.support.marks import slow_but
@@ -264,9 +265,9 @@ def test_starts(tmp_path, pong):
 def test_starts_write_what_they_say(name, text, writes, masks):
     if writes is None:
         with pytest.raises(ValueError, match=masks):
-            datasets.plan(name, 10, starts=[starts.parse(text)])
+            datasets.plan(name, 10, starts=[ram_starts.parse(text)])
         return
-    variation = starts.variation(ocjax.load(name), starts.parse(text))
+    variation = ram_starts.variation(ocjax.load(name), ram_starts.parse(text))
     assert (variation.writes, variation.masks) == (writes, masks)
     ram = np.full(128, 0xAA, np.uint8)
     variation(ram)
@@ -523,7 +524,7 @@ def test_shards_of_older_versions(copy, folder, tmp_path, pong):
     parquet.write_table(table.replace_schema_metadata(facts), path)
     with pytest.raises(
         ocjax.UnknownGameError,
-        match=r"train-00000-of-00002\.parquet, ram does not tell its game.*\(--game\)",
+        match=r"train-00000-of-00002\.parquet, ram names no game.*\(--game\)",
     ):
         files.extract(path, tmp_path / "rem.npz")
     files.extract(path, tmp_path / "rem.npz", "Pong")
@@ -541,7 +542,7 @@ def test_wrong_plans_and_folders_are_refused(copy, folder, pong, tmp_path):
             datasets.plan(pong, 10, policies=shares)
     with pytest.raises(ocjax.play.policies.PolicyError, match="no policy 'chess'"):
         datasets.plan(pong, 10, policies={"chess": 100})
-    with pytest.raises(DatasetError, match="none twice"):
+    with pytest.raises(DatasetError, match="seeds must be distinct"):
         datasets.plan(pong, 10, [1, 1])
     with pytest.raises(ValueError, match="states must be"):
         datasets.plan(pong, 0)

@@ -87,18 +87,18 @@ def test_command(trial, tmp_path):
     rows = list(csv.DictReader(out.read_text().splitlines()))
     assert [row["category"] for row in rows] == ["Ball", "Ball", "", ""]
     assert rows[0]["w"] == "2"
-    assert "what is looked at on 3 frames with gaze" in " ".join(result.output.split())
+    assert "objects at the gaze on 3 frames" in " ".join(result.output.split())
     with Image.open(picture) as image:
         assert image.size == (960, 630)
 
 
 def test_files_that_are_no_texts(tmp_path):
     (tmp_path / "trial.txt").write_bytes(b"\xff")
-    with pytest.raises(InputError, match="no text file in UTF-8"):
+    with pytest.raises(InputError, match="not a text file in UTF-8"):
         atari_head.read_trial(tmp_path / "trial.txt")
     os.mkfifo(tmp_path / "pipe.txt")
     for other in ("pipe.txt", "."):
-        with pytest.raises(InputError, match="no regular file"):
+        with pytest.raises(InputError, match="not a regular file"):
             atari_head.read_trial(tmp_path / other)
 
 

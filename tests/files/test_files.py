@@ -205,7 +205,7 @@ def test_pictures_that_may_be_grey_are_refused(tmp_path):
     picture = np.zeros((210, 160), np.uint8)
     picture[100:110, 50:60] = 170
     assert 170 in np.round(palette.NTSC @ [0.299, 0.587, 0.114])
-    message = "nothing tells whether they show palette indices"
+    message = "which may show palette indices"
     refused(
         InputError, message, write_pictures(tmp_path / "Asteroids", [picture]), tmp_path / "out.npz"
     )
@@ -564,7 +564,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     out = tmp_path / "out.npz"
     refused(FileNotFoundError, "no input", tmp_path / "Pong.npy", out)
     (tmp_path / "Pong.csv").write_text("1")
-    refused(InputError, "of no known format", tmp_path / "Pong.csv", out)
+    refused(InputError, "has no known format", tmp_path / "Pong.csv", out)
     (tmp_path / "empty").mkdir()
     refused(InputError, "holds no pictures", tmp_path / "empty", out, "Pong")
     np.save(tmp_path / "Pong.npy", rams)
@@ -583,7 +583,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     np.save(tmp_path / "train-0.npy", rams)
     refused(
         ocjax.UnknownGameError,
-        r"train-0\.npy does not tell its game.*--game",
+        r"train-0\.npy names no game.*--game",
         tmp_path / "train-0.npy",
         out,
     )
@@ -595,7 +595,7 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
     np.save(tmp_path / "high.npy", np.zeros((2, 250, 160), np.uint8))
     refused(
         InputError,
-        r"has frames of \[250, 160\], those of Pong are \[210, 160\]",
+        r"has frames of \[250, 160\], but Pong has \[210, 160\]",
         tmp_path / "high.npy",
         out,
         "Pong",

@@ -149,7 +149,7 @@ def test_pipes_are_refused(source, read):
     os.mkfifo(source)
     assert "is a special file" in read(source)
     for kind in ("recording", "policy"):
-        assert "no regular file" in read(source, kind=kind)
+        assert "not a regular file" in read(source, kind=kind)
 
 
 def test_damaged_inputs_are_refused_or_read(source, tmp_path, read):

@@ -116,7 +116,7 @@ def test_command(tmp_path, monkeypatch):
     ("options", "message"),
     [
         (("--human", "--episodes", 3), "do not apply with --human"),
-        (("--out", "x.npz"), "--out is of the recording that --human makes"),
+        (("--out", "x.npz"), "--out needs --human"),
         (("--human", "--out", "x.png"), ".npz"),
     ],
 )

@@ -105,7 +105,10 @@ def test_other_policies_need_no_screens():
         ({"w1": None}, "w1"),
         ({"w3": None}, "w3"),
         ({"mean": np.zeros(3)}, "mean must be absent"),
-        ({"network": "resnet"}, "network must be one of mlp, relu_mlp, nature_cnn, got 'resnet'"),
+        (
+            {"network": "resnet"},
+            "network must be one of mlp, relu_mlp, shared, nature_cnn, got 'resnet'",
+        ),
         ({"network": ["mlp"]}, "network must be one of"),
         ({"network": "mlp"}, "KeyError"),
         ({"settings": 3}, "description of the policy is damaged"),

@@ -95,9 +95,9 @@ def test_command(tmp_path, monkeypatch):
         (("Pitfall", "--variations", "all"), "Pitfall has no variations; there are those of Alien"),
         (
             ("Pong", "--variations", "all", "--csv", "x.csv"),
-            "--csv and --gif are of the original game",
+            "--csv and --gif apply only to the original game",
         ),
-        (("Pong", "--json", "x.json"), "the comparison that --variations makes"),
+        (("Pong", "--json", "x.json"), "--json need --variations"),
         (("Pong", "--human", "--variations", "all"), "do not apply with --human"),
     ],
 )

@@ -135,7 +135,7 @@ def test_correlate_with_what_the_chip_drew():
     chip = recordings.Recording(game, tape.rams, tape.screens, shown=shown, resets=tape.resets)
     found = {(f.object, f.field): f for f in correlate.correlate(chip, "sprites")}
     assert formula(found["Ball 0", "x"])[0] == "byte(49) - 49"
-    with pytest.raises(ValueError, match="what the video chip drew"):
+    with pytest.raises(ValueError, match="lacks the video chip's sprites"):
         list(correlate.correlate(tape, "sprites"))
 
 
@@ -238,7 +238,7 @@ def test_twins(monkeypatch):
     assert twins.to_table(end).rows[0][0] == "Pin"
     monkeypatch.setattr(twins, "MOST_FRAMES", 200)
     with pytest.raises(
-        ValueError, match="does not come to the last frame of a game within 200 frames"
+        ValueError, match="does not reach the last frame of a game within 200 frames"
     ):
         twins.twins(ocjax.load("Pong"), "end", count=1)
 

@@ -1,4 +1,4 @@
-"""`ocjax ram watch`: the state of a watched game, its objects and changed bytes, and the effects of keys."""
+"""`ocjax ram watch`: the state of a watched game, and the effects of keys."""
 
 from typing import Any
 
@@ -23,16 +23,15 @@ GLOW = 15  # emulated frames that a changed byte stays marked
 
 
 class Session:
-    """A watched emulator: its screen, objects and RAM, the bytes that changed recently, and a
-    message.
+    """A watched emulator: its screen, objects, RAM, recently changed bytes, and a message.
 
     Keys are single characters, or a terminal's sequences for arrows.
 
     Args:
         game: the game.
-        policy: "keyboard", or the name of a policy as `make_policy` takes it.
+        policy: "keyboard", or the name of a policy for `make_policy`.
         seed: seed of the emulator and the policy.
-        game_mode: as ale-py numbers it; None for the game's default.
+        game_mode: in ale-py's numbering; None for the game's default.
 
     Raises:
         RomError, PolicyError, ValueError: a wrong ROM, policy or mode.
@@ -48,47 +47,56 @@ class Session:
             None if policy == "keyboard" else make_policy(policy, game, len(self.actions), 1, seed)
         )
         self.paused = self.vision = self.done = False
-        self.started = True  # whether the game has just begun
+        self.started = True  # the game has just begun
         self.message = HELP
         self.typed: str | None = None  # the line after ":" while it is typed
         self.saved: Any = None
-        self.held: dict[str, int] = {}  # keys that are held, and for how many frames yet
-        self.changed = np.zeros(128, int)  # frames for which each byte stays marked
+        self.held: dict[str, int] = {}  # held keys and their remaining frames
+        self.changed = np.zeros(128, int)  # remaining frames of each byte's mark
         self.reward = 0
         self.ram = self.ale.getRAM()
         self._commands = {
-            ":": self._start_typing, "p": self._toggle_pause, "n": self._step_one, "v": self._toggle_vision, "k": self._save,
-            "l": self._load, "r": self._act_at_random, "m": self._act_by_hand, "q": self._quit, INTERRUPT: self._quit, ESCAPE: self._quit,
-        }  # fmt: skip
+            ":": self._start_typing,
+            "p": self._toggle_pause,
+            "n": self._step_one,
+            "v": self._toggle_vision,
+            "k": self._save,
+            "l": self._load,
+            "r": self._act_at_random,
+            "m": self._act_by_hand,
+            "q": self._quit,
+            INTERRUPT: self._quit,
+            ESCAPE: self._quit,
+        }
         self._observe()
 
     def _observe(self) -> None:
-        """Take over RAM and screen, mark changed bytes, and extract."""
+        """Copy RAM and screen, mark changed bytes, and extract objects."""
         before, self.ram, self.screen = self.ram, self.ale.getRAM(), self.ale.getScreen()
         self.changed = np.where(before != self.ram, GLOW, np.maximum(self.changed - 1, 0))
         found = self.game.vem(self.screen) if self.vision else self.game.rem(self.ram)
         self.objects = jax.tree.map(np.asarray, found)
 
     def action(self) -> ale_py.Action:
-        """The next action, from the policy or from the keys that are held."""
+        """The next action, from the policy or from the held keys."""
         if self.policy is not None:
             return self.actions[int(self.policy(self._seen())[0])]
         return held_action(self.held)
 
     def _seen(self) -> Seen:
-        """What policies see. A step is one frame, which is pooled with no other."""
+        """The inputs of policies. A step is one frame, without pooling."""
         gray = np.zeros((1, *self.game.screen), np.uint8)
         self.ale.getScreenGrayscale(gray[0])
         return Seen(self.ram[None], np.array([self.started]), gray)
 
     def step(self) -> None:
-        """Emulate the frames of one frame shown, unless paused."""
+        """Emulate the frames of one displayed frame, unless paused."""
         for _ in range(FRAMES_PER_SHOWN):
             if not self.paused:
                 self.frame()
 
     def frame(self) -> None:
-        """Emulate one frame. A game that is over restarts."""
+        """Emulate one frame. A finished game restarts."""
         if self.ale.game_over():
             self.ale.reset_game()
             self.reward, self.started = 0, True
@@ -98,7 +106,7 @@ class Session:
         self._observe()
 
     def poke(self, address: int, value: int) -> None:
-        """Write a byte. Frames show it from the next one on."""
+        """Write a byte. The next frame shows its effect."""
         if not (0 <= address < 128 and 0 <= value < 256):
             self.message = f"an address is 0-127 and a value 0-255, got {address} and {value}"
             return
@@ -172,7 +180,7 @@ class Session:
             self.typed += key
 
     def line(self) -> str:
-        """What is being typed, or else the message."""
+        """The typed line, or else the message."""
         return self.message if self.typed is None else f":{self.typed}"
 
     def title(self) -> str:

@@ -21,12 +21,13 @@ from ocjax.transforms.drawing import category_colors
 
 RAM_WIDTH = 72  # characters of the right column
 RAM_HEIGHT = 11  # lines of the RAM and the heading of the objects
+# characters: two pixels each, one above the other
 SCREEN_COLUMNS, SCREEN_ROWS, LEAST_COLUMNS, LEAST_ROWS = (
     160,
     105,
     20,
     8,
-)  # characters: two pixels each, one above the other
+)
 
 
 def screen_text(session: Session, columns: int, rows: int) -> Text:
@@ -79,7 +80,7 @@ def objects_table(session: Session, rows: int) -> Table:
 
 
 def panel(session: Session, width: int, height: int) -> Layout:
-    """Everything that is shown, for a terminal of `width` by `height` characters."""
+    """The complete view for a terminal of `width` by `height` characters."""
     layout = Layout()
     layout.split_column(
         Layout(Text(session.title(), "bold"), size=1),
@@ -110,7 +111,7 @@ def split_keys(data: str) -> list[str]:
 def _raw_keys() -> Iterator[Callable[[], list[str]]]:
     """A function that returns the keys pressed since its last call, without waiting.
 
-    It returns none if the input is no terminal.
+    Without a terminal, it returns no keys.
     """
     if not sys.stdin.isatty():
         yield list
@@ -135,7 +136,10 @@ def _raw_keys() -> Iterator[Callable[[], list[str]]]:
 
 
 def watch(session: Session, console: Console, frames: int | None = None) -> None:
-    """Watch in a terminal, also over ssh, until the session is done or `frames` frames have been shown."""
+    """Watch in a terminal until the session is done or `frames` frames are shown.
+
+    This also works over ssh.
+    """
     shown = 0
     with (
         _raw_keys() as keys,

@@ -7,6 +7,7 @@ from ocjax.play import window
 from ocjax.ramtools.watch.session import GLOW, Session
 from ocjax.transforms.drawing import overlay
 
+# Tk's names
 KEYS = {
     "Up": "w",
     "Left": "a",
@@ -15,12 +16,12 @@ KEYS = {
     "Return": "\r",
     "BackSpace": "\x08",
     "Escape": "\x1b",
-}  # Tk's names
+}
 BYTES_PER_ROW = 8
 
 
 def sidebar(session: Session) -> str:
-    """The text beside the picture: state of play, RAM, bytes that changed last, and the message."""
+    """The text beside the picture: state of play, RAM, changed bytes, and the message."""
     rows = [" ".join(f"{v:>3}" for v in row) for row in session.ram.reshape(-1, BYTES_PER_ROW)]
     changed = " ".join(str(address) for address in np.flatnonzero(session.changed == GLOW))
     return "\n".join(
@@ -32,11 +33,11 @@ def watch(session: Session, scale: int = 2) -> None:
     """Watch in a window until it is closed or the session is done.
 
     Args:
-        session: what is watched.
-        scale: window pixels per screen pixel; twice as many across.
+        session: the session to watch.
+        scale: window pixels per screen pixel; twice this number horizontally.
 
     Raises:
-        RuntimeError: there is no display, or Python has no tkinter.
+        RuntimeError: the display or tkinter is missing.
     """
 
     def step() -> tuple[Image.Image, str] | None:
