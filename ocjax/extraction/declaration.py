@@ -235,7 +235,7 @@ def _validate_category(game: Declaration, c: Category) -> None:
     )
     need(
         not c.reads_value or "value" in c.attributes,
-        text="a value is read of it, but it has no attribute 'value'",
+        text="VEM reads its value, but it has no attribute 'value'",
     )
     need(isinstance(c.needs, tuple), text=f"needs must be a tuple of names, got {c.needs!r}")
     # A game without its display lacks the display's categories.
@@ -272,7 +272,7 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
     need(
         not odd,
         text=(
-            "colors must be even, as an odd palette index shows as the even one below it, got "
+            "colors must be even (an odd index shows the even one below it), got "
             f"{odd}"
         ),
     )

@@ -75,7 +75,7 @@ def _check(game: Game, category: str, slot: int | None, wanted: Mapping[str, int
         )
     if not wanted or not set(wanted) <= set(EDITABLE):
         raise TypeError(
-            f"the numbers to set are some of {', '.join(EDITABLE)}, got "
+            f"set one or more of {', '.join(EDITABLE)}, got "
             f"{', '.join(wanted) or 'none'}"
         )
     for name, number in wanted.items():

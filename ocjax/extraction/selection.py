@@ -70,7 +70,7 @@ class Selection:
         ]
         if not found or len({c.name for c in found}) < len(found):
             raise ValueError(
-                "the categories must be at least one, and none twice, got "
+                "select at least one category, and none twice, got "
                 f"{reprlib.repr([s.category for s in slots])}"
             )
         self.slots = tuple(slots)
