@@ -181,7 +181,7 @@ FLICKER = (
 )
 COLUMNS = {  # explanations of the tables' columns
     "Objects": "the number of objects that REM reports",
-    "Precision": "the fraction of REM's objects that VEM finds, on the frame or on the frame before",
+    "Precision": "the fraction of REM's objects that VEM finds, on the frame or the frame before",
     "Recall": "the fraction of VEM's objects that REM reports on the same frame",
     "F1": (
         "the harmonic mean of precision and recall; objects match if they have the same category "

@@ -271,10 +271,7 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
     odd = sorted({color for color in rule.palette if color & ~EVEN} - set(stand_ins))
     need(
         not odd,
-        text=(
-            "colors must be even (an odd index shows the even one below it), got "
-            f"{odd}"
-        ),
+        text=(f"colors must be even, because an odd index shows the even one below it, got {odd}"),
     )
     firsts = isinstance(rule, Blobs) and rule.first_colors
     need(

@@ -75,8 +75,7 @@ def _check(game: Game, category: str, slot: int | None, wanted: Mapping[str, int
         )
     if not wanted or not set(wanted) <= set(EDITABLE):
         raise TypeError(
-            f"set one or more of {', '.join(EDITABLE)}, got "
-            f"{', '.join(wanted) or 'none'}"
+            f"set one or more of {', '.join(EDITABLE)}, got {', '.join(wanted) or 'none'}"
         )
     for name, number in wanted.items():
         if not isinstance(number, numbers.Integral):
