@@ -34,7 +34,7 @@ def use_compilation_cache() -> Path:
 
     Returns:
         The folder: the chosen one, or else `ocjax/xla` in the user's cache, such as
-            `~/.cache/ocjax/xla`.
+        `~/.cache/ocjax/xla`.
 
     Raises:
         OSError: the user has no home folder.

@@ -124,7 +124,7 @@ def agreement(
 
     Returns:
         Counts of shape `[B, categories]`: first the categories of `left`, then the additional
-            categories of the other arguments.
+        categories of the other arguments.
 
     Raises:
         ValueError: the numbers of frames differ.

@@ -48,7 +48,7 @@ class Evaluation:
         coverage: fraction of sprite pixels inside REM's boxes and fraction of boxes with drawn
             pixels, or None if the recording does not have the drawn pixels.
         ocatari: results of OCAtari's methods, by "rem" and "vem"; empty if it did not run.
-        ocatari_agreement: OCAtari's REM against its VEM, or None unless both run.
+        ocatari_agreement: OCAtari's REM against its VEM if both run, else None.
         worst_frames: pictures of the frames with the most disagreements.
     """
 

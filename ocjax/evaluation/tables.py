@@ -72,7 +72,7 @@ def show(table: Table, console: Console) -> None:
 def print_whole(table: RichTable, console: Console) -> None:
     """Print a table without cutting off words.
 
-    In a file or a pipe, the lines of cells are also unbroken.
+    In a file or a pipe, each cell also stays on one line.
     """
     size = Measurement.get(console, console.options.update(max_width=WIDEST), table)
     table.width = max(console.width, size.minimum) if console.is_terminal else size.maximum

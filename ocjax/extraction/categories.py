@@ -41,8 +41,8 @@ class Category:
             orientations; it reports -1.
         rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With
             `rgb`, VEM does not read the colour.
-        color_row: row of an object's box with the pixel that gives the colour: the row's first one
-            in the rule's colours. A negative row counts from the bottom; a row beyond the box means
+        color_row: row of an object's box. VEM reads the colour of the row's first pixel with one
+            of the rule's colours. A negative row counts from the bottom; a row beyond the box means
             the last row.
         value: how VEM reads the value from the colour; None: it does not.
         doc: a line that describes the objects.

@@ -20,7 +20,7 @@ from ocjax.vision.shades import Shades
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 Found = dict[str, Detected]
-# Returns the objects that a stage finds or changes, by category.
+# A stage returns the objects that it finds or changes, by category.
 Stage = Callable[[Scene, Sequence[Category]], Found]
 
 

@@ -21,7 +21,7 @@ EDITABLE = ("x", "y", "w", "h", "orientation", "value")
 
 _BOX = 4  # the first fields are the box
 _MOST_BYTES = 4  # maximum number of bytes that an edit writes
-# Number of edits nearest to the wanted numbers, for trying another byte in each.
+# Number of edits that are kept, nearest first, to try another byte in each.
 _KEPT = 8
 _CHUNK = 4_096  # states per call of REM; a single shape compiles once
 _FAR = np.iinfo(np.int32).max  # the distance of an edit that changes anything else
@@ -52,7 +52,7 @@ def edit(
         The edited RAM, uint8 `[..., 128]`.
 
     Raises:
-        TypeError: a number is not an integer, has another name, or is missing.
+        TypeError: a number is not an integer, its name is not in the list above, or none is given.
         ValueError: the category, slot or object does not exist, or no bytes change the numbers as
             wanted and nothing else.
     """

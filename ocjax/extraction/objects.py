@@ -242,7 +242,7 @@ class Objects:
         return records.per_state(list, self._host(), whose(self))
 
     def to_dict(self) -> Any:
-        """Convert the valid objects to lists by category.
+        """Convert the valid objects to a dict of lists by category.
 
         The lists hold the dicts of `to_list` without `category`. Categories without a valid object
         are omitted.

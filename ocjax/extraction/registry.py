@@ -62,7 +62,7 @@ def load(name: str, *, hud: bool = True) -> Game:
 
 
 def _hint(key: str) -> str:
-    """Suggest a correction of an unknown name in lower case."""
+    """Explain an unknown name in lower case, and suggest similar ones."""
     from ale_py.roms import get_all_rom_ids
 
     if key in {rom.replace("_", "") for rom in get_all_rom_ids()}:

@@ -99,7 +99,7 @@ class ShortRuns:
 class LoneRuns:
     """Select horizontal runs that touch no pixel above or below, not even at a corner.
 
-    These are flat objects in the colour of others.
+    This finds flat objects in the colour of others.
 
     Args:
         least: minimum number of pixels in a run.
@@ -253,7 +253,7 @@ class NoPairs:
 class Lines:
     """Select lines of one colour, upright or diagonal (one column per row).
 
-    These are thin shots in front of sprites with rows of different colours.
+    This finds thin shots in front of sprites with rows of different colours.
 
     Each step is materialized: 5 us per frame for 128 rows and 7 bits, and 30 us in one kernel,
     which repeats all steps for each row.

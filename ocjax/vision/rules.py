@@ -191,7 +191,7 @@ class Bounds:
 class Blobs:
     """Connected components of the pixels that have the colours, in raster order.
 
-    The position of a component in this order is the position of its first pixel.
+    Components are ordered by their first pixels.
 
     Args:
         colors: palette indices; pixels of different colours of the rule connect.

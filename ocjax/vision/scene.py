@@ -114,7 +114,7 @@ class Scene:
         return mask & ~self._inside(rule.exclude) if rule.exclude else mask
 
     def anchor_mask(self, rule: Cells) -> Bitmap | None:
-        """Return the pixels of the cells' anchor; or None."""
+        """Return the pixels of the cells' anchor, or None."""
         return None if rule.anchor is None else self.mask(color_set(rule.anchor[0]))
 
     def region(self, rule: Blobs) -> Area:

@@ -37,7 +37,7 @@ class Edges(NamedTuple):
 
 
 class Extent(NamedTuple):
-    """First and last column and row of pixels in their windows, int32; the last row may be -1.
+    """First and last column and row of pixels in their windows, int32.
 
     The last row is -1 in windows without pixels.
     """
