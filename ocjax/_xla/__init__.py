@@ -1,4 +1,4 @@
-"""How programs are compiled for and run on XLA's processor backend."""
+"""Compilation for XLA's CPU backend, and settings of the process."""
 
 import os
 

@@ -5,10 +5,11 @@
 few elements, with transposes in between. Here every operation keeps the batch last and runs along
 thousands of states.
 
-Measured against the plain `vmap` (one core, microseconds a state at batches of 4,096, jax 0.10.2):
-Asteroids 0.101 instead of 0.173, Beam Rider 0.192 instead of 0.323, Carnival 0.154 instead of
-0.224, Freeway 0.069 instead of 0.098, Ms. Pac-Man 0.482 instead of 0.656; over nineteen games the
-plain `vmap` takes 1.15 times as long in the geometric mean, and in no game less than 0.97 times.
+Measurements against the plain `vmap` (one core, microseconds per state at batches of 4,096, jax
+0.10.2): Asteroids 0.101 instead of 0.173, Beam Rider 0.192 instead of 0.323, Carnival 0.154 instead
+of 0.224, Freeway 0.069 instead of 0.098, Ms. Pac-Man 0.482 instead of 0.656. Over 19 games the
+plain `vmap` takes 1.15 times as long in the geometric mean, and at least 0.97 times as long in
+every game.
 """
 
 from collections.abc import Callable
@@ -21,15 +22,15 @@ from jax import lax
 from ocjax._xla.dataflow import ELEMENTWISE, Constant, Operand, Program, flatten, worth_storing
 from ocjax._xla.kernels import materialize, varying
 
-# Operations that are batched in place: they name axes only from the front, or none at all.
+# Operations that are batched in place: their axes count from the front, or they have none.
 _IN_PLACE = frozenset(
     "argmax argmin cummax cummin cumsum optimization_barrier reduce_and reduce_max reduce_min "
     "reduce_or reduce_prod reduce_sum "
     "reduce_xor rev squeeze".split()
 )
 
-# Operations whose parameters are extended by the batch axis: from parameters, batch size and
-# operands to the result.
+# Operations that need the batch axis in their parameters: functions of parameters, batch size and
+# operands.
 _EXTENDED: dict[str, Callable[..., jax.Array]] = {
     "broadcast_in_dim": lambda p, n, x: lax.broadcast_in_dim(
         x, (*p["shape"], n), (*p["broadcast_dimensions"], len(p["shape"]))
@@ -52,12 +53,13 @@ Value = tuple[Any, bool]  # an array, and whether its last axis is the batch
 def batch_last(
     f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct
 ) -> Callable[[jax.Array], Any]:
-    """The function on a batch in the last axis: `[*shape, B]` -> each result of shape `s` becomes
-    `[*s, B]`.
+    """Apply a function to a batch in the last axis, `[*shape, B]`.
+
+    Each result of shape `s` becomes `[*s, B]`.
 
     Args:
-        f: of one array, without effects.
-        example: its argument's shape and dtype.
+        f: function of one array, without effects.
+        example: shape and dtype of its argument.
     """
     closed, out = jax.make_jaxpr(f, return_shape=True)(example)
     tree, program = jax.tree.structure(out), flatten(closed)
@@ -71,7 +73,7 @@ def batch_last(
 
 
 def _batched(value: Value, like: jax.Array) -> jax.Array:
-    """The array with the batch axis of `like`; an array without a batch is repeated along it."""
+    """Return an array with the batch axis of `like`, repeating it if it has no batch."""
     array, has_batch = value
     if has_batch:
         return array
@@ -104,7 +106,7 @@ def _evaluate(program: Program, x: jax.Array, stored: set[int]) -> list[Value]:
 
 
 def _apply(eqn: Any, values: list[Value], like: jax.Array) -> Any:
-    """One operation of which at least one operand has the batch."""
+    """Apply one operation with at least one batched operand."""
     name, params = eqn.primitive.name, dict(eqn.params)
     if name == "gather" and _is_look_up(eqn, values):
         return _look_up(eqn, values[0][0], values[1][0], like)
@@ -126,7 +128,10 @@ def _apply(eqn: Any, values: list[Value], like: jax.Array) -> Any:
 
 
 def _aligned(values: list[Value], shape: tuple[int, ...], like: jax.Array) -> list[jax.Array]:
-    """Operands of an elementwise operation in one shape; a condition or a bound may be a scalar beside arrays."""
+    """Give the operands of an elementwise operation one shape.
+
+    A condition or a bound may be a scalar among arrays.
+    """
     whole = [_batched(v, like) for v in values]
     return [
         v
@@ -137,7 +142,7 @@ def _aligned(values: list[Value], shape: tuple[int, ...], like: jax.Array) -> li
 
 
 def _is_look_up(eqn: Any, values: list[Value]) -> bool:
-    """Whether a gather takes single entries along one axis of a table that all states share."""
+    """Return whether a gather takes single entries along one axis of an unbatched table."""
     (_, table_has_batch), (indices, indices_have_batch) = values
     numbers = eqn.params["dimension_numbers"]
     return (
@@ -149,13 +154,16 @@ def _is_look_up(eqn: Any, values: list[Value]) -> bool:
 
 
 def _look_up(eqn: Any, table: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:
-    """Entries of a table that all states share; `jax.vmap` moves the batch to the front, which costs two transposes."""
+    """Look up entries of an unbatched table.
+
+    `jax.vmap` moves the batch to the front, which costs two transposes.
+    """
     index = lax.reshape(indices, (*indices.shape[:-2], like.shape[-1], 1))
     return eqn.primitive.bind(varying(jnp.asarray(table), like), index, **eqn.params)
 
 
 def _rows(eqn: Any, array: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:
-    """Entries of a batched array at indices that all states share."""
+    """Gather entries of a batched array at unbatched indices."""
     numbers, axis = eqn.params["dimension_numbers"], len(eqn.outvars[0].aval.shape)
     params = eqn.params | {
         "dimension_numbers": numbers._replace(offset_dims=(*numbers.offset_dims, axis)),

@@ -1,7 +1,7 @@
 """Batches of any shape and size, divided into chunks, in a few compiled programs.
 
-Times are microseconds for one state or frame on one core of a cloud machine, at batches of 4,096
-states or 1,024 frames, jax 0.10.2. `B` is the batch size.
+Times are microseconds per state or frame on one core of a cloud machine, at batches of 4,096 states
+or 1,024 frames, jax 0.10.2. `B` is the batch size.
 """
 
 import contextlib
@@ -24,7 +24,7 @@ except ImportError:  # before jax 0.10
 from ocjax._xla.kernels import on_cpu, varying
 from ocjax._xla.sharding import by_device
 
-_NO_TRACE = get_opaque_trace_state()  # outside of `jit`, `vmap` and the like
+_NO_TRACE = get_opaque_trace_state()  # outside of `jit`, `vmap` and similar transformations
 COMPILER_OPTIONS = {
     "xla_cpu_use_fusion_emitters": False,
     "xla_cpu_parallel_codegen_split_count": 1,
@@ -34,7 +34,7 @@ COMPILER_OPTIONS = {
 
 @functools.cache
 def compiler_options() -> dict[str, Any] | None:
-    """Options for compilation on the CPU; None where this version of XLA does not know them."""
+    """Options for compilation on the CPU; None if this version of XLA does not know them."""
     if not on_cpu():
         return None
     try:
@@ -45,16 +45,18 @@ def compiler_options() -> dict[str, Any] | None:
 
 
 def jit(f: Callable[..., Any]) -> Callable[..., Any]:
-    """`jax.jit` for calls with concrete arrays, compiled by XLA's older emitters of fused loops,
-    and in one piece.
+    """Apply `jax.jit` for concrete arrays, with XLA's older fusion emitters and in one piece.
 
-    The newer emitters take about twice as long to compile and are no faster: Beam Rider's VEM 7.2 s
-    instead of 5.2 of processor time, its REM 1.6 instead of 0.9. Code generation split over threads
-    takes a tenth more. With LLVM's second optimization level instead of its third, compiling takes
-    three quarters of the time, but VEM takes 13 % and REM 18 % longer. With vectors of 512 bits
-    instead of 256, VEM takes 5 % less on an Intel Xeon with AVX-512 (geometric mean of 69 games; 8
-    % in Adventure and Solaris) and REM 2 % less; processors without AVX-512 are not affected. JAX
-    accepts such options only for the outermost `jit`.
+    - The newer emitters take about twice as long to compile, and their code is no faster: Beam
+      Rider's VEM takes 7.2 s of processor time instead of 5.2, its REM 1.6 instead of 0.9.
+    - Code generation split over threads takes a tenth more.
+    - LLVM's second optimization level takes three quarters of the compile time of the third, but
+      VEM takes 13 % and REM 18 % longer.
+    - Vectors of 512 bits instead of 256 make VEM take 5 % less on an Intel Xeon with AVX-512
+      (geometric mean of 69 games; 8 % in Adventure and Solaris) and REM 2 % less. Processors
+      without AVX-512 are not affected.
+
+    JAX accepts such options only for the outermost `jit`.
     """
 
     @functools.cache
@@ -67,10 +69,10 @@ def jit(f: Callable[..., Any]) -> Callable[..., Any]:
 class AnyBatch:
     """A function of `[B, ...]`, B > 0, extended to any leading batch shape.
 
-    A single state and the batch sizes of `shared_size` have compiled functions of their own.
-    Batches of other sizes and shapes are filled up to the next such size, so that recordings of
-    many lengths share a few programs. To compile the filling up takes 20 ms, and a game's VEM takes
-    seconds. `vmap` of the result is the function on a larger batch.
+    A single state and each batch size of `shared_size` has a separate compiled function. Batches of
+    other sizes and shapes are padded to the next such size, so that recordings of many lengths
+    share a few programs. The padding compiles in 20 ms, a game's VEM in seconds. `vmap` of the
+    result is the function on a larger batch.
 
     Args:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
@@ -86,7 +88,7 @@ class AnyBatch:
         self._traced.def_vmap(self._of_larger_batch)
 
     def __call__(self, x: jax.Array | np.ndarray) -> Any:
-        """The results for `[*batch, *tail]`, a pytree of arrays `[*batch, ...]`."""
+        """Return the results for `[*batch, *tail]`, a pytree of arrays `[*batch, ...]`."""
         if isinstance(x, Tracer) or get_opaque_trace_state() != _NO_TRACE:
             with _with_32_bits():
                 return self._traced(jnp.asarray(x))
@@ -99,7 +101,7 @@ class AnyBatch:
                 )
         with _with_32_bits():
             out = self._in_shared_size(x)
-        # JAX may read a numpy array in place while it computes: wait, so that the caller can
+        # JAX may read a NumPy array in place while it computes: wait, so that the caller can
         # overwrite it.
         return jax.block_until_ready(out)
 
@@ -107,7 +109,7 @@ class AnyBatch:
         return x.shape[: x.ndim - self._rank]
 
     def _folded(self, x: jax.Array) -> Any:
-        """The results of a batch of any shape; with an empty batch, of a single element that is cut off."""
+        """Compute a batch of any shape; for an empty batch, compute and drop a single element."""
         batch = self._batch(x)
         if len(batch) == 1 and batch[0] > 0:
             return self._inlined(x)
@@ -130,11 +132,10 @@ class AnyBatch:
 
 
 def shared_size(n: int, chunk: int) -> int:
-    """The batch size to which a batch of `n` is filled up: a power of two up to `chunk`, then a
-    multiple of it.
+    """Round a batch size up: to a power of two up to `chunk`, then to a multiple of `chunk`.
 
-    Above eight chunks there are eight such sizes between a power of two and the next one, so that
-    at most an eighth is computed in vain.
+    Above eight chunks there are eight sizes between a power of two and the next one, so that at
+    most an eighth of the computation is wasted.
     """
     if n <= chunk:
         return 1 << max(n - 1, 0).bit_length()
@@ -144,12 +145,12 @@ def shared_size(n: int, chunk: int) -> int:
 
 
 def _with_32_bits() -> contextlib.AbstractContextManager[Any]:
-    """Decoders and rules compute with 32 bits, whatever the caller's default is."""
+    """Use 32 bits for decoders and rules, regardless of the caller's default."""
     return jax.enable_x64(False) if jax.config.jax_enable_x64 else contextlib.nullcontext()  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _filled_up(x: jax.Array | np.ndarray, rank: int, size: int) -> jax.Array | np.ndarray:
-    """`[..., *tail]` as `[size, *tail]`, with zeros behind."""
+    """Reshape `[..., *tail]` to `[size, *tail]`, with zeros at the end."""
     if isinstance(x, jax.Array):
         return _filled_up_on_device(x, rank, size)
     tail = x.shape[x.ndim - rank :]
@@ -168,16 +169,15 @@ def _filled_up_on_device(x: jax.Array, rank: int, size: int) -> jax.Array:
 
 @functools.partial(jax.jit, static_argnums=1)
 def _cut_off(tree: Any, batch: tuple[int, ...]) -> Any:
-    """The first elements of arrays `[size, ...]`, in a batch shape."""
+    """Return the first elements of arrays `[size, ...]`, in a batch shape."""
     n = math.prod(batch)
     return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), tree)
 
 
 def padded_chunks(x: np.ndarray, size: int) -> Iterator[tuple[np.ndarray, int]]:
-    """Chunks of one size `[size, ...]` of a long array `[n, ...]`, and how many rows of each belong
-    to it.
+    """Split an array `[n, ...]` into chunks `[size, ...]`, with the number of rows in each.
 
-    A function of chunks is compiled once. The last chunk is filled up with its first row.
+    A function of chunks is compiled once. The last chunk is padded with its first row.
     """
     for start in range(0, len(x), size):
         chunk = x[start : start + size]
@@ -186,7 +186,11 @@ def padded_chunks(x: np.ndarray, size: int) -> Iterator[tuple[np.ndarray, int]]:
 
 
 def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
-    """`f` of an array `[n, ...]`, n > 0, in chunks of one size: a pytree of numpy arrays `[n, ...]`."""
+    """Apply `f` to an array `[n, ...]`, n > 0, in chunks of one size.
+
+    Returns:
+        A pytree of NumPy arrays `[n, ...]`.
+    """
     parts = [
         jax.tree.map(lambda a, n=n: np.asarray(a)[:n], f(chunk))
         for chunk, n in padded_chunks(x, size)
@@ -195,12 +199,11 @@ def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
 
 
 def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
-    """`f` of a batch, `size` elements at a time, so that intermediate results stay in the
-    processor's cache.
+    """Apply `f` to `size` elements at a time, to keep intermediate results in the cache.
 
     In one piece, VEM of 512 frames takes 130 instead of 72 for Space Invaders and 95 instead of 34
-    for Pong. Chunks are written in place: stacked by `lax.map`, results are copied once more, and
-    REM of 65,536 states takes 1.8 instead of 1.5 for Ms. Pac-Man.
+    for Pong. Chunks are written in place: `lax.map` stacks results, which copies them once more,
+    and REM of 65,536 states takes 1.8 instead of 1.5 for Ms. Pac-Man.
     """
     n = x.shape[0]
     if not on_cpu() or n <= size:
@@ -210,8 +213,8 @@ def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
     whole = jax.tree.map(lambda a: lax.empty((n, *a.shape[1:]), a.dtype), shapes)
 
     def step(i: jax.Array, whole: Any) -> Any:
-        # Where the batch is no multiple, the last chunk overlaps the one before: a smaller one
-        # would be compiled as a second program.
+        # If the batch is no multiple, the last chunk overlaps the one before: a smaller chunk would
+        # need a second program.
         start = jnp.minimum(i * size, n - size)
         part = one(lax.dynamic_slice_in_dim(x, start, size))
         return jax.tree.map(

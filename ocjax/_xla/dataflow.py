@@ -1,8 +1,8 @@
-"""The operations of a traced function as a flat list, and the choice of results to store.
+"""Flat list of the operations of a traced function, and the choice of results to store.
 
 XLA computes a result again in every kernel that reads it and, within a kernel, for every operand of
 a concatenation. The categories of a game share most of their computation, so a decoder would
-compute the same numbers many times, and all of this code would be compiled. `worth_storing` finds
+compute the same numbers many times, and XLA would compile all of this code. `worth_storing` finds
 the results that are cheaper to write to memory once. The README beside this file has an example.
 """
 
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jax.extend.core import ClosedJaxpr, Literal
 
-# Operations whose operands and results have one shape.
+# Operations with operands and results of one shape.
 ELEMENTWISE = frozenset(
     "abs add and clamp clz convert_element_type copy div eq ge gt integer_pow le lt max min mul "
     "ne neg not or population_count "
@@ -26,9 +26,8 @@ _MOVES = frozenset(
 _JOINS = frozenset("concatenate stack".split())
 # Operations that XLA fuses into the kernels that read their results.
 _FUSED = ELEMENTWISE | _MOVES | _JOINS
-# Reductions are fused as well, each as a loop that repeats the code of its operands. They are
-# always stored: otherwise, one kernel of Krull has 6,000 lines of machine-independent code instead
-# of 400.
+# XLA fuses reductions, too, each as a loop that repeats the code of its operands. They are always
+# stored: otherwise, one kernel of Krull has 6,000 lines of machine-independent code instead of 400.
 _REDUCTIONS = frozenset(
     "argmax argmin reduce_and reduce_max reduce_min reduce_or reduce_sum".split()
 )
@@ -38,8 +37,8 @@ _CALLS = {
     "closed_call": "call_jaxpr",
     "custom_jvp_call": "call_jaxpr",
 }
-SMALL_CONSTANT = 64  # elements up to which constants are compared by value
-WORTH = 30  # operations that storing a result has to save in the code
+SMALL_CONSTANT = 64  # maximum number of elements of constants that are compared by value
+WORTH = 30  # minimum number of operations in the code that storing a result must save
 
 
 class Constant(NamedTuple):
@@ -48,13 +47,13 @@ class Constant(NamedTuple):
     value: Any
 
 
-Operand = int | Constant  # an int numbers a value of the program
+Operand = int | Constant  # an int is the number of a value of the program
 
 
 class Step(NamedTuple):
     """An operation on numbered values."""
 
-    eqn: Any  # of a jaxpr
+    eqn: Any  # equation of a jaxpr
     inputs: list[Operand]
     outputs: list[int]
 
@@ -79,7 +78,7 @@ class Program(NamedTuple):
 
 
 class _Flattening:
-    """The operations that have been listed so far. Equal operations are listed once."""
+    """The list of operations so far. Equal operations are listed once."""
 
     def __init__(self) -> None:
         self.steps: list[Step] = []
@@ -93,7 +92,7 @@ class _Flattening:
         return list(range(first, self.num_values))
 
     def run(self, closed: ClosedJaxpr, args: list[Operand]) -> list[Operand]:
-        """List the operations of a function and of the functions that it calls, and return its results."""
+        """List the operations of a function, including inner functions, and return its results."""
         jaxpr = closed.jaxpr
         values: dict[Any, Operand] = dict(
             zip(jaxpr.constvars, map(Constant, closed.consts), strict=True)
@@ -131,7 +130,7 @@ def _key(operand: Operand) -> Any:
 
 
 def flatten(closed: ClosedJaxpr) -> Program:
-    """The operations of a function and of the functions that it calls, one after another, without repetitions."""
+    """List the operations of a function, including inner functions, without repetitions."""
     flat = _Flattening()
     inputs = flat.new(len(closed.jaxpr.invars))
     outputs = flat.run(closed, list(inputs))
@@ -139,7 +138,10 @@ def flatten(closed: ClosedJaxpr) -> Program:
 
 
 def places(program: Program) -> list[set[tuple[int, int]]]:
-    """Where each value is computed if nothing is stored: a kernel or an operand of a join, by the number of its operation."""
+    """Find the evaluation sites of each value if nothing is stored.
+
+    An evaluation site is a kernel or an operand of a join, by the number of its operation.
+    """
     found: list[set[tuple[int, int]]] = [set() for _ in range(program.num_values)]
     for i, value in enumerate(program.outputs):
         if not isinstance(value, Constant):
@@ -153,29 +155,27 @@ def places(program: Program) -> list[set[tuple[int, int]]]:
 def _places_of_operand(
     step: Step, i: int, k: int, own: set[tuple[int, int]]
 ) -> set[tuple[int, int]]:
-    """The places of the k-th operand of the i-th operation, given those of its result."""
+    """Return the sites of the k-th operand of the i-th operation, given its result's sites."""
     if step.name not in _FUSED:
         return {(i, 0)}
     return {(i, k)} if step.name in _JOINS else own
 
 
 def worth_storing(program: Program) -> set[int]:
-    """All results of reductions, and the values that are cheaper to store than to compute in all of
-    their places.
+    """Choose the results of reductions, and the values that are cheaper to store.
 
-    A value that has no more places than an operation that reads it is not stored: that operation's
-    result may be stored instead.
+    A value is not stored if an operation that reads it has at least equally many evaluation sites:
+    that operation's result may be stored instead.
     """
     places_of = places(program)
-    most = [1] * program.num_values  # places of an operation that reads the value
+    most = [1] * program.num_values  # evaluation sites of an operation that reads the value
     for step in program.steps:
         for _, value in step.values:
             count = len(places_of[step.outputs[0]]) if step.name in _FUSED else 1
             most[value] = max(most[value], count)
     stored: set[int] = set()
-    needed = [
-        0
-    ] * program.num_values  # one bit for each operation that computing the value again takes
+    # A bit for each operation that is needed to compute the value again.
+    needed = [0] * program.num_values
     for i, step in enumerate(program.steps):
         out = step.outputs[0]
         if step.name in _FUSED:

@@ -1,7 +1,7 @@
-"""Forked processes in which JAX may wait for ever: they refuse to compute, and they end.
+"""Detect forked processes: JAX may wait forever there, so extraction raises an error.
 
-JAX computes with threads. A process that is forked from one in which they run does not have them,
-and a computation may never end.
+JAX computes with threads. A process that is forked while they run lacks them, and a computation may
+never end. This module also lets such processes exit.
 """
 
 import atexit
@@ -11,7 +11,7 @@ import os
 from jax._src import api, xla_bridge
 from jax._src.interpreters import mlir
 
-_without_threads = False  # whether this process was forked from one in which JAX's threads run
+_without_threads = False  # whether this process was forked while JAX's threads ran
 
 
 def _mark() -> None:
@@ -23,7 +23,10 @@ def _mark() -> None:
 
 
 def _keep_until_exit() -> None:
-    """Let nothing destroy JAX's clients and thread pools at the process's exit: their destructors wait for the threads, or crash."""
+    """Keep JAX's clients and thread pools alive when the process exits.
+
+    Their destructors would wait for the threads, or crash.
+    """
     atexit.unregister(api.clean_up)
     for kept in (*xla_bridge._backends.values(), mlir.global_thread_pool):
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept))

@@ -1,4 +1,4 @@
-"""Settings of the whole process: where JAX keeps compiled programs, and whether the C library keeps freed memory."""
+"""Settings of the process: the folder of compiled programs, and glibc's use of freed memory."""
 
 import ctypes
 import functools
@@ -10,13 +10,12 @@ import jax
 import platformdirs
 
 MIN_CACHED_SECONDS = 0.2  # compilations that take longer are kept on disk
-RETAIN_MEMORY = (
-    "OCJAX_RETAIN_MEMORY"  # environment variable: 1 asks for `retain_freed_memory` on import
-)
+# Environment variable: 1 calls `retain_freed_memory` on import.
+RETAIN_MEMORY = "OCJAX_RETAIN_MEMORY"
 
-# Parameters of glibc's mallopt by the environment variables that set them. Freed memory is not
-# returned to the system, not even that of large blocks, which glibc maps one by one, or of threads,
-# each of which has a heap of its own.
+# Parameters of glibc's mallopt, by their environment variables. No freed memory is returned to the
+# system. This includes large blocks, which glibc otherwise maps separately, and the memory of
+# threads, which otherwise have separate heaps.
 MALLOC = {
     "MALLOC_TRIM_THRESHOLD_": (-1, 2**31 - 1),
     "MALLOC_MMAP_MAX_": (-4, 0),
@@ -25,15 +24,16 @@ MALLOC = {
 
 
 def use_compilation_cache() -> Path:
-    """Keep compiled programs on disk, so that a game's first call is two to five times faster from
-    the second process on.
+    """Keep compiled programs on disk: from the second process on, the first call is faster.
 
-    Call it before the first extraction. It sets JAX's persistent compilation cache for the whole
-    process, and leaves alone a folder that `JAX_COMPILATION_CACHE_DIR` or the program has chosen.
-    The `ocjax` command calls it. To empty the cache, delete the folder.
+    A game's first call is then two to five times faster.
+
+    Call this function before the first extraction. It sets JAX's persistent compilation cache for
+    the whole process. If `JAX_COMPILATION_CACHE_DIR` or the program has chosen a folder, it changes
+    nothing. The `ocjax` command calls it. To empty the cache, delete the folder.
 
     Returns:
-        The folder, unless another one was chosen: `ocjax/xla` in the user's cache, such as
+        The folder: the chosen one, or else `ocjax/xla` in the user's cache, such as
         `~/.cache/ocjax/xla`.
 
     Raises:
@@ -63,18 +63,17 @@ def _user_cache() -> Path:
 
 @functools.cache
 def retain_freed_memory() -> bool:
-    """Ask the C library to keep freed memory for later allocations; it applies to the whole
-    process.
+    """Ask the C library to keep freed memory for later allocations of the process.
 
-    By default glibc returns large results to the system when they are dropped, and the next call's
-    pages are mapped and cleared again. At 65,536 states, that takes Ms. Pac-Man's REM from 1.5 to
-    2.9 microseconds of processor time a state; at 4,096 it takes 0.9. The `ocjax` command and the
-    benchmarks call this function; other programs call it, or set the environment variable
+    By default glibc returns large results to the system when they are dropped. It maps and clears
+    pages again for the next call. At 65,536 states, this takes Ms. Pac-Man's REM from 1.5 to 2.9
+    microseconds of processor time per state; at 4,096 states it takes 0.9. The `ocjax` command and
+    the benchmarks call this function. Other programs call it, or set the environment variable
     `OCJAX_RETAIN_MEMORY=1` before they import ocjax. `MALLOC_TRIM_THRESHOLD_`,
     `MALLOC_MMAP_THRESHOLD_`, `MALLOC_MMAP_MAX_` and `MALLOC_ARENA_MAX` take precedence.
 
     Returns:
-        Whether it took effect: False without glibc or where one of those variables is set.
+        True if it took effect; False without glibc or if one of those variables is set.
     """
     if sys.platform != "linux" or {"MALLOC_MMAP_THRESHOLD_", *MALLOC} & os.environ.keys():
         return False

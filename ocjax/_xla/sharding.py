@@ -1,8 +1,8 @@
-"""Extraction from sharded arrays: each device extracts from its own part of the batch.
+"""Extraction from sharded arrays: each device processes its part of the batch.
 
-The compiler does not find this division by itself. VEM's loops end when no frame has a candidate
-left, so devices would have to communicate to agree on the end, and a loop over the chunks of a
-batch would fetch each chunk from the device that holds it.
+The compiler does not find this division itself. VEM's loops end when no frame has a candidate left,
+so devices would have to communicate to agree on the end. A loop over the chunks of a batch would
+fetch each chunk from the device that holds it.
 """
 
 from collections.abc import Callable
@@ -14,14 +14,15 @@ from jax.sharding import AbstractMesh, AxisType, NamedSharding, PartitionSpec, u
 
 
 def by_device(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array], Any]:
-    """The function on a traced array, which follows the array's sharding along the batch.
+    """Apply a function to traced arrays, following their sharding along the batch.
 
-    On one device and inside `shard_map` it is the function itself.
+    On one device and inside `shard_map` this is the function itself.
 
     Args:
         f: maps `[..., *tail]` to a pytree of arrays `[..., *rest]`; states are independent of each
             other.
-        rank: number of axes of `tail`, along which the array is gathered if it is divided there.
+        rank: number of axes of `tail`. The array is gathered along these axes if it is divided
+            there.
     """
     partitioned = _partitioned(f, rank)
 
@@ -38,7 +39,7 @@ def by_device(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array],
 
 
 def _partitioned(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array], Any]:
-    """The function, with a rule that tells the compiler how to divide it along axes whose sharding only the compiler knows."""
+    """Add a rule for dividing a function along axes with a sharding that the compiler chooses."""
 
     def rule(mesh: Any, operands: Any, results: Any) -> tuple[str, dict[str, Any]]:
         batch = [f"b{i}" for i in range(operands[0].rank - rank)]
@@ -58,7 +59,7 @@ def _partitioned(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Arra
         return mesh, on_one_device, jax.tree.map(lambda _: sharding, results), (sharding,)
 
     def on_one_device(x: jax.Array) -> Any:
-        # Without it, JAX 0.12 gives new arrays the sharding of a mesh that the caller has set
+        # Without this, JAX 0.12 gives new arrays the sharding of a mesh that the caller has set
         # (`jax.set_mesh`).
         with use_abstract_mesh(AbstractMesh((), ())):
             return f(x)

@@ -1,1 +1,1 @@
-"""The Atari 2600: its RAM, ROM, registers and colours, and what decoders are written with."""
+"""The Atari 2600: its RAM, ROM, registers and colours, and the building blocks of decoders."""

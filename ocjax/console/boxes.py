@@ -1,4 +1,4 @@
-"""`Box`: what a decoder returns for a category, before batching, validation and packing into `Objects`."""
+"""`Box`: a decoder's result for a category, before batching and packing into `Objects`."""
 
 from __future__ import annotations
 
@@ -15,20 +15,19 @@ from ocjax.console.ops import lookup
 __all__ = ["WIDTH", "Area", "Box", "BoxTable", "Number", "box", "check_area", "choose", "edges"]
 
 WIDTH = 160  # columns of the ALE screen
-_MOST = 255  # of a number in a `BoxTable`
-_SHIFTS = np.array((0, 8, 16, 24))  # of its four numbers in a word
+_MOST = 255  # maximum of a number in a `BoxTable`
+_SHIFTS = np.array((0, 8, 16, 24))  # bit positions of its four numbers in a word
 
 Number = jax.Array | np.ndarray | int | bool
-Area = tuple[
-    int, int, int, int
-]  # left, top, right, bottom in pixels; right and bottom are exclusive
+# left, top, right, bottom in pixels; right and bottom are exclusive
+Area = tuple[int, int, int, int]
 
 
 def check_area(area: Area) -> None:
-    """Check that an area lies on the screen, whose height is not known here.
+    """Check that an area is on the screen; the screen's height is not checked.
 
     Raises:
-        ValueError: it does not, or holds no pixel.
+        ValueError: the area is off the screen or empty.
     """
     left, top, right, bottom = area
     if not (0 <= left < right <= WIDTH and 0 <= top < bottom):
@@ -41,7 +40,10 @@ def check_area(area: Area) -> None:
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
 class Box:
-    """The objects of one category in one state, made by `box`; each field is a scalar or has one entry per slot."""
+    """The objects of one category in one state, made by `box`.
+
+    Each field is a scalar or has one entry per slot.
+    """
 
     x: jax.Array  # int32: left edge
     y: jax.Array  # int32: top edge
@@ -53,12 +55,12 @@ class Box:
     color: jax.Array | None  # int32: palette index; None: the category's colour
 
     def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
-        """Clip the boxes to an area; `right` and `bottom` are exclusive. A box that lies outside
-        becomes invalid.
+        """Clip the boxes to an area; `right` and `bottom` are exclusive.
+
+        Boxes outside the area become invalid.
 
         Raises:
-            ValueError: the edges are numbers that every box is clipped to anyway, because they are
-                beyond the screen.
+            ValueError: an edge is a number beyond the screen, where every box is clipped anyway.
         """
         if isinstance(left, int) and isinstance(right, int) and not 0 <= left < right <= WIDTH:
             raise ValueError(
@@ -72,13 +74,13 @@ class Box:
     def trimmed(
         self, left: Number = 0, top: Number = 0, right: Number = 0, bottom: Number = 0
     ) -> Box:
-        """The boxes without so many pixels at each edge; they grow where the number is negative."""
+        """Remove this many pixels at each edge; a negative number adds pixels."""
         return replace(
             self, x=self.x + left, y=self.y + top, w=self.w - left - right, h=self.h - top - bottom
         )
 
     def __getitem__(self, slots: int | slice) -> Box:
-        """The boxes at an index of the slots; scalar fields, which all slots share, stay as they are."""
+        """Index the slots; scalar fields, which all slots share, stay the same."""
 
         def part(values: jax.Array | None) -> jax.Array | None:
             return values if values is None or values.ndim == 0 else values[slots]
@@ -86,7 +88,7 @@ class Box:
         return Box(*(part(getattr(self, f.name)) for f in fields(self)))  # pyright: ignore[reportArgumentType]
 
     def where(self, condition: Number) -> Box:
-        """The same boxes, valid only where the condition also holds."""
+        """Keep the boxes valid only where the condition also holds."""
         return replace(self, valid=self.valid & condition)
 
 
@@ -102,8 +104,8 @@ def box(
 ) -> Box:
     """Make boxes from left, top, width and height in pixels of the ALE screen.
 
-    Boxes are clipped to the screen later, and empty boxes become invalid, so nothing needs to be
-    zeroed where `valid` is false.
+    Boxes are clipped to the screen later, and empty boxes become invalid. Fields may have any value
+    where `valid` is False.
 
     Args:
         x, y, w, h: scalars, or vectors with one entry per slot of the category.
@@ -111,8 +113,7 @@ def box(
         value: score, lives, time, ... of categories that declare the attribute.
         orientation: compass point 0-15, clockwise from north, of categories that declare the
             attribute.
-        color: palette index of the colour in which the objects are drawn, where it changes; None
-            stands for the category's colour.
+        color: palette index of the drawn colour, if it changes; None: the category's colour.
     """
     x, y, w, h, value, orientation = (
         jnp.asarray(v, jnp.int32) for v in (x, y, w, h, value, orientation)
@@ -136,7 +137,7 @@ def edges(
 
     Args:
         left, top, right, bottom: scalars, or vectors with one entry per slot of the category.
-        valid: as of `box`.
+        valid: see `box`.
         fields: `value`, `orientation` and `color` of `box`.
     """
     left, top, right, bottom = (jnp.asarray(v, jnp.int32) for v in (left, top, right, bottom))
@@ -144,7 +145,7 @@ def edges(
 
 
 class BoxTable:
-    """Boxes that are known in advance, one of which is chosen by an index.
+    """A table of known boxes, selected by an index.
 
     Args:
         rows: left, top, width and height of each box, 0 to 255, `[n, 4]`. Rows of zeros have no
@@ -161,18 +162,18 @@ class BoxTable:
                 f"rows must be [n, 4] numbers from 0 to {_MOST}, got an array of shape "
                 f"{table.shape}"
             )
-        # A look-up costs more than shifts, so that a box is one number.
+        # A box is one number, because a look-up costs more than shifts.
         self._packed = (table << _SHIFTS).sum(axis=1).astype(np.uint32).view(np.int32)
 
     def at(
         self, index: jax.Array, *, x: Number = 0, y: Number = 0, valid: Number = True, **fields: Any
     ) -> Box:
-        """The boxes at an index; one that is out of range takes the nearest box.
+        """Return the boxes at an index; an index out of range takes the nearest box.
 
         Args:
             index: int32, a scalar or one entry per slot.
-            x, y: by how much they are moved.
-            valid: as of `box`.
+            x, y: columns and rows to add to the boxes' positions.
+            valid: see `box`.
             fields: `value`, `orientation` and `color` of `box`.
         """
         packed = lookup(self._packed, index)

@@ -1,4 +1,4 @@
-"""Compass points, by which objects are oriented: 0 to 15, clockwise from north."""
+"""Compass points for orientations: 0 to 15, clockwise from north."""
 
 __all__ = ["EAST", "NORTH", "POINTS", "SOUTH", "WEST"]
 

@@ -1,4 +1,4 @@
-"""Numbers on the screen: fonts, the boxes around displayed numbers, and how VEM reads the digits."""
+"""Numbers on the screen: fonts, boxes around displayed numbers, and rules for reading digits."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ class Font:
     """Pictures of the digits 0 to 9 as a game draws them.
 
     Args:
-        glyphs: ten pictures; each is its rows from the top, each row a number whose lowest bit is
-            the rightmost dot.
+        glyphs: ten pictures, each as rows from the top. A row is a number; its lowest bit is the
+            rightmost dot.
         dots: width of a picture in dots.
         dot: (width, height) of a dot in pixels.
-        pitch: pixels from the left edge of a digit to that of the next one.
-        signs: pictures that may stand before a number, such as a $. To VEM, they are empty cells.
+        pitch: pixels from the left edge of a digit to the left edge of the next digit.
+        signs: pictures that may stand before a number, such as a $. VEM reads them as empty cells.
     """
 
     glyphs: tuple[tuple[int, ...], ...]
@@ -65,7 +65,7 @@ class Font:
 
     @property
     def left(self) -> np.ndarray:
-        """First column of each digit that holds a pixel, int `[10]`; 0 for an empty picture."""
+        """First column with a pixel in each digit, int `[10]`; 0 for an empty picture."""
         ink = [int(np.bitwise_or.reduce(glyph)) for glyph in self.glyphs]
         return np.array(
             [self.dot[0] * (self.dots - bits.bit_length()) if bits else 0 for bits in ink]
@@ -73,7 +73,7 @@ class Font:
 
     @property
     def right(self) -> np.ndarray:
-        """Column after the last one of each digit that holds a pixel, int `[10]`."""
+        """Column after the last one with a pixel in each digit, int `[10]`."""
         ink = [int(np.bitwise_or.reduce(glyph)) for glyph in self.glyphs]
         return np.array(
             [
@@ -86,7 +86,10 @@ class Font:
 def hex_font(
     words: Iterable[str], dots: int = 8, dot: tuple[int, int] = (1, 1), pitch: int = 8
 ) -> Font:
-    """A font from ten words of hexadecimal digits: each row from the top takes as many of them as its dots need."""
+    """Make a font from ten words of hexadecimal digits.
+
+    Each row, from the top, takes the number of hexadecimal digits that its dots need.
+    """
     n = -(-dots // 4)
     glyphs = tuple(
         tuple(int(word[i : i + n], 16) for i in range(0, len(word), n)) for word in words
@@ -111,25 +114,25 @@ DIGITS_3X5 = (
 
 @dataclass(frozen=True)
 class Digits:
-    """How VEM reads a number: digits in fixed cells, each compared with the font's ten pictures.
+    """The rule with which VEM reads a number: digits in fixed cells.
 
-    An empty cell counts as 0, because many games do not show leading zeros. Where a cell holds
-    something that is not one of the pictures, or a picture that several digits share, the value is
-    unknown.
+    Each cell is compared with the font's ten pictures. An empty cell counts as 0, because many
+    games do not show leading zeros. The value is unknown if a cell holds any other picture, or a
+    picture that several digits share.
 
     Args:
         font: the pictures.
-        lefts: left column of each digit's cell, the most significant first.
+        lefts: left column of each digit's cell, most significant digit first.
         top: first row of the cells.
-        weights: what a 1 in each cell is worth; powers of ten by default.
+        weights: value of a 1 in each cell; powers of ten by default.
         base: value of a display of zeros.
         required: whether the object is valid only if the last cell matches a picture, and the cells
             of `free` are empty. Use this if the game shows other things in the number's place.
-        free: left columns of cells that hold nothing while the number is shown. The value is
-            unknown where one of them does.
+        free: left columns of cells that are empty while the number is shown. The value is unknown
+            if one of them is not empty.
         centered: whether shorter numbers leave cells on the right empty, too.
-        step: what every number is a multiple of. The value is unknown where it is not; use this if
-            the game shows other numbers there.
+        step: a divisor of every number. The value is unknown if this does not divide it; use this
+            if the game shows other numbers there.
     """
 
     font: Font
@@ -150,9 +153,7 @@ class Digits:
                 "weights"
             )
         if self.free and not all(any(glyph) for glyph in self.font.glyphs):
-            raise ValueError(
-                "cells that are free cannot be told from a digit whose picture is empty"
-            )
+            raise ValueError("free cells need a font without an empty picture")
         if min(self.cells) < 0 or max(self.cells) + self.font.width > WIDTH:
             raise ValueError(
                 f"every cell must lie on the screen of {WIDTH} columns, got left columns "
@@ -161,12 +162,12 @@ class Digits:
 
     @property
     def cells(self) -> tuple[int, ...]:
-        """Left columns of all cells: of the digits, and of those that are free."""
+        """Left columns of all cells, including free cells."""
         return (*self.lefts, *self.free)
 
     @property
     def worth(self) -> tuple[int, ...]:
-        """What a 1 in each cell is worth."""
+        """Value of a 1 in each cell."""
         return self.weights or tuple(BASE**i for i in reversed(range(len(self.lefts))))
 
     @property
@@ -185,11 +186,11 @@ def score_box(
     leading_zeros: bool = False,
     **fields: Any,
 ) -> Box:
-    """The tight box around a right-aligned number.
+    """Return the tight box around a right-aligned number.
 
     Args:
         font: the pictures of its digits.
-        shown: the number on the screen, int32; not negative.
+        shown: the number on the screen, int32, not negative.
         right: right edge of the last digit's cell in pixels, exclusive.
         top: first row of the digits.
         digits: number of cells.
@@ -203,7 +204,7 @@ def score_box(
 
 
 def _left_edges(font: Font, digits: int, leading_zeros: bool) -> Iterable[tuple[int, int]]:
-    """(least value, left edge of its number relative to the first cell), ascending by value."""
+    """Yield (minimum value, left edge relative to the first cell), ascending by value."""
     smallest = digits - 1 if leading_zeros else 0
     yield 0, font.pitch * (digits - 1 - smallest) + int(font.left[0])
     for place in range(smallest, digits):
@@ -212,7 +213,7 @@ def _left_edges(font: Font, digits: int, leading_zeros: bool) -> Iterable[tuple[
 
 
 def _steps(value: jax.Array, edges: Iterable[tuple[int, int]]) -> jax.Array | int:
-    """The step function that takes each edge's result from its least value on."""
+    """Evaluate the step function with these edges, each a minimum value and its result."""
     out: jax.Array | int = 0
     before = 0
     for least, now in edges:
@@ -225,7 +226,7 @@ def _steps(value: jax.Array, edges: Iterable[tuple[int, int]]) -> jax.Array | in
 
 
 def _last_edge(font: Font, value: jax.Array) -> jax.Array | int:
-    """The right edge of the last digit, relative to its cell."""
+    """Return the right edge of the last digit, relative to its cell."""
     edges = font.right
     if len(set(edges.tolist())) == 1:
         return int(edges[0])

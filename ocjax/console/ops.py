@@ -1,7 +1,6 @@
-"""Operations for decoders: table lookups and divisions in the forms that XLA compiles to vector
-code.
+"""Operations for decoders: look-ups and divisions that XLA compiles to vector code.
 
-All but `only` and `extremes` are elementwise: they take scalars or vectors of int32 and keep the
+All except `only` and `extremes` are elementwise: they take scalars or vectors of int32 and keep the
 shape.
 """
 
@@ -32,7 +31,7 @@ BEYOND = 999  # beyond every row and column
 
 
 def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
-    """`values[index]` for a short table; an index that is out of range takes the last entry."""
+    """Return `values[index]` of a short table; an index out of range takes the last entry."""
     out = jnp.full_like(index, values[-1])
     for i, value in enumerate(values[:-1]):
         if value != values[-1]:
@@ -41,11 +40,11 @@ def pick(index: jax.Array, values: Sequence[int]) -> jax.Array:
 
 
 def match(*cases: tuple[jax.Array, _Value], otherwise: _Value) -> jax.Array:
-    """The value of the first condition that holds.
+    """Return the value of the first condition that holds.
 
     Args:
         cases: pairs of a condition, bool, and its value.
-        otherwise: the value where no condition holds.
+        otherwise: the value if no condition holds.
     """
     out = jnp.asarray(otherwise)
     for condition, value in reversed(cases):
@@ -54,39 +53,38 @@ def match(*cases: tuple[jax.Array, _Value], otherwise: _Value) -> jax.Array:
 
 
 def when(condition: jax.Array | np.ndarray, value: _Value) -> jax.Array:
-    """The value where the condition holds, and 0 elsewhere."""
+    """Return the value where the condition holds, and 0 elsewhere."""
     return jnp.where(condition, value, 0)
 
 
 def only(chosen: jax.Array, values: _Value, axis: int | None = None) -> jax.Array:
-    """The value of the one entry that is chosen, along an axis or of all; 0 if none is.
+    """Return the value of the chosen entry, along an axis or of all entries; 0 without one.
 
     Args:
-        chosen: bool, at most one entry of which is True.
+        chosen: bool, with at most one True.
         values: int32, one for each entry.
-        axis: the axis along which there is one; None for all axes.
+        axis: the axis along which an entry is chosen; None: all axes.
     """
     return jnp.sum(jnp.where(chosen, values, 0), axis=axis)
 
 
 def extremes(seen: jax.Array, first: _Value, last: _Value) -> tuple[jax.Array, jax.Array]:
-    """The least `first` and the greatest `last` of the entries that are seen, int32 scalars;
-    `BEYOND` and 0 if none is.
+    """Return the minimum `first` and the maximum `last` of the seen entries, int32 scalars.
 
-    For example, the first and last row in which a part of an object shows.
+    Without a seen entry these are `BEYOND` and 0. An example is the first and last row of the
+    visible parts of an object.
     """
     return jnp.min(jnp.where(seen, first, BEYOND)), jnp.max(jnp.where(seen, last, 0))
 
 
 def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
-    """`table[index]` of a one-dimensional table; an index that is out of range takes the nearest entry."""
-    return jnp.take(
-        jnp.asarray(np.asarray(table, np.int32)), index, mode="clip"
-    )  # `table[index]` slices for a scalar index
+    """Return `table[index]` of a 1-D table; an index out of range takes the nearest entry."""
+    # `table[index]` slices for a scalar index.
+    return jnp.take(jnp.asarray(np.asarray(table, np.int32)), index, mode="clip")
 
 
 def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:
-    """Whether `x` is one of some values, such as the states that one kind of object has: bool.
+    """Return whether `x` is one of some values, such as the states of one kind of object: bool.
 
     A range has consecutive values.
     """
@@ -96,7 +94,7 @@ def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:
 
 
 def reached(x: jax.Array, limits: Sequence[int]) -> jax.Array:
-    """The number of limits that `x` has reached.
+    """Return the number of limits that `x` has reached.
 
     For example, the limits are the depths at which an object has its next larger picture.
     """
@@ -104,12 +102,11 @@ def reached(x: jax.Array, limits: Sequence[int]) -> jax.Array:
 
 
 def div(x: jax.Array, by: int) -> jax.Array:
-    """`x // by` for `x >= 0` and `by > 0`, without the code for negative numbers that `//` compiles to."""
+    """Return `x // by` for `x >= 0` and `by > 0`, without the code for negative numbers."""
     return lax.div(x, jnp.full_like(x, by))
 
 
 def mod(x: jax.Array, by: int) -> jax.Array:
-    """`x % by` for `x >= 0` and `by > 0`."""
-    return lax.rem(
-        x, jnp.full_like(x, by)
-    )  # with `x` twice (`x - by * div(x, by)`), XLA computes an expensive `x` twice
+    """Return `x % by` for `x >= 0` and `by > 0`."""
+    # With `x` twice (`x - by * div(x, by)`), XLA computes an expensive `x` twice.
+    return lax.rem(x, jnp.full_like(x, by))

@@ -1,12 +1,12 @@
-"""The palettes of the console: from RGB to the emulator's palette index and back.
+"""The palettes of the console: conversion of RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the
-upper three bits of the low one; the lowest bit is not used. On PAL consoles, the emulator sets it
-in frames that follow one with an odd number of lines: as a television does, it then shows each
-colour as a grey of the same brightness.
+upper three bits of the low nibble. The lowest bit is not used, except on PAL consoles. There the
+emulator sets it in frames after a frame with an odd number of lines, and then shows each colour as
+a grey of the same brightness, like a television.
 
 Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are
-those that ale-py 0.12.1 shows, read off its screens; those of PAL consoles are the emulator's
+read from the screens of ale-py 0.12.1. The RGB values of PAL consoles are from the emulator
 (Stella), checked against ale-py's screens of Pac-Man and Air Raid.
 """
 
@@ -69,9 +69,9 @@ def _table(even: str) -> np.ndarray:
 
 
 NTSC = _table(_NTSC_EVEN)
-"""uint8 `[256, 3]`: RGB of each palette index; an odd index shows as the even one below it."""
+"""uint8 `[256, 3]`: RGB of each palette index; an odd index has the even one's colour."""
 PAL = _table(_PAL_EVEN)
-"""The same for ROMs made for PAL consoles. The greys that the emulator shows for odd indices count as the colours of the even ones."""
+"""The same for ROMs made for PAL consoles; the greys of odd indices count as the even colours."""
 
 # A multiplicative hash of 24-bit colours without collisions among the colours of a palette;
 # `_hashed` proves it.
@@ -80,7 +80,10 @@ _BRIGHTNESS = 0.2989, 0.5870, 0.1140  # of red, green and blue in the emulator's
 
 
 class PaletteError(ValueError):
-    """An RGB frame contains colours that the console cannot draw, because it was max-pooled, resized or lossily compressed."""
+    """An RGB frame contains colours that the console cannot draw.
+
+    The frame was max-pooled, resized or lossily compressed.
+    """
 
 
 def _hash(red, green, blue):  # noqa: ANN001, ANN202  # uint32 scalars or arrays of numpy or jax
@@ -90,7 +93,7 @@ def _hash(red, green, blue):  # noqa: ANN001, ANN202  # uint32 scalars or arrays
 class _Hashed(NamedTuple):
     """A palette's colours by their hashes."""
 
-    even: np.ndarray  # uint8: a colour's even palette index; 0 for hashes that no colour has
+    even: np.ndarray  # uint8: a colour's even palette index; 0 for hashes without a colour
     rgb: np.ndarray  # uint8 `[..., 3]`: the colour
 
 
@@ -113,33 +116,37 @@ def _hashed_of(palette: bytes, own: tuple[int, ...]) -> _Hashed:
 
 
 def to_index(rgb: jax.Array, palette: np.ndarray = NTSC, own: tuple[int, ...] = ()) -> jax.Array:
-    """Palette indices uint8 `[...]` of colours uint8 `[..., 3]`, all of which must be in the
-    palette (`check_rgb` tells).
+    """Convert colours uint8 `[..., 3]` to palette indices uint8 `[...]`.
+
+    All colours must be in the palette; `check_rgb` checks this.
 
     Args:
         rgb: the colours.
         palette: of the game.
         own: the palette indices of the game's rules, in ascending order. PAL consoles show several
-            indices as the same grey, of which RGB gives the lowest of these, or else the lowest of
-            all.
+            indices as the same grey. Such a grey gives the lowest of the rules' indices, or else
+            the lowest of all.
     """
     r, g, b = (rgb[..., i].astype(jnp.uint32) for i in range(3))
     return jnp.asarray(_hashed(palette, own).even)[_hash(r, g, b)]
 
 
 def to_rgb(index: jax.Array, palette: np.ndarray = NTSC) -> jax.Array:
-    """Colours uint8 `[..., 3]` of palette indices uint8 `[...]`."""
+    """Convert palette indices uint8 `[...]` to colours uint8 `[..., 3]`."""
     return jnp.asarray(palette)[index]
 
 
 def packed(rgb: np.ndarray) -> np.ndarray:
-    """Colours uint8 `[..., 3]` as uint32 `[...]`, red in the lowest byte."""
+    """Pack colours uint8 `[..., 3]` into uint32 `[...]`, red in the lowest byte."""
     r, g, b = (rgb[..., i].astype(np.uint32) for i in range(3))
     return r | (g << 8) | (b << 16)
 
 
 def is_color(rgb: np.ndarray | jax.Array, palette: np.ndarray = NTSC) -> np.ndarray | jax.Array:
-    """Whether the console can draw each of the colours uint8 `[..., 3]`, bool `[...]`; a jax array if `rgb` is one."""
+    """Return whether the console can draw each of the colours uint8 `[..., 3]`, bool `[...]`.
+
+    The result is a JAX array if `rgb` is one.
+    """
     array = jnp if isinstance(rgb, jax.Array) else np
     r, g, b = (rgb[..., i].astype(np.uint32) for i in range(3))
     return (array.asarray(_hashed(palette).rgb)[_hash(r, g, b)] == rgb).all(-1)
@@ -153,9 +160,10 @@ def check_rgb(rgb: np.ndarray | jax.Array, palette: np.ndarray = NTSC) -> None:
         palette: of the game (`game.palette`).
 
     Raises:
-        TypeError: not uint8.
+        TypeError: `rgb` is not uint8.
         ValueError: the last dimension is not 3.
-        PaletteError: some colours are not in the palette; says how many pixels and which colours.
+        PaletteError: some colours are not in the palette; the message gives their number of pixels
+            and examples.
     """
     host = np.asarray(rgb)
     if host.dtype != np.uint8:

@@ -5,12 +5,13 @@ A game declares its address map once, as a class:
     class Ram(RamMap):
         chicken_y = byte(14, 15)             # two bytes -> int32 [2]
         score = bcd((103, 104))              # one number of four digits, most significant byte
-        first paddle_low = bits(51, count=1)       # the lowest bit of byte 51
+        first
+        paddle_low = bits(51, count=1)       # the lowest bit of byte 51
 
 The game's decoder then reads `m.chicken_y`. Fields are cast to int32 because uint8 arithmetic wraps
-around (`uint8(30) - 49` is 237). A place is an address from 0 to 127, or a tuple of addresses, most
-significant first, that together hold one number. A field with one place is a scalar. A field with
-several places is a vector in the given order.
+around (`uint8(30) - 49` is 237). A place is an address from 0 to 127, or a tuple of addresses that
+together hold one number, most significant byte first. A field with one place is a scalar. A field
+with several places is a vector in the given order.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,7 +31,7 @@ Place = int | tuple[int, ...]
 
 @dataclass(frozen=True)
 class Field:
-    """One entry of an address map: its addresses, and how their bytes become a number."""
+    """An entry of an address map: its addresses, and the conversion of bytes to a number."""
 
     places: tuple[Place, ...]
     meaning: str
@@ -85,14 +86,17 @@ class RamMap:
         self._values: dict[str, jax.Array] = {}
 
     def value_of(self, declared: Field) -> jax.Array:
-        """The number or numbers of a declared field, int32 scalar or `[places]`."""
+        """Return the number or numbers of a declared field, int32 scalar or `[places]`."""
         if declared.name not in self._values:
             value = declared.read(tuple(self._gather(column) for column in declared.columns))
             self._values[declared.name] = value if len(declared.places) > 1 else value[0]
         return self._values[declared.name]
 
     def _gather(self, addresses: tuple[int, ...]) -> jax.Array:
-        """The bytes at static addresses, int32 `[len(addresses)]`, as slices, which cost far less than a gather."""
+        """Read bytes at static addresses, int32 `[len(addresses)]`.
+
+        Slices cost far less than a gather.
+        """
         at, parts, i = [self._index[a] for a in addresses], [], 0
         while i < len(at):
             step = at[i + 1] - at[i] if i + 1 < len(at) else 1
@@ -107,7 +111,7 @@ class RamMap:
 
     @classmethod
     def addresses(cls) -> tuple[int, ...]:
-        """All addresses that the declared fields read, each once, in the order in which the fields gather them."""
+        """All addresses that the declared fields read, each once, in the order of reading."""
         return tuple(
             dict.fromkeys(a for f in cls.fields().values() for column in f.columns for a in column)
         )
@@ -131,7 +135,7 @@ def _join(parts: tuple[jax.Array, ...], base: int) -> jax.Array:
 
 
 def byte(*places: Place) -> Field:
-    """Unsigned bytes 0-255.
+    """Declare unsigned bytes 0-255.
 
     A tuple of addresses is one unsigned number, most significant byte first.
     """
@@ -139,7 +143,7 @@ def byte(*places: Place) -> Field:
 
 
 def signed(*places: Place) -> Field:
-    """Signed numbers in two's complement, with as many bytes as each place has."""
+    """Declare signed numbers in two's complement, with the number of bytes of each place."""
 
     def read(parts: tuple[jax.Array, ...]) -> jax.Array:
         half = 1 << (8 * len(parts) - 1)
@@ -149,7 +153,7 @@ def signed(*places: Place) -> Field:
 
 
 def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
-    """A field of `count` bits whose lowest is bit `first` (0 is the least significant)."""
+    """Declare a field of `count` bits from bit `first` on (0 is the least significant bit)."""
     if not (first >= 0 and count > 0):
         raise ValueError(
             f"a bit field needs first >= 0 and count > 0, got first={first}, count={count}"
@@ -168,17 +172,17 @@ def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
 
 
 def low(*places: Place) -> Field:
-    """The low nibbles."""
+    """Declare low nibbles."""
     return bits(*places, first=0, count=4)
 
 
 def high(*places: Place) -> Field:
-    """The high nibbles."""
+    """Declare high nibbles."""
     return bits(*places, first=4, count=4)
 
 
 def bcd(*places: Place) -> Field:
-    """Binary-coded decimal, two digits per byte.
+    """Declare binary-coded decimals, two digits per byte.
 
     Nibbles above 9 count as 10 to 15, so that every state has a value.
     """

@@ -27,28 +27,28 @@ from ocjax.console.ops import lookup, pick
 
 __all__ = ["Pictures", "Rom", "RomError", "read_rom", "rom_path"]
 
-_PLAYER = 8  # dots of a row of a player's picture
-# pictures up to which selects are faster than a gather: Asterix' REM takes 0.049 us a state instead
-# of 0.052
+_PLAYER = 8  # dots in a row of a player's picture
+# Maximum number of pictures for which selects are faster than a gather: Asterix' REM takes 0.049 us
+# per state instead of 0.052.
 _FEW = 8
 
 
 class RomError(ValueError):
-    """A game's ROM is missing, or is not the one that its decoder was written for."""
+    """A game's ROM is missing, or differs from the ROM for which its decoder was written."""
 
 
 def rom_path(rom: str) -> Path:
-    """The path of a ROM file, found without importing ale-py.
+    """Find the path of a ROM file, without importing ale-py.
 
     Args:
         rom: ale-py's name of the ROM, such as "space_invaders".
 
     Returns:
-        `<rom>.bin` in the folder that the environment variable `ALE_ROMS_DIR` names, or by default
-        where ale-py installs its ROMs.
+        `<rom>.bin` in the folder of the environment variable `ALE_ROMS_DIR`, by default ale-py's
+        folder of ROMs.
 
     Raises:
-        RomError: a ValueError; there is no such file.
+        RomError: a ValueError; the file does not exist.
     """
     folder = os.environ.get("ALE_ROMS_DIR")
     if not folder:
@@ -68,14 +68,14 @@ def rom_path(rom: str) -> Path:
 
 
 def read_rom(rom: str, md5: str) -> bytes:
-    """The contents of a ROM, which are read once per process.
+    """Read a ROM, once per process.
 
     Args:
         rom: ale-py's name of the ROM.
         md5: the expected MD5 hash in hexadecimal.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or its hash is another one.
+        RomError: a ValueError; the ROM is missing, or has another hash.
     """
     path = rom_path(rom)
     data, found = _contents(path)
@@ -90,7 +90,7 @@ def read_rom(rom: str, md5: str) -> bytes:
 
 @functools.cache
 def _contents(path: Path) -> tuple[bytes, str]:
-    """A file's contents and their MD5 hash."""
+    """Return a file's contents and their MD5 hash."""
     data = path.read_bytes()
     return data, hashlib.md5(data, usedforsecurity=False).hexdigest()
 
@@ -113,22 +113,23 @@ class Rom:
         return np.frombuffer(read_rom(self.name, self.md5), np.uint8)
 
     def bytes(self, offset: int, count: int, step: int = 1) -> np.ndarray:
-        """A table, int32 `[count]`: every `step`-th byte from an offset on."""
+        """Read a table, int32 `[count]`: every `step`-th byte from an offset on."""
         return self.data[offset : offset + count * step : step].astype(np.int32)
 
     def rows(
         self, offsets: int | Sequence[int], height: int, *, step: int = 1, top_first: bool = False
     ) -> np.ndarray:
-        """The rows of pictures from the top, int32 `[pictures, height]` (`[height]` of a single
-        one).
+        """Read the rows of pictures from the top, int32 `[pictures, height]`.
+
+        A single picture is int32 `[height]`.
 
         Args:
-            offsets: where each picture begins.
+            offsets: offset of each picture.
             height: number of rows.
-            step: bytes from one row of a picture to the next, where the ROM holds the first rows of
+            step: bytes from one row of a picture to the next, if the ROM holds the first rows of
                 all pictures, then all second rows.
-            top_first: the first byte is the top row. Most games store pictures with the bottom row
-                first, because their drawing loops count down.
+            top_first: whether the first byte is the top row. Most games store pictures with the
+                bottom row first, because their drawing loops count down.
         """
         at = np.asarray(offsets)[..., None] + step * np.arange(height)
         rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)
@@ -147,12 +148,12 @@ class Rom:
         pitch: int = 8,
         top_first: bool = False,
     ) -> Font:
-        """The ten digits.
+        """Read the ten digits.
 
         Args:
-            offsets: where the 0 begins, or where each of the ten pictures begins.
-            rows: of a picture.
-            stride: bytes from one picture to the next; without it they follow each other.
+            offsets: offset of the 0, or of each of the ten pictures.
+            rows: rows of a picture.
+            stride: bytes from one picture to the next; by default pictures are adjacent.
             step: bytes from one row to the next, see `rows`.
             dots, shift: width of a picture, and its distance from the lowest bit of a row's byte.
             dot, pitch: see `Font`.
@@ -168,11 +169,11 @@ class Rom:
     def pictures(
         self, offsets: Sequence[int], height: int | Sequence[int], *, top_first: bool = False
     ) -> Pictures:
-        """The tight extents of the pictures of players, eight dots wide.
+        """Read the tight extents of players' pictures, eight dots wide.
 
         Args:
-            offsets: where each picture begins. For a pointer in RAM, all places in the page that it
-                may point to: `range(0xF00, 0x1000)`.
+            offsets: offset of each picture. For a pointer in RAM, all offsets in the page of the
+                pointer: `range(0xF00, 0x1000)`.
             height: number of rows of all pictures, or of each.
             top_first: see `rows`.
         """
@@ -186,7 +187,7 @@ class Rom:
 
 
 def _extent(rows: np.ndarray) -> int:
-    """First column, width, first row and height of the dots that are set in a picture, packed as in `Pictures`; 0 if there are none."""
+    """Pack the extent of a picture's set dots as in `Pictures`; 0 for an empty picture."""
     ink = int(np.bitwise_or.reduce(rows))
     if not ink:
         return 0
@@ -202,11 +203,11 @@ class Pictures:
     Args:
         packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first
             row (8) and the height (8).
-        axes: what the pictures differ in, each with its number of values, if they are of all
-            combinations. The last one varies fastest.
+        axes: for pictures of all combinations of some properties, each property with its number of
+            values. The last property varies fastest.
 
     Raises:
-        ValueError: there are more or fewer pictures than the axes have combinations.
+        ValueError: the number of pictures differs from the number of combinations.
     """
 
     packed: np.ndarray
@@ -215,24 +216,26 @@ class Pictures:
     def __post_init__(self) -> None:
         if self.axes and math.prod(self.axes.values()) != len(self.packed):
             raise ValueError(
-                f"{len(self.packed)} pictures are not those of all combinations of "
-                f"{dict(self.axes)}"
+                f"{len(self.packed)} pictures are not one for each combination of {dict(self.axes)}"
             )
 
     @classmethod
     def of(cls, pictures: Iterable[np.ndarray], **axes: int) -> Pictures:
-        """The extents of pictures given as rows from the top, as `Rom.rows` returns them; `axes` as of the class."""
+        """Pack pictures given as rows from the top, as returned by `Rom.rows`.
+
+        `axes` are documented in the class.
+        """
         return cls(np.array([_extent(rows) for rows in pictures], np.int32), axes)
 
     def index(self, **places: Number) -> jax.Array:
-        """The index of the pictures with a place on each of the axes.
+        """Return the index of the pictures with these values of all axes.
 
         Raises:
-            TypeError: the places are not those of all axes.
+            TypeError: the names differ from the names of the axes.
         """
         if places.keys() != self.axes.keys():
             raise TypeError(
-                f"pictures differ in {', '.join(self.axes) or 'nothing that is named'}, got "
+                f"the axes of these pictures are {', '.join(self.axes) or 'none'}, got "
                 f"{', '.join(places)}"
             )
         index = jnp.int32(0)
@@ -243,8 +246,9 @@ class Pictures:
     def extent(
         self, index: jax.Array, *, mirrored: Number = False
     ) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-        """First column, first row, width and height of the pictures at an index, int32 each; out of
-        range, of the nearest picture.
+        """First column, first row, width and height of the pictures at an index, int32 each.
+
+        An index out of range takes the nearest picture.
 
         Args:
             index: of the pictures, such as the low byte of a pointer.
@@ -267,14 +271,13 @@ class Pictures:
         zoom: int = 1,
         **fields: Any,
     ) -> Box:
-        """Tight boxes of pictures on the screen; a picture that is empty makes a box that is not
-        valid.
+        """Return tight boxes of pictures on the screen; an empty picture makes an invalid box.
 
         Args:
             index: of the pictures, such as the low byte of a pointer.
-            x, y: where the pictures' first columns and rows are.
+            x, y: column and row of the pictures' top left dot.
             mirrored: whether they are drawn from right to left.
-            zoom: pixels of a dot across.
+            zoom: pixels per dot, horizontally.
             fields: `valid`, `value`, `orientation` and `color` of the box.
         """
         left, top, width, height = self.extent(index, mirrored=mirrored)

@@ -22,30 +22,35 @@ from ocjax.evaluation.report import (
 from ocjax.evaluation.tables import Cell, Table, is_number, text
 
 LOW, MIDDLE, HIGH = (215, 48, 39), (255, 255, 191), (26, 152, 80)  # red, yellow, green
-STYLE = """body{font:14px system-ui,sans-serif;margin:24px;max-width:1400px}table{border-collapse:collapse;margin:8px 0 24px}
-td,th{padding:3px 8px;border-bottom:1px solid #ddd;text-align:right}td:first-child,th:first-child{text-align:left}
-dl{display:grid;grid-template-columns:max-content 1fr;gap:2px 16px}dt{font-weight:600}dd{margin:0}
-figure{display:inline-block;margin:8px}figcaption{max-width:640px}img{image-rendering:pixelated;border:1px solid #444}"""
+STYLE = (
+    "body{font:14px system-ui,sans-serif;margin:24px;max-width:1400px}"
+    "table{border-collapse:collapse;margin:8px 0 24px}\n"
+    "td,th{padding:3px 8px;border-bottom:1px solid #ddd;text-align:right}"
+    "td:first-child,th:first-child{text-align:left}\n"
+    "dl{display:grid;grid-template-columns:max-content 1fr;gap:2px 16px}"
+    "dt{font-weight:600}dd{margin:0}\n"
+    "figure{display:inline-block;margin:8px}figcaption{max-width:640px}"
+    "img{image-rendering:pixelated;border:1px solid #444}"
+)
 
 
 def shade(percent: float) -> str:
-    """A colour from red (0) over yellow (50) to green (100), as six hexadecimal digits."""
+    """Return a colour from red (0) over yellow (50) to green (100), as six hexadecimal digits."""
     x = min(max(percent, 0), 100) / 50
     a, b, share = (LOW, MIDDLE, x) if x < 1 else (MIDDLE, HIGH, x - 1)
     return "".join(f"{round(p + (q - p) * share):02X}" for p, q in zip(a, b, strict=True))
 
 
 def to_csv(evaluations: Sequence[Evaluation]) -> str:
-    """One row per game and category, and per game and situation.
+    """Format evaluations as CSV, with one row per game and category, and per game and situation.
 
     Percentages have full precision; missing ones are empty.
     """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     tables = [by_category(e) for e in evaluations]
-    header = max(
-        (t.header for t in tables), key=len
-    )  # OCAtari's columns are last and may be missing
+    # OCAtari's columns are last and may be missing.
+    header = max((t.header for t in tables), key=len)
     writer.writerow(["Game", *header])
     for e, t in zip(evaluations, tables, strict=True):
         for row in (*t.rows, *map(_like_category, by_situation(e).rows)):
@@ -57,16 +62,16 @@ def to_csv(evaluations: Sequence[Evaluation]) -> str:
 
 
 def _like_category(situation: Sequence[Cell]) -> list[Cell]:
-    """The row of a situation under the columns of categories."""
+    """Put a situation's row under the columns of categories."""
     name, _, objects, precision, recall, f1, *rest = situation
     return [name, objects, precision, recall, f1, None, *rest]
 
 
 def to_latex(evaluations: Sequence[Evaluation]) -> str:
-    r"""Tables in the OCAtari paper's layout: precision, recall, F-score and IoU by category,
-    shaded.
+    r"""Format shaded tables in the OCAtari paper's layout.
 
-    They need the packages booktabs and xcolor with the option `table`.
+    They give precision, recall, F-score and IoU by category, and need the packages booktabs and
+    xcolor with the option `table`.
     """
     return "\n\n".join(_latex_table(e) for e in evaluations) + "\n"
 
@@ -102,7 +107,7 @@ def _latex_cell(percent: Cell) -> str:
 
 
 def to_html(evaluations: Sequence[Evaluation]) -> str:
-    """One page without other files: the tables, and pictures of the frames with the most disagreements."""
+    """Format a single page with the tables, and pictures of the frames that disagree most."""
     parts = [
         "<!doctype html><meta charset=utf-8><title>ocjax evaluation</title><style>",
         STYLE,
@@ -118,7 +123,7 @@ def to_html(evaluations: Sequence[Evaluation]) -> str:
 
 
 def _html_explanation(evaluations: Sequence[Evaluation]) -> str:
-    """What the columns that occur mean."""
+    """Explain the columns of the tables."""
     tables = [overview(evaluations), *(table for e in evaluations for table in tables_of(e))]
     occurring = {heading for table in tables for heading in table.without_empty_columns().header}
     rows = "".join(
@@ -156,6 +161,7 @@ def _html_pictures(e: Evaluation) -> str:
     for picture in e.worst_frames:
         data = base64.b64encode(picture.png).decode()
         parts.append(
-            f'<figure><img src="data:image/png;base64,{data}"><figcaption>{html.escape(picture.caption)}</figcaption></figure>'
+            f'<figure><img src="data:image/png;base64,{data}">'
+            f"<figcaption>{html.escape(picture.caption)}</figcaption></figure>"
         )
     return "".join(parts)

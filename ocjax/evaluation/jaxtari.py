@@ -20,15 +20,16 @@ __all__ = ["Jaxtari"]
 
 
 class Jaxtari:
-    """A game of JAXtari (`pip install jaxtari`), without pictures, so that its sprites need not be
-    installed.
+    """A game of JAXtari (`pip install jaxtari`), without rendering.
+
+    JAXtari's sprites need not be installed.
 
     Args:
         game: the game.
 
     Attributes:
         name: "JAXtari".
-        fields: by the name of a field of JAXtari's observation, the categories that it shows.
+        fields: the categories that each field of JAXtari's observation shows, by the field's name.
         actions: names of the actions, as ALE has them.
         environment: JAXtari's environment.
 
@@ -87,7 +88,7 @@ class Jaxtari:
         )
 
 
-# JAXtari's numbers of actions, which are ALE's.
+# JAXtari's action numbers, which are ALE's.
 _ACTIONS = (
     *(
         "NOOP",
@@ -108,7 +109,11 @@ _ACTIONS = (
 
 
 def _boxes(shown: Any, absent: tuple[int, int] | None) -> np.ndarray:
-    """The active objects of a field, float `[n, 4]`, except one at the place where JAXtari keeps it while it is not in play."""
+    """Return the active objects of a field, float `[n, 4]`.
+
+    `absent` is the position where JAXtari keeps an object that is not in play; the result excludes
+    it.
+    """
     x, y, w, h, active = (
         np.atleast_1d(np.asarray(a))
         for a in (shown.x, shown.y, shown.width, shown.height, shown.active)
@@ -121,7 +126,7 @@ def _boxes(shown: Any, absent: tuple[int, int] | None) -> np.ndarray:
 
 
 def _loose() -> Any:
-    """JAXtari's code promotes dtypes and ranks."""
+    """Return a context for JAXtari's code, which needs promotion of dtypes and ranks."""
     stack = contextlib.ExitStack()
     stack.enter_context(jax.numpy_dtype_promotion("standard"))
     stack.enter_context(jax.numpy_rank_promotion("allow"))
@@ -129,7 +134,7 @@ def _loose() -> Any:
 
 
 def _make(game: Game) -> Any:
-    """JAXtari's environment of a game."""
+    """Make JAXtari's environment of a game."""
     base, module = (
         _extras.require("jaxtari.environment").JaxEnvironment,
         _extras.require(f"jaxtari.games.jax_{game.name.lower()}"),
@@ -137,7 +142,7 @@ def _make(game: Game) -> Any:
     renderer = _extras.require("jaxtari.renderers").JAXGameRenderer
     (made,) = (c for c in _classes(module, base) if c.__module__ == module.__name__)
     try:
-        # The renderers read sprites, which are not part of the package; few games need theirs.
+        # The renderers read sprites, which the package does not include; few games need them.
         with contextlib.ExitStack() as stack, _loose():
             for c in _classes(module, renderer):
                 stack.enter_context(mock.patch.object(module, c.__name__, mock.MagicMock()))

@@ -1,6 +1,6 @@
-"""Detections of any method as padded arrays, and the one-to-one matching of two sets of detections.
+"""Detections as padded arrays, and the one-to-one matching of two sets of detections.
 
-The functions use NumPy and work on whole batches. `ocjax.evaluation.metrics` re-exports the public
+The functions use NumPy and process whole batches. `ocjax.evaluation.metrics` re-exports the public
 names next to the metrics.
 """
 
@@ -22,8 +22,7 @@ PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs
 
 @dataclasses.dataclass(frozen=True)
 class Detections:
-    """Labelled boxes of a batch of frames, from any detector: the input of the metrics in
-    `ocjax.evaluation.metrics`.
+    """Labelled boxes of a batch of frames, from any detector: the input of the metrics.
 
     Unlike `Objects`, detections do not belong to a game, the order of boxes within a frame has no
     meaning, and boxes may have confidences. `B` is the number of frames and `N` the largest number
@@ -31,10 +30,9 @@ class Detections:
 
     Args:
         xywh: `[B, N, 4]`, left, top, width and height in pixels.
-        label: int `[B, N]`, index into `categories`, or -1 where there is no box.
+        label: int `[B, N]`, index into `categories`, or -1 without a box.
         categories: names of the labels.
-        score: `[B, N]`, confidences for `average_precision`. Without them all boxes are equally
-            confident.
+        score: `[B, N]`, confidences for `average_precision`. None: all boxes are equally confident.
 
     Raises:
         ValueError: shapes disagree, or a label is out of range.
@@ -76,21 +74,21 @@ class Detections:
         return self.xywh[..., :2].astype(np.float32) + self.xywh[..., 2:].astype(np.float32) / 2
 
     def without(self, mask: np.ndarray) -> "Detections":
-        """The detections that are not set in `mask`, bool `[B, N]`."""
+        """Drop the detections that are set in `mask`, bool `[B, N]`."""
         return dataclasses.replace(self, label=np.where(mask, -1, self.label))
 
 
 def detections(objects: Objects) -> Detections:
-    """The valid objects of a batch as detections.
+    """Convert the valid objects of a batch to detections.
 
     Args:
         objects: from `game.rem` or `game.vem`, batch shape `[B]`.
 
     Returns:
-        Detections in which column `i` is slot `i` and the labels index `game.categories`.
+        Detections with slot `i` in column `i`; the labels index `game.categories`.
 
     Raises:
-        ValueError: the objects do not know their game.
+        ValueError: the objects have no reference to their game.
     """
     game = whose(objects)
     valid = np.asarray(objects.valid)
@@ -102,14 +100,13 @@ def detections(objects: Objects) -> Detections:
 
 
 def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Detections:
-    """Detections from Python tuples.
+    """Convert Python tuples to detections.
 
     Args:
         records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h,
             confidence)`.
-        game: the game, whose categories come first among the labels; their aliases in `records` are
-            understood. Other categories in `records` follow; their boxes count as detections that
-            match nothing in the game.
+        game: the game. Its categories are the first labels; `records` may use their aliases. Other
+            categories in `records` follow, and their boxes match nothing in the game.
 
     Raises:
         ValueError: a frame is no iterable of records, or a record is malformed; the message names
@@ -138,7 +135,7 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
 def _checked(
     frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, str]
 ) -> list[tuple[Any, ...]]:
-    """The records of a frame, with the categories' own names.
+    """Check the records of a frame, and replace aliases by the categories' names.
 
     Raises:
         ValueError: see `from_records`.
@@ -188,8 +185,8 @@ def common_labels(*sides: Detections | None) -> tuple[tuple[str, ...], list[np.n
     """Translate labels into one list of categories.
 
     Returns:
-        The names of all categories in order of first appearance, and for each side that is not None
-        its labels as indices into them.
+        The names of all categories in order of first appearance, and the labels of each side that
+        is not None as indices into them.
     """
     given = [side for side in sides if side is not None]
     names = tuple(dict.fromkeys(name for side in given for name in side.categories))
@@ -199,7 +196,7 @@ def common_labels(*sides: Detections | None) -> tuple[tuple[str, ...], list[np.n
 
 @dataclasses.dataclass(frozen=True)
 class Columns:
-    """Where the boxes of one category are: for each frame their columns, packed to the left."""
+    """The columns of one category's boxes in each frame, packed to the left."""
 
     index: np.ndarray  # int [B, K]
     present: np.ndarray  # bool [B, K]
@@ -213,14 +210,14 @@ class Columns:
         return self.index.shape[1]
 
     def take(self, values: np.ndarray) -> np.ndarray:
-        """The entries of `values` `[B, N, ...]` in these columns, `[B, K, ...]`."""
+        """Gather the entries of `values` `[B, N, ...]` in these columns, `[B, K, ...]`."""
         return np.take_along_axis(
             values, self.index.reshape(*self.index.shape, *[1] * (values.ndim - 2)), axis=1
         )
 
 
 def columns_of(label: np.ndarray, category: int) -> Columns:
-    """Columns of the boxes of a category."""
+    """Return the columns of the boxes of a category."""
     mask = label == category
     most = int(mask.sum(axis=1).max(initial=0))
     index = np.argsort(~mask, axis=1, kind="stable")[:, :most]
@@ -228,14 +225,13 @@ def columns_of(label: np.ndarray, category: int) -> Columns:
 
 
 def chunks(num_frames: int, pairs_per_frame: int) -> Iterator[slice]:
-    """Consecutive slices of the frames, each small enough to compare all pairs in memory."""
+    """Slice the frames, so that a comparison of all pairs in a slice fits in memory."""
     step = max(1, PAIRS_AT_ONCE // pairs_per_frame)
     return (slice(start, start + step) for start in range(0, num_frames, step))
 
 
 def match(left: Detections, right: Detections, radius: float = RADIUS) -> np.ndarray:
-    """Match the boxes of two batches one to one, frame by frame and within a category, nearest
-    centres first.
+    """Match the boxes of two batches one to one within frame and category, nearest first.
 
     This is the rule of the OCAtari paper (Delfosse et al., 2024).
 
@@ -264,15 +260,14 @@ def match(left: Detections, right: Detections, radius: float = RADIUS) -> np.nda
     return out
 
 
-Pairs = tuple[
-    np.ndarray, np.ndarray, np.ndarray
-]  # frame, position in the left columns, position in the right columns; each int [pairs]
+# Frame, position in the left columns, position in the right columns; each int [pairs].
+Pairs = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _within_reach(
     a: Columns, b: Columns, centers_a: np.ndarray, centers_b: np.ndarray, radius: float
 ) -> Pairs:
-    """All pairs at most `radius` apart, sorted by frame, then distance, then position."""
+    """Find all pairs at most `radius` apart, sorted by frame, then distance, then position."""
     p, q = a.take(centers_a)[:, :, None], b.take(centers_b)[:, None]
     distance = p[..., 0] - q[..., 0]
     np.hypot(distance, p[..., 1] - q[..., 1], out=distance)
@@ -284,10 +279,10 @@ def _within_reach(
 
 
 def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray, widths: tuple[int, int]) -> Pairs:
-    """The pairs that a greedy choice takes from sorted candidates.
+    """Choose pairs greedily from sorted candidates.
 
-    A pair that comes first for both of its ends is taken before any other pair of either end, so
-    all such pairs are taken in one round.
+    A pair that is the first candidate of both its ends is taken before any other pair of these
+    ends. One loop iteration takes all such pairs.
     """
     taken: list[Pairs] = []
     while len(frame):
@@ -308,7 +303,10 @@ def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray, widths: tuple[int, 
 
 
 def _is_taken(ends: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Whether each pair shares its end with one of the chosen pairs: int `[pairs]`, indices of pairs -> bool `[pairs]`."""
+    """Return whether each pair shares its end with one of the chosen pairs, bool `[pairs]`.
+
+    Ends are int `[pairs]`; `chosen` holds indices of pairs.
+    """
     taken = np.zeros(ends.max() + 1, bool)
     taken[ends[chosen]] = True
     return taken[ends]
@@ -321,7 +319,7 @@ def iou(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         a, b: `[..., 4]`, left, top, width and height; they broadcast.
 
     Returns:
-        float64 `[...]`, 0 where both boxes are empty.
+        float64 `[...]`, 0 if both boxes are empty.
     """
     a, b = a.astype(np.float64), b.astype(np.float64)
     size = np.minimum(a[..., :2] + a[..., 2:], b[..., :2] + b[..., 2:]) - np.maximum(

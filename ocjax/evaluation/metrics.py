@@ -1,16 +1,17 @@
-"""Metrics of how well two methods agree: precision, recall, F1, IoU, average precision, identity
-switches, values and pixel coverage.
+"""Metrics of the agreement of two methods.
 
-Most metrics take `Detections`, so the same functions score your own detector against REM or VEM:
+They are precision, recall, F1, IoU, average precision, identity switches, values and pixel
+coverage. Most metrics take `Detections`, so the same functions score your own detector against REM
+or VEM:
 
     truth = evaluation.detections(game.rem(rams))
-    mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...], one list
-    per frame evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
+    mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...]
+    evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
     numpy.nanmean(evaluation.average_precision(mine, truth))  # mAP
 
-Two objects match if they have the same category and their centres are within 5 pixels. Matches are
-one to one, nearest first, as in the OCAtari paper (Delfosse et al., 2024). The functions use NumPy
-and work on whole batches.
+The records are a list for each frame. Two objects match if they have the same category and their
+centres are within 5 pixels. Matches are one to one, nearest first, as in the OCAtari paper
+(Delfosse et al., 2024). The functions use NumPy and process whole batches.
 """
 
 import dataclasses
@@ -30,7 +31,7 @@ _ROUNDING = 1e-12  # a recall this far below a level still reaches it
 SCORE_NAMES, LIVES_NAMES = ("Score", "PlayerScore", "P1Score"), ("Lives", "Life", "Live")
 
 
-# -------------------------------------------------------------------------------------------------------------
+# --------------------------------------------------------------------------------------------------
 # agreement
 
 
@@ -41,18 +42,17 @@ def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True)
 class Agreement:
-    """Counts of objects and matches, from which the scores are computed. All counts have the same
-    shape.
+    """Counts of objects and matches, with the scores computed from them.
 
-    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have
-    the shape of the counts; they are nan where there is nothing to score. In particular, `f1` is
-    nan only where neither method has an object.
+    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. All counts
+    and scores have the same shape. Scores are nan if there is nothing to score. In particular, `f1`
+    is nan only if both methods have no object.
 
     Args:
         left: objects of the first method (REM).
         right: objects of the second method (VEM) on the frame itself.
-        confirmed: objects of the first method that are matched on the frame or, where it is given,
-            on the frame before.
+        confirmed: objects of the first method that are matched on the frame or on the frame before,
+            if given.
         found: objects of the second method that are matched.
         exact: matches on the frame with identical boxes.
         overlap: sum of the IoU over matches on the frame.
@@ -75,19 +75,22 @@ class Agreement:
 
     @property
     def precision(self) -> np.ndarray:
-        """Share of the first method's objects that the second confirms."""
+        """Fraction of the first method's objects that the second confirms."""
         return _ratio(self.confirmed, self.left)
 
     @property
     def recall(self) -> np.ndarray:
-        """Share of the second method's objects that the first finds."""
+        """Fraction of the second method's objects that the first finds."""
         return _ratio(self.found, self.right)
 
     @property
     def f1(self) -> np.ndarray:
-        """Harmonic mean of precision and recall: 0 if exactly one method has objects, nan only if both have none."""
+        """Harmonic mean of precision and recall.
+
+        It is 0 if exactly one method has objects, and nan only if both have none.
+        """
         p, r = self.precision, self.recall
-        mean = np.where(p + r > 0, _ratio(2 * p * r, p + r), 0.0)  # 0 also where p or r is nan
+        mean = np.where(p + r > 0, _ratio(2 * p * r, p + r), 0.0)  # 0 also if p or r is nan
         return np.where((np.asarray(self.left) > 0) | (np.asarray(self.right) > 0), mean, np.nan)
 
     @property
@@ -97,7 +100,7 @@ class Agreement:
 
     @property
     def exact_rate(self) -> np.ndarray:
-        """Share of matches on the frame whose boxes are identical."""
+        """Fraction of matches on the frame with identical boxes."""
         return _ratio(self.exact, self.found)
 
 
@@ -108,11 +111,11 @@ def agreement(
     radius: float = RADIUS,
     pairs: np.ndarray | None = None,
 ) -> Agreement:
-    """Count how well two methods agree, by frame and category.
+    """Count the agreement of two methods, by frame and category.
 
     Args:
-        left: detections of the method that reports what exists (REM).
-        right: detections of the method that reports what is drawn (VEM), on the same frames.
+        left: detections of the method that reports existing objects (REM).
+        right: detections of the method that reports drawn objects (VEM), on the same frames.
         before: detections of the second method on the emulated frame just before each frame. They
             make the scores flicker-aware: a box of `left` without a match on the frame may have one
             on the frame before. Every box of `right` must still be found.
@@ -120,8 +123,8 @@ def agreement(
         pairs: the result of `match(left, right, radius)`, if it is already known.
 
     Returns:
-        Counts of shape `[B, categories]`: first the categories of `left`, then those that only the
-        other arguments have.
+        Counts of shape `[B, categories]`: first the categories of `left`, then the additional
+        categories of the other arguments.
 
     Raises:
         ValueError: the numbers of frames differ.
@@ -159,8 +162,9 @@ def intervals(
     draws: int = 1000,
     seed: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """95 % confidence interval of a score by bootstrap over episodes, because frames of one episode
-    are not independent.
+    """Bootstrap the 95 % confidence interval of a score over episodes.
+
+    The samples are episodes, because frames of one episode are not independent.
 
     Args:
         counts: of shape `[frames, ...]`.
@@ -190,7 +194,7 @@ def intervals(
     return np.where(missing, np.nan, low), np.where(missing, np.nan, high)
 
 
-# -----------------------------------------------------------------------------------------------------
+# --------------------------------------------------------------------------------------------------
 # average precision
 
 
@@ -200,7 +204,7 @@ def average_precision(
     """Average precision as COCO defines it, with 101 levels of recall.
 
     The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO,
-    categories that do not occur do not count.
+    categories that do not occur are ignored.
 
     Boxes are assigned in descending order of confidence, each to the unassigned true box of its
     category with the largest IoU. Boxes of equal confidence enter the precision-recall curve
@@ -245,14 +249,17 @@ def average_precision(
 def _hits(
     ranked: Detections, truth: Detections, i: Columns, j: Columns, limits: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Confidence of each box of a category, float `[boxes]`, and whether it hits at each threshold,
-    bool `[boxes, thresholds]`.
+    """Find the confidence and hits of each box of a category.
 
     Args:
-        ranked: detections whose boxes are sorted by confidence in each frame.
+        ranked: detections, sorted by confidence in each frame.
         truth: the ground truth.
         i, j: columns of the category in `ranked` and `truth`.
         limits: thresholds of the IoU.
+
+    Returns:
+        The confidences, float `[boxes]`, and whether each box hits at each threshold, bool `[boxes,
+        thresholds]`.
     """
     assert ranked.score is not None
     scores, hits = [np.zeros(0)], [np.zeros((0, len(limits)), bool)]
@@ -271,7 +278,7 @@ def _hits(
 def _assign(
     overlap: np.ndarray, present: np.ndarray, free: np.ndarray, limits: np.ndarray
 ) -> np.ndarray:
-    """Assign one box per frame to the free true box with the largest IoU, and mark that as taken.
+    """Assign one box per frame to the free true box with the largest IoU, and mark it as taken.
 
     Args:
         overlap: float `[B, K]`, IoU with each true box.
@@ -293,11 +300,13 @@ def _assign(
 
 
 def _interpolated_precision(scores: np.ndarray, hits: np.ndarray, count: int) -> np.ndarray:
-    """Mean over the levels of recall of the best precision at that recall or above, float `[thresholds]`; `count` true boxes."""
+    """Average the best precision at each level of recall or above, float `[thresholds]`.
+
+    `count` is the number of true boxes.
+    """
     order = np.argsort(-scores, kind="stable")
-    ends = np.append(np.flatnonzero(np.diff(scores[order])), len(order) - 1)[
-        : len(order)
-    ]  # last of each run of equal confidences
+    # Last box of each run of equal confidences.
+    ends = np.append(np.flatnonzero(np.diff(scores[order])), len(order) - 1)[: len(order)]
     good = np.cumsum(hits[order], axis=0)[ends]
     precision, recall = good / (ends[:, None] + 1), good / count
     out = np.zeros(hits.shape[1])
@@ -307,16 +316,16 @@ def _interpolated_precision(scores: np.ndarray, hits: np.ndarray, count: int) ->
     return out
 
 
-# ---------------------------------------------------------------------------------------------
+# --------------------------------------------------------------------------------------------------
 # identities, values, pixels
 
 
 def identity_switches(
     rem: Objects, vem: Objects, resets: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Count how often an object that persists changes its slot in REM, by category.
+    """Count how often a persistent object changes its slot in REM, by category.
 
-    `ocjax.track` on VEM's objects decides which objects persist. Its own mistakes count as switches
+    `ocjax.track` on VEM's objects decides which objects persist. Its mistakes count as switches
     too, so the result is an upper bound.
 
     Args:
@@ -324,7 +333,7 @@ def identity_switches(
         resets: bool `[B]`, first sample of an episode.
 
     Returns:
-        int `[categories]` switches and int `[categories]` transitions in which an object persists.
+        int `[categories]` switches and int `[categories]` transitions with a persistent object.
     """
     game = whose(vem)
 
@@ -351,11 +360,11 @@ def identity_switches(
 
 
 def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[str, float]:
-    """Shares of samples in which REM's score and lives are right.
+    """Fractions of samples with the right score and lives in REM.
 
-    The score is right if it equals the sum of rewards. In games in which the enemy has a score,
-    too, the difference of the two scores must equal it. Lives are right if they equal the
-    emulator's; samples in which the game does not show them do not count.
+    The score is right if it equals the sum of rewards. In games with a score of the enemy, the
+    difference of the two scores must equal it. Lives are right if they equal the emulator's;
+    samples without displayed lives are ignored.
 
     Args:
         rem: REM's objects, batch shape `[B]`.
@@ -363,8 +372,8 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
         lives: `[B]`, the emulator's lives.
 
     Returns:
-        Shares by category, for the score and lives categories that have a value and one slot. nan
-        where no sample counts.
+        Fractions by category, for the score and lives categories that have a value and one slot;
+        nan if all samples are ignored.
     """
     game, out = whose(rem), {}
     for names, expected in ((SCORE_NAMES, rewards), (LIVES_NAMES, lives)):
@@ -385,11 +394,11 @@ def coverage(boxes: Detections, sprites: np.ndarray, drawn: np.ndarray) -> tuple
     Args:
         boxes: detections on `B` frames.
         sprites: bool `[B, H, W]`, pixels of moving graphics objects on the frame.
-        drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the one before.
+        drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the frame before.
 
     Returns:
-        Share of sprite pixels that are inside boxes, and share of boxes that hold drawn pixels. nan
-        where there are none.
+        Fraction of sprite pixels inside boxes, and fraction of boxes with drawn pixels; nan without
+        sprite pixels or boxes.
     """
     frame, i = np.nonzero(boxes.label >= 0)
     x, y, w, h = np.moveaxis(boxes.xywh[frame, i].astype(int), -1, 0)

@@ -1,4 +1,7 @@
-"""Run OCAtari 2.2.1 on recorded samples for comparison, in a virtual environment of its own, because it requires numpy < 2."""
+"""Run OCAtari 2.2.1 on recorded samples for comparison.
+
+It runs in a separate virtual environment, because it requires numpy < 2.
+"""
 
 import dataclasses
 import json
@@ -21,7 +24,7 @@ END_OF_LOG = 2000  # characters of a failed process's output that an error quote
 
 
 class OcatariError(OSError):
-    """OCAtari could not be installed or run; the message says why."""
+    """OCAtari could not be installed or run; the message gives the reason."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -29,7 +32,7 @@ class OcatariMethod:
     """The result of one of OCAtari's two methods on a recording.
 
     Args:
-        objects: the objects that it detected; None if it does not run.
+        objects: the detected objects, or None if the method does not run.
         us: float `[frames]`, microseconds of each detection.
         error: the exception that stopped it; "" if it runs.
     """
@@ -40,13 +43,14 @@ class OcatariMethod:
 
 
 def default_environment() -> Path:
-    """The folder of the virtual environment unless another is given: in the user's cache."""
+    """Return the default folder of the virtual environment, in the user's cache."""
     return platformdirs.user_cache_path("ocjax", appauthor=False) / f"ocatari-{VERSION}"
 
 
 def interpreter(environment: Path | None = None) -> Path:
-    """The Python interpreter of an environment with OCAtari. The environment is created if needed
-    (about a gigabyte, some minutes).
+    """Return the Python interpreter of an environment with OCAtari.
+
+    The environment is created if needed (about a gigabyte, some minutes).
 
     Args:
         environment: folder of a virtual environment; None for `default_environment()`.
@@ -74,15 +78,15 @@ def interpreter(environment: Path | None = None) -> Path:
 
 
 def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
-    """Detect objects with OCAtari's methods, HUD included, on the samples of a recording.
+    """Detect objects with OCAtari's methods, including the HUD, on the samples of a recording.
 
     Args:
         recording: with frames.
-        python: an interpreter that has OCAtari, from `interpreter`.
+        python: an interpreter with OCAtari, from `interpreter`.
 
     Returns:
-        For "rem" and "vem" what the method found. Its categories are the game's, then those that
-        only OCAtari has.
+        The results of "rem" and "vem". Their categories are the game's, then additional categories
+        of OCAtari.
 
     Raises:
         OcatariError: the process failed.

@@ -2,13 +2,13 @@
 
     python ocatari_peer_program.py SAMPLES GAME
 
-This program runs in an environment that has OCAtari 2.2.1, not in that of ocjax, so it imports
-nothing of ocjax. SAMPLES is an .npz file with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H,
-W, 3]`) and `resets` (bool `[n]`).
+This program runs in an environment with OCAtari 2.2.1 and without ocjax, so it imports nothing of
+ocjax. SAMPLES is an .npz file with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H, W, 3]`) and
+`resets` (bool `[n]`).
 
-The last line of its output maps "rem" and "vem" to `objects` (for each frame a list of `[category,
+The last line of the output maps "rem" and "vem" to `objects` (for each frame a list of `[category,
 x, y, w, h]`) and `us` (microseconds of each detection), or to the `error` that stopped the method.
-Objects that OCAtari marks as absent are left out.
+Objects that OCAtari marks as absent are omitted.
 """
 
 import json
@@ -22,9 +22,9 @@ import numpy as np
 
 
 def detect(method: str, game: str, data: Any, resets: np.ndarray) -> dict[str, Any]:
-    """Objects and times of one method on all samples.
+    """Return the objects and times of one method on all samples.
 
-    OCAtari's objects carry state, so they are created anew at a reset.
+    OCAtari's objects carry state, so each reset creates new ones.
     """
     import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMissingImports]
     from ocatari.ram.extract_ram_info import detect_objects_ram  # pyright: ignore[reportMissingImports]
@@ -43,7 +43,7 @@ def detect(method: str, game: str, data: Any, resets: np.ndarray) -> dict[str, A
 
 
 def initial_slots(method: str, game: str) -> list[Any]:
-    """OCAtari's list of objects at the start of an episode."""
+    """Return OCAtari's list of objects at the start of an episode."""
     from ocatari.ram.extract_ram_info import init_objects  # pyright: ignore[reportMissingImports]
 
     try:
@@ -51,13 +51,12 @@ def initial_slots(method: str, game: str) -> list[Any]:
     except Exception:
         if method == "rem":
             raise
-        return init_objects(
-            game, True
-        )  # the vision of some games works with the objects of the other method only
+        # The vision of some games works only with the objects of the other method.
+        return init_objects(game, True)
 
 
 def main() -> None:
-    """Run both methods and print their answers."""
+    """Run both methods and print their results."""
     warnings.simplefilter("ignore")
     with np.load(sys.argv[1]) as file:
         arrays = dict(file)

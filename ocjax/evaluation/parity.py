@@ -1,5 +1,6 @@
-"""Compare another implementation of a game with the real ROM: both play the same actions, and their
-objects are matched frame by frame.
+"""Compare another implementation of a game with the real ROM.
+
+Both play the same actions, and their objects are matched frame by frame.
 
     from ocjax.evaluation import parity
     from ocjax.evaluation.jaxtari import Jaxtari
@@ -39,19 +40,16 @@ __all__ = [
     "to_table",
 ]
 
-MOST_HELD = 16  # frames for which an action is held at most
-TOLERANCE = 2.0  # pixels by which objects may differ before the two sides have diverged
-_ANYWHERE = 1_000.0  # pixels, further than any two objects are apart
+MOST_HELD = 16  # maximum number of frames for which an action is held
+TOLERANCE = 2.0  # pixels of difference above which the two sides have diverged
+_ANYWHERE = 1_000.0  # pixels, more than the distance of any two objects
 
 
 class Frame(NamedTuple):
-    """What a simulator shows on one frame."""
+    """The output of a simulator for one frame."""
 
-    boxes: Mapping[
-        str, np.ndarray
-        # by field, the boxes of its present objects: float [n, 4], left, top, width and height in
-        # pixels
-    ]
+    # Boxes of the present objects by field: float [n, 4], left, top, width and height in pixels.
+    boxes: Mapping[str, np.ndarray]
     reward: float
     over: bool
 
@@ -61,8 +59,8 @@ class Simulator(Protocol):
 
     Attributes:
         name: for tables and pictures.
-        fields: by the name of a field of its observation, the categories of ocjax that show the
-            same objects.
+        fields: for each field of its observation, by name, the categories of ocjax with the same
+            objects.
         actions: names of its actions, as ALE has them, such as "UPFIRE".
     """
 
@@ -81,15 +79,16 @@ class Simulator(Protocol):
 
 @dataclasses.dataclass(frozen=True)
 class Parity:
-    """Two runs with the same actions, on the real ROM and in a simulator; B frames, the first one
-    after the reset.
+    """Two runs with the same actions, on the real ROM and in a simulator.
+
+    A run has B frames; the first one follows the reset.
 
     Args:
         game: the game.
         simulator: its name.
         seed: of the actions and of the simulator.
-        aligned: fields whose object was moved in the real game to where the simulator has it at the
-            start.
+        aligned: fields with an object that was moved in the real game to its place in the
+            simulator at the start.
         real, simulated: the objects, with the simulator's fields as categories.
         rewards: float `[2, B]`, of the real game and of the simulator.
         screens: uint8 `[B, H, 160]`, the frames of the real game.
@@ -108,17 +107,18 @@ class Parity:
 def compare(
     game: Game, simulator: Simulator, *, seed: int = 0, frames: int = 300, align: bool = True
 ) -> Parity:
-    """Play the same random actions on the real ROM and in a simulator, until `frames` frames are
-    over or either game is.
+    """Play the same random actions on the real ROM and in a simulator.
+
+    The runs end after `frames` frames, or when either game is over.
 
     Args:
         game: the game.
         simulator: the other implementation.
         seed: of the actions and of the simulator.
         frames: number of emulated frames.
-        align: move objects in the real game, after its reset, to where the simulator has them (see
-            `ocjax.edit`). This is done for fields with one object on both sides whose position has
-            bytes of its own.
+        align: whether to move objects in the real game, after its reset, to their places in the
+            simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
+            has separate bytes for its position.
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.
@@ -167,7 +167,11 @@ def compare(
 def _aligned(
     game: Game, ale: ale_py.ALEInterface, simulator: Simulator, first: Frame
 ) -> tuple[str, ...]:
-    """Move single objects of the real game to where the simulator has them; the fields for which that was possible."""
+    """Move single objects of the real game to their places in the simulator.
+
+    Returns:
+        The fields of the moved objects.
+    """
     moved = []
     for field, categories in simulator.fields.items():
         if len(categories) != 1 or len(first.boxes[field]) != 1:
@@ -175,7 +179,7 @@ def _aligned(
         x, y = first.boxes[field][0, :2].astype(int).tolist()
         try:
             ram = edit(game, ale.getRAM(), categories[0], x=x, y=y)
-        except ValueError:  # the object is not there, or moves with others
+        except ValueError:  # the object is absent, or moves with others
             continue
         for address in np.flatnonzero(ram != ale.getRAM()).tolist():
             ale.setRAM(address, int(ram[address]))
@@ -184,7 +188,7 @@ def _aligned(
 
 
 def _by_field(found: Detections, fields: Mapping[str, tuple[str, ...]]) -> Detections:
-    """Detections with the simulator's fields as categories; objects of no field are left out."""
+    """Use the simulator's fields as categories of detections; drop objects of no field."""
     of = {
         category: k for k, (_, categories) in enumerate(fields.items()) for category in categories
     }
@@ -193,7 +197,7 @@ def _by_field(found: Detections, fields: Mapping[str, tuple[str, ...]]) -> Detec
 
 
 def _detections(shown: Sequence[Frame], fields: tuple[str, ...]) -> Detections:
-    """The objects of a simulator's frames."""
+    """Convert a simulator's frames to detections."""
     most = max(sum(map(len, frame.boxes.values())) for frame in shown)
     xywh, label = np.zeros((len(shown), most, 4)), np.full((len(shown), most), -1)
     for b, frame in enumerate(shown):
@@ -206,27 +210,26 @@ def _detections(shown: Sequence[Frame], fields: tuple[str, ...]) -> Detections:
 
 
 class Errors(NamedTuple):
-    """How far the two sides are apart, by field (F of them)."""
+    """Differences of the two sides, by field (F fields)."""
 
-    f1: np.ndarray  # float [F], share of objects that have a partner within 5 pixels
+    f1: np.ndarray  # float [F], F1 of objects within 5 pixels of each other
     # float [F, 4], mean absolute difference of left, top, width and height of partners at any
     # distance, in pixels
     off: np.ndarray
-    # int [F], the first frame with an object that is missing on one side or `TOLERANCE` off; -1 if
-    # there is none
+    # int [F], the first frame with an object that is missing on one side or more than `TOLERANCE`
+    # off, or -1
     first: np.ndarray
 
 
 def errors(p: Parity) -> Errors:
-    """Measure the difference of the two sides."""
+    """Measure the differences of the two sides."""
     pairs = matching.match(p.real, p.simulated, _ANYWHERE)
     frame, i = np.nonzero(pairs >= 0)
     a, b = p.real.xywh[frame, i], p.simulated.xywh[frame, pairs[frame, i]]
     off, field = np.abs(a - b), p.real.label[frame, i]
     fields = range(len(p.real.categories))
-    counts = np.array(
-        [[(d.label == k).sum(axis=1) for k in fields] for d in (p.real, p.simulated)]
-    )  # [2, F, B]
+    # Shape [2, F, B].
+    counts = np.array([[(d.label == k).sum(axis=1) for k in fields] for d in (p.real, p.simulated)])
     apart = counts[0] != counts[1]
     np.logical_or.at(apart, (field, frame), off[:, :2].max(axis=1) > TOLERANCE)
     first = np.where(apart.any(axis=1), apart.argmax(axis=1), -1)
@@ -237,7 +240,10 @@ def errors(p: Parity) -> Errors:
 
 
 def to_table(runs: Sequence[Parity]) -> Table:
-    """A table of runs with different seeds: by field, the objects of both sides, F1, mean differences, and the first frames that differ."""
+    """Make a table of runs with different seeds, by field.
+
+    It gives the objects of both sides, F1, mean differences, and the first frames that differ.
+    """
     found = [errors(p) for p in runs]
     rows: list[list[Cell]] = []
     for k, name in enumerate(runs[0].real.categories):
@@ -264,7 +270,10 @@ def to_table(runs: Sequence[Parity]) -> Table:
 
 
 def to_summary(games: Sequence[Sequence[Parity]]) -> Table:
-    """A table of several games, each with its runs: F1 and differences as means over fields, and returns as means over seeds."""
+    """Make a table of several games, each with its runs.
+
+    It gives F1 and differences as means over fields, and returns as means over seeds.
+    """
     rows: list[list[Cell]] = []
     for runs in games:
         found = [errors(p) for p in runs]
@@ -297,7 +306,7 @@ def to_summary(games: Sequence[Sequence[Parity]]) -> Table:
 
 
 def _by_seed(runs: Sequence[Parity], told: Callable[[Parity], str]) -> str:
-    """What is told of each run; once if it is the same of all."""
+    """Describe each run; if all descriptions are equal, give one."""
     parts = [told(p) for p in runs]
     return (
         parts[0]
@@ -307,19 +316,19 @@ def _by_seed(runs: Sequence[Parity], told: Callable[[Parity], str]) -> str:
 
 
 def _mean(values: Sequence[float] | np.ndarray) -> float:
-    """The mean of the values that are numbers; nan if there is none."""
+    """Return the mean of the values that are not nan; nan without such values."""
     known = np.asarray(values)[~np.isnan(values)]
     return float(known.mean()) if len(known) else math.nan
 
 
 def _pixels(values: np.ndarray) -> Cell:
-    """The mean of the values that are numbers, with one decimal."""
+    """Format the mean of the values that are not nan, with one decimal."""
     mean = _mean(values)
     return None if math.isnan(mean) else f"{mean:.1f}"
 
 
 def _counts(runs: Sequence[Parity], field: int) -> list[Cell]:
-    """The mean number of objects of a field, on both sides."""
+    """Return the mean number of objects of a field, on both sides."""
     return [
         f"{_mean([(d.label == field).sum() / len(d) for d in side]):.1f}"
         for side in zip(*((p.real, p.simulated) for p in runs), strict=True)
@@ -327,7 +336,10 @@ def _counts(runs: Sequence[Parity], field: int) -> list[Cell]:
 
 
 def pictures(p: Parity, frames: Sequence[int], scale: int = 2) -> list[Image.Image]:
-    """Pictures of frames, the two sides beside each other: boxes over the real frame, and the simulator's over the darkened frame."""
+    """Draw frames with the two sides side by side.
+
+    The real boxes are drawn over the frame, the simulator's boxes over the darkened frame.
+    """
     out = []
     for b in frames:
         rgb = p.game.palette[p.screens[b]]

@@ -1,4 +1,4 @@
-"""Evaluate a game on a recording, and tables of the result.
+"""Evaluate a game on a recording, and make tables of the result.
 
 `ocjax.evaluation.formats` writes them to files.
 """
@@ -28,26 +28,27 @@ SCORES = ("Precision", "Recall", "F1", "Mean IoU")
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Evaluation:
-    """The results of evaluating a recording of one game. The last axis of every array follows the
-    columns of `flicker_aware`.
+    """The results of evaluating a recording of one game.
+
+    The last axis of every array follows the columns of `flicker_aware`.
 
     Args:
         game: the game.
-        source: where the samples come from, for people.
+        source: origin of the samples, for display.
         episode: int `[frames]`, number of each sample's episode.
         situations: bool `[frames]` by name: the samples at an episode's start or end, or with a
-            life just lost, as far as they are known.
-        flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each where the
+            life just lost, if they are known.
+        flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each if the
             recording has it.
         single_frame: REM against VEM on the frame alone.
-        values: shares of samples with the right score and lives, by category.
-        switches: identity switches and transitions, each `[categories]`; None where samples do not
-            follow on each other.
-        overflow: objects that VEM detected but had no slot for, `[categories]`.
-        coverage: share of sprite pixels inside REM's boxes and share of boxes that hold drawn
-            pixels; None where the recording does not say what was drawn.
-        ocatari: what OCAtari's methods found, by "rem" and "vem"; empty where it did not run.
-        ocatari_agreement: OCAtari's REM against its VEM; None unless both run.
+        values: fractions of samples with the right score and lives, by category.
+        switches: identity switches and transitions, each `[categories]`, or None if samples are
+            not successive.
+        overflow: objects that VEM detected without a slot for them, `[categories]`.
+        coverage: fraction of sprite pixels inside REM's boxes and fraction of boxes with drawn
+            pixels, or None if the recording does not have the drawn pixels.
+        ocatari: results of OCAtari's methods, by "rem" and "vem"; empty if it did not run.
+        ocatari_agreement: OCAtari's REM against its VEM if both run, else None.
         worst_frames: pictures of the frames with the most disagreements.
     """
 
@@ -66,7 +67,7 @@ class Evaluation:
     worst_frames: tuple[WorstFrame, ...]
 
 
-# ----------------------------------------------------------------------------------------------------------------
+# --------------------------------------------------------------------------------------------------
 # measure
 
 
@@ -76,10 +77,10 @@ def evaluate(
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: what it lacks (frames before, rewards, lives, what the video chip drew) is left
-            out of the result.
-        source: where the samples come from, for people.
-        ocatari: what OCAtari found on the same recording, from `ocatari_runner.run`.
+        recording: the samples. Frames before, rewards, lives and drawn pixels are optional; the
+            result omits the evaluations that need missing ones.
+        source: origin of the samples, for display.
+        ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
 
     Raises:
         ValueError: the recording has no frames.
@@ -117,7 +118,7 @@ def evaluate(
 
 
 def _counting_vem(game: Game, is_rgb: bool) -> Callable[[np.ndarray], tuple[Objects, np.ndarray]]:
-    """VEM with the numbers of objects that did not fit; RGB frames are extracted without counting."""
+    """Return VEM with counts of objects without a slot; for RGB frames the counts are 0."""
     if is_rgb:
         return lambda frames: (game.vem(frames), np.zeros((len(frames), len(game.categories)), int))
     return game.vem_overflow
@@ -166,74 +167,72 @@ def _ocatari_agreement(methods: dict[str, OcatariMethod]) -> Agreement | None:
     return None if rem is None or vem is None else metrics.agreement(rem, vem)
 
 
-# -----------------------------------------------------------------------------------------------------------------
+# --------------------------------------------------------------------------------------------------
 # tables
 
 FLICKER = (
     "Many games draw some objects only on every other frame. REM reports such an object on every "
-    "frame, and VEM only where it is "
-    "drawn. So an object that REM reports counts as found if VEM finds it on the frame or on the "
-    "one before, and an object that VEM "
-    "finds must be reported by REM on the same frame. The single-frame F1 compares the same "
-    "frame alone: for an object that is drawn "
-    "on every other frame it is about 67 % even if both methods are right. An object that REM "
-    "reports while it is hidden for longer, "
-    "such as a power pill that blinks slowly, lowers the precision of its category."
+    "frame, and VEM only on frames that draw it. An object of REM therefore counts as found if VEM "
+    "finds it on the frame or on the frame before. An object of VEM must be reported by REM on the "
+    "same frame. The single-frame F1 compares only the same frame: for an object that is drawn on "
+    "every other frame it is about 67 % even if both methods are right. An object that REM reports "
+    "while it is hidden for longer, such as a power pill that blinks slowly, lowers the precision "
+    "of its category."
 )
-COLUMNS = {  # what the columns of the tables mean
+COLUMNS = {  # explanations of the tables' columns
     "Objects": "the number of objects that REM reports",
-    "Precision": "the share of REM's objects that VEM finds, on the frame or on the one before",
-    "Recall": "the share of VEM's objects that REM reports on the same frame",
+    "Precision": "the fraction of REM's objects that VEM finds, on the frame or the frame before",
+    "Recall": "the fraction of VEM's objects that REM reports on the same frame",
     "F1": (
-        "the harmonic mean of precision and recall; objects match if their category is the same "
+        "the harmonic mean of precision and recall; objects match if they have the same category "
         "and their centres are within 5 pixels"
     ),
     "F1 95 % CI": "the 95 % confidence interval of F1, by resampling episodes",
     "Mean IoU": "the mean intersection over union of the boxes of matched objects",
-    "Exact boxes": "the share of matched objects whose boxes are identical",
+    "Exact boxes": "the fraction of matched objects with identical boxes",
     "Single-frame F1": "F1 without the frame before",
-    "ID switches": "how often an object changes its slot in REM",
-    "Overflow": "the number of objects for which VEM has no slot left",
+    "ID switches": "the number of times that an object changes its slot in REM",
+    "Overflow": "the number of objects without a slot in VEM",
     "Value accuracy": (
-        "the share of samples in which REM's score equals the sum of rewards, or its lives the "
-        "emulator's"
+        "the fraction of samples in which REM's score equals the sum of rewards, or its lives "
+        "the emulator's"
     ),
-    "Sprites covered": "the share of the pixels of sprites that are inside REM's boxes",
-    "Boxes with pixels": "the share of REM's boxes in which something is drawn",
+    "Sprites covered": "the fraction of sprite pixels inside REM's boxes",
+    "Boxes with pixels": "the fraction of REM's boxes with drawn pixels",
     "OCAtari F1": (
         "F1 of OCAtari's REM against OCAtari's VEM on the same frames; the other columns of "
-        "OCAtari likewise"
+        "OCAtari compare the same two methods"
     ),
 }
 
 
 def rows_of(game: Game) -> list[tuple[int | None, str]]:
-    """The rows of a table by category: index and name of each category, then None and "all" for all of them together."""
+    """List the rows of a table by category: index and name of each, then None and "all"."""
     return [*((i, c.name) for i, c in enumerate(game.categories)), (None, "all")]
 
 
 def of_category(counts: Agreement, category: int | None) -> Agreement:
-    """Counts of one category, or of all, over all frames."""
+    """Sum the counts of one category, or of all, over all frames."""
     return counts.sum() if category is None else counts.sum(axis=0).map(lambda a: a[category])
 
 
 def scores(counts: Agreement) -> list[Cell]:
-    """Precision, recall, F1 and mean IoU of summed counts, in percent (the columns of `SCORES`)."""
+    """Return precision, recall, F1 and mean IoU of summed counts, in percent (`SCORES`)."""
     return [percent(v) for v in (counts.precision, counts.recall, counts.f1, counts.mean_iou)]
 
 
 def percent(share: np.ndarray | float) -> float:
-    """A share in percent."""
+    """Convert a fraction to percent."""
     return 100 * float(share)
 
 
 def value_accuracy(e: Evaluation, names: Sequence[str]) -> Cell:
-    """Accuracy of the first category with one of these names that has a value, in percent."""
+    """Return the accuracy of the first of these categories that has a value, in percent."""
     return next((percent(share) for name, share in e.values.items() if name in names), None)
 
 
 def _interval(e: Evaluation, category: int | None) -> Cell:
-    """95 % confidence interval of F1 over episodes."""
+    """Return the 95 % confidence interval of F1 over episodes."""
     counts = (
         e.flicker_aware.sum(axis=1)
         if category is None
@@ -247,7 +246,7 @@ def _interval(e: Evaluation, category: int | None) -> Cell:
 
 @functools.cache
 def by_category(e: Evaluation) -> Table:
-    """A table with one row per category of a game and one for all of them together."""
+    """Make a table with one row per category of a game and one for all of them together."""
     header = [
         "Category",
         "Objects",
@@ -274,7 +273,10 @@ def by_category(e: Evaluation) -> Table:
 
 @functools.cache
 def by_situation(e: Evaluation) -> Table:
-    """A table of the samples at the start and the end of episodes and with a life just lost, one row for each kind that there is."""
+    """Make a table of samples at starts and ends of episodes and just after lost lives.
+
+    It has one row for each kind of sample that occurs.
+    """
     header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
     rows = [
         _situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()
@@ -324,19 +326,33 @@ def _count(counts: np.ndarray, category: int | None) -> int:
 
 
 def tables_of(e: Evaluation) -> list[Table]:
-    """The tables of one game: by category and, where the recording tells situations, by situation."""
+    """Return the tables of one game: by category and, if there are situations, by situation."""
     return [t for t in (by_category(e), by_situation(e)) if t.rows]
 
 
 OVERVIEW = (
-    "Game", "Samples", "Episodes", "Objects", "Precision", "Recall", "F1", "F1 95 % CI", "Mean IoU", "Exact boxes", "Score", "Lives",
-    "Sprites covered", "Boxes with pixels", "OCAtari F1", "OCAtari Mean IoU",
-)  # fmt: skip
+    "Game",
+    "Samples",
+    "Episodes",
+    "Objects",
+    "Precision",
+    "Recall",
+    "F1",
+    "F1 95 % CI",
+    "Mean IoU",
+    "Exact boxes",
+    "Score",
+    "Lives",
+    "Sprites covered",
+    "Boxes with pixels",
+    "OCAtari F1",
+    "OCAtari Mean IoU",
+)
 WITHOUT_MEAN = ("Game", "Samples", "Episodes", "Objects", "F1 95 % CI")
 
 
 def overview(evaluations: Sequence[Evaluation]) -> Table:
-    """A table with one row per game and, for several games, their mean."""
+    """Make a table with one row per game and, for several games, their mean."""
     rows = [_game_row(e) for e in evaluations]
     if len(rows) > 1:
         columns = zip(OVERVIEW, zip(*rows, strict=True), strict=True)
@@ -362,7 +378,7 @@ def _mean(cells: Sequence[Cell]) -> Cell:
 
 
 def notes(e: Evaluation) -> list[str]:
-    """Notes beside the tables: whether OCAtari's methods run, and how long they take."""
+    """Return notes for the tables: whether OCAtari's methods run, and how long they take."""
     out = []
     for method, m in e.ocatari.items():
         name = f"{e.game.name}: OCAtari's {method.upper()}"

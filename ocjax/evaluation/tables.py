@@ -11,7 +11,7 @@ from rich.table import Table as RichTable
 
 WIDEST = 10_000  # columns, more than any table has
 
-Cell = str | int | float | None  # a float is a percentage; None is an empty cell
+Cell = str | int | float | None  # a float is a percentage, and None an empty cell
 
 
 @dataclasses.dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Table:
     rows: Sequence[Sequence[Cell]]
 
     def without_empty_columns(self) -> "Table":
-        """The table without columns in which every cell is None."""
+        """Drop columns if every cell is None."""
         filled = [
             k for k in range(len(self.header)) if any(row[k] is not None for row in self.rows)
         ]
@@ -35,12 +35,15 @@ class Table:
 
 
 def is_number(cell: Cell) -> bool:
-    """Whether a cell holds a percentage other than nan."""
+    """Return whether a cell holds a percentage other than nan."""
     return isinstance(cell, float) and not math.isnan(cell)
 
 
 def text(cell: Cell) -> str:
-    """Format a cell: percentages with two decimals, integers with thousands separators, "-" for None and nan."""
+    """Format a cell, with "-" for None and nan.
+
+    Percentages have two decimals, and integers have thousands separators.
+    """
     if isinstance(cell, str):
         return cell
     if isinstance(cell, int):
@@ -69,7 +72,7 @@ def show(table: Table, console: Console) -> None:
 def print_whole(table: RichTable, console: Console) -> None:
     """Print a table without cutting off words.
 
-    In a file or a pipe, cells are not broken into lines, either.
+    In a file or a pipe, each cell also stays on one line.
     """
     size = Measurement.get(console, console.options.update(max_width=WIDEST), table)
     table.width = max(console.width, size.minimum) if console.is_terminal else size.maximum

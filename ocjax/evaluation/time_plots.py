@@ -13,10 +13,10 @@ LEAST_WIDTH, WIDTH_OF_GAME, HEIGHT = 6.0, 1.6, 5.0  # inches
 
 
 def steps_figure(found: Sequence[Measurement]) -> bytes:
-    """A PNG of the seconds that 10,000 agent steps or extractions take, by game: the figure of the
-    OCAtari paper.
+    """Plot the seconds of 10,000 agent steps or extractions by game, as PNG.
 
-    Methods have their largest batch. The means over games are geometric.
+    This is the figure of the OCAtari paper. Methods have their largest batch. The means over games
+    are geometric.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -57,8 +57,9 @@ def steps_figure(found: Sequence[Measurement]) -> bytes:
 
 
 def batches_figure(found: Sequence[Measurement]) -> bytes:
-    """A PNG of the microseconds that a method takes for one state or frame, by batch size;
-    geometric means over the games.
+    """Plot a method's microseconds per state or frame by batch size, as PNG.
+
+    The points are geometric means over the games.
 
     Raises:
         MissingExtraError: matplotlib is not installed.

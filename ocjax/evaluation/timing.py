@@ -1,4 +1,4 @@
-"""How long extraction and environments take on this machine, beside other programs that are installed."""
+"""Time extraction and environments on this machine, and other installed programs."""
 
 import contextlib
 import dataclasses
@@ -23,7 +23,7 @@ from ocjax.extraction.game import Game
 from ocjax.recordings import Recording
 
 BATCHES = {"REM": (1, 64, 4096), "VEM": (1, 64, 1024)}
-LEAST_CALLS = 5  # of a measurement
+LEAST_CALLS = 5  # minimum number of calls in a measurement
 FRAME_SKIP = 4  # emulated frames per agent step
 WITHOUT_OBJECTS = "environment without objects"
 
@@ -35,9 +35,9 @@ class Measurement:
     Args:
         game: its name.
         what: the method or the environment.
-        batch: states, frames or environments.
-        first_call: seconds of the first call, compilation included.
-        median: microseconds of one state, frame or agent step; the median of repeated calls.
+        batch: number of states, frames or environments.
+        first_call: seconds of the first call, including compilation.
+        median: microseconds per state, frame or agent step; the median of repeated calls.
         low: the 10th percentile.
         high: the 90th percentile.
     """
@@ -53,7 +53,10 @@ class Measurement:
 
 @contextlib.contextmanager
 def one_core() -> Iterator[None]:
-    """Bind this process to one core, and the threads that it starts, on systems that have such bindings, like Linux."""
+    """Bind this process and the threads that it starts to one core.
+
+    This has an effect only on systems with such bindings, such as Linux.
+    """
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -72,8 +75,8 @@ def methods(
 
     Args:
         game: the game.
-        rams: states, uint8 `[n, 128]`, which are repeated to fill a batch.
-        frames: uint8 `[n, H, 160]` of palette indices, likewise.
+        rams: states, uint8 `[n, 128]`, repeated to fill a batch.
+        frames: uint8 `[n, H, 160]` of palette indices, repeated to fill a batch.
         seconds: duration of each measurement.
     """
     for what, extract, samples in (("REM", game.rem, rams), ("VEM", game.vem, frames)):
@@ -89,7 +92,10 @@ def methods(
 
 
 def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurement]:
-    """Time agent steps, of four emulated frames, of ocjax's environments, of ale-py's, and of envpool's where it is installed."""
+    """Time agent steps (four emulated frames) of environments.
+
+    The environments are ocjax's, ale-py's, and envpool's if it is installed.
+    """
     made: dict[str, Callable[[], Any]] = {
         WITHOUT_OBJECTS: lambda: make_vec(game, num_envs, mode="raw"),
         "environment with REM": lambda: make_vec(game, num_envs),
@@ -118,10 +124,10 @@ def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurem
 
 
 def opencv(game: Game, frames: np.ndarray, seconds: float) -> Iterator[Measurement]:
-    """Time the usual way with OpenCV, where it is installed: a mask of each category's colours, and
-    the boxes of its outer contours.
+    """Time box detection with OpenCV, if it is installed.
 
-    This finds boxes alone: it does not split, join, read or check anything.
+    This is the usual method: a mask of each category's colours, and the boxes of its outer
+    contours. It finds only boxes: it does not split, join, read or check anything.
     """
     if not _installed("cv2"):
         return
@@ -144,8 +150,9 @@ def opencv(game: Game, frames: np.ndarray, seconds: float) -> Iterator[Measureme
 def ocatari(
     game: Game, rams: np.ndarray, frames: np.ndarray, python: Path
 ) -> Iterator[Measurement]:
-    """Time both methods of OCAtari, one state at a time, with an interpreter from
-    `ocatari_peer.interpreter`.
+    """Time both methods of OCAtari, one state at a time.
+
+    The interpreter is from `ocatari_peer.interpreter`.
 
     Raises:
         OcatariError: an OSError; OCAtari's process failed.
@@ -157,7 +164,7 @@ def ocatari(
 
 
 def machine() -> dict[str, Any]:
-    """What the times depend on: processor, cores to which the process is bound, device, and versions."""
+    """Describe the machine: processor, cores of the process, device, and versions."""
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []
     names = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
     versions = {
@@ -176,7 +183,7 @@ def machine() -> dict[str, Any]:
 
 
 def _commit() -> str | None:
-    """The commit of the checkout from which ocjax is imported; None if it is not a checkout."""
+    """Return the commit of the checkout that contains ocjax, or None without a checkout."""
     head = Path(__file__).parents[2] / ".git" / "HEAD"
     if not head.is_file():
         return None
@@ -192,14 +199,14 @@ def _installed(module: str) -> bool:
 
 
 def _actions(envs: Any) -> int:
-    """The number of actions of one of the environments."""
+    """Return the number of actions of a single environment."""
     return int(getattr(envs, "single_action_space", envs.action_space).n)
 
 
 def _measured(
     game: Game, what: str, batch: int, call: Callable[[], Any], seconds: float
 ) -> Measurement:
-    """Time calls for so many seconds."""
+    """Time calls for this many seconds."""
     start = time.perf_counter()
     call()
     first_call = time.perf_counter() - start

@@ -11,8 +11,9 @@ from ocjax.evaluation.metrics import Agreement
 from ocjax.recordings import Recording
 
 COUNT = 6  # pictures
-DISTANCE = 20  # least number of samples between two of them
-# picture pixels per screen pixel; twice as many across, because the console's pixels are wide
+DISTANCE = 20  # minimum number of samples between two of them
+# Picture pixels per screen pixel vertically; twice this number horizontally, because the console's
+# pixels are wide.
 SCALE = 2
 MISSED, FALSE, AGREED = (255, 40, 40), (255, 220, 0), (150, 150, 150)
 COLORS_IN_FILE = 64
@@ -20,7 +21,7 @@ COLORS_IN_FILE = 64
 
 @dataclasses.dataclass(frozen=True)
 class WorstFrame:
-    """A frame with its boxes drawn: misses in red, false detections in yellow, agreed boxes in grey."""
+    """A frame with its boxes: misses in red, false detections in yellow, agreed boxes in grey."""
 
     caption: str
     png: bytes
@@ -41,7 +42,7 @@ def worst_frames(
         left, right, before: as given to `evaluation.agreement`.
 
     Returns:
-        At most `COUNT` pictures, worst first. Frames without a disagreement are left out.
+        At most `COUNT` pictures, worst first. Frames without a disagreement are omitted.
     """
     wrong = (counts.left - counts.confirmed + counts.right - counts.found).sum(axis=1)
     chosen: list[int] = []

@@ -1,1 +1,1 @@
-"""Objects from RAM and pixels: what a game declares, and the two methods that extract by it."""
+"""Objects from RAM and pixels: game declarations, and the two extraction methods."""

@@ -1,22 +1,19 @@
-"""What the extraction methods accept beside the arrays of JAX and NumPy."""
+"""Conversion of other libraries' arrays for the extraction methods."""
 
 from typing import Any
 
 import jax
 import numpy as np
 
-_HOST = (
-    1,
-    3,
-)  # DLPack's numbers of the processor's memory, and of that which is pinned for a graphics card
+# DLPack device types: CPU memory, and pinned CPU memory for a GPU.
+_HOST = 1, 3
 
 
 def as_array(x: Any) -> Any:
-    """The array itself, or a uint8 tensor of another library, such as PyTorch, as an array that
-    shares its memory.
+    """Return an array as it is, or convert another library's uint8 tensor without a copy.
 
     Raises:
-        TypeError: it is a masked array.
+        TypeError: `x` is a masked array.
     """
     if isinstance(x, np.ma.MaskedArray):
         raise TypeError(

@@ -1,4 +1,4 @@
-"""`Category`: a kind of object, how it is found in frames and what is known of it."""
+"""`Category`: a kind of object, the rule that finds it in frames, and its properties."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEADER = "category", "slots", "attributes", "what it is"  # of tables of categor
 
 
 def _has_colors(rule: Rule) -> bool:
-    """Whether an object that a rule finds may have one of several colours."""
+    """Return whether a rule's objects may have several colours."""
     several = (
         [len(colors) for _, colors in rule.slots]
         if isinstance(rule, Bounds)
@@ -33,28 +33,28 @@ class Category:
     """A kind of object.
 
     Args:
-        name: as OCAtari's users know it.
-        rule: how VEM finds it.
+        name: the name that OCAtari uses.
+        rule: the rule with which VEM finds the objects.
         count: number of slots.
-        hud: part of the display (score, lives, ...) rather than of the game.
-        attributes: which of "value" and "orientation" are meaningful. VEM does not read
+        hud: whether it belongs to the display (score, lives, ...) rather than to the game.
+        attributes: the meaningful ones of "value" and "orientation". VEM does not read
             orientations; it reports -1.
         rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With
             `rgb`, VEM does not read the colour.
-        color_row: row of an object's box off which VEM reads the colour, at the row's first pixel
-            of the rule's colours. A negative row counts from the bottom; one beyond the box is the
-            last one.
-        value: how VEM reads the value from the colour, if it does.
-        doc: one line that says what the objects are.
+        color_row: row of an object's box. VEM reads the colour of the row's first pixel with one
+            of the rule's colours. A negative row counts from the bottom; a row beyond the box means
+            the last row.
+        value: how VEM reads the value from the colour; None: it does not.
+        doc: a line that describes the objects.
         blinks: whether the objects are drawn only part of the time, with gaps longer than the
             single frame of ordinary flicker. REM reports them all the time.
-        aliases: other names by which `game.slices`, `Objects.of` and `evaluation.from_records` know
-            the category.
-        needs: names of categories. VEM reports objects only on frames on which it finds an object
-            of one of these, too. This is for screens that take the playfield's place and hold
-            shapes in the objects' colours.
-        otherwise: the rule that counts on frames on which `rule` finds nothing. This is for objects
-            that for a moment have a colour that others may have, too.
+        aliases: other names for the category in `game.slices`, `Objects.of` and
+            `evaluation.from_records`.
+        needs: names of categories. VEM reports objects only on frames on which it also finds an
+            object of one of these. This is for screens that replace the playfield and hold shapes
+            in the objects' colours.
+        otherwise: the rule for frames on which `rule` finds nothing. This is for objects that
+            briefly have a colour that other objects may have, too.
     """
 
     name: str
@@ -78,26 +78,26 @@ class Category:
         )
 
     def row(self) -> tuple[str, int, str, str]:
-        """What a table says of the category, by `HEADER`."""
+        """The category's row in a table with the columns `HEADER`."""
         return self.name, self.count, ", ".join((*["hud"] * self.hud, *self.attributes)), self.doc
 
     def _repr_html_(self) -> str:
-        """The category as a table for a notebook."""
+        """Show the category as a table in a notebook."""
         return table(HEADER, [self.row()])
 
     @property
     def has_places(self) -> bool:
-        """Whether each slot stands for a place on the screen, so that VEM's objects never change their slots."""
+        """True if each slot has a place on the screen, so that VEM's objects keep their slots."""
         return self.on_grid or (isinstance(self.rule, Bounds) and self.rule.slot_count is not None)
 
     @property
     def on_grid(self) -> bool:
-        """Whether each slot is a cell of a fixed grid, so that its object never moves."""
+        """True if each slot is a cell of a fixed grid, so that its object never moves."""
         return isinstance(self.rule, Cells) and not self.rule.floats
 
     @property
     def reads_value(self) -> bool:
-        """Whether VEM reads a value of the objects: from a number, a gauge or their colour."""
+        """True if VEM reads the objects' value: from a number, a gauge or their colour."""
         return self.value is not None or any(
             isinstance(rule, Bounds) and rule.value is not None
             for rule in (self.rule, self.otherwise)
@@ -105,13 +105,16 @@ class Category:
 
     @property
     def reads_color(self) -> bool:
-        """Whether VEM reads an object's colour from the frame."""
+        """True if VEM reads an object's colour from the frame."""
         return self.rgb is None and any(
             _has_colors(rule) for rule in (self.rule, self.otherwise) if rule is not None
         )
 
     def slot_rgb(self, table: np.ndarray = palette.NTSC) -> np.ndarray:
-        """The colour of each slot, uint8 `[count, 3]`; the rule's first colour where it is read from the frame."""
+        """Return the colour of each slot, uint8 `[count, 3]`.
+
+        If VEM reads the colour from the frame, this is the rule's first colour.
+        """
         if self.rgb is not None:
             colors = np.asarray(self.rgb)
         elif isinstance(self.rule, Bounds) and self.rule.slot_count is not None:
@@ -122,17 +125,17 @@ class Category:
 
 
 def display(name: str, rule: Rule, **options: Any) -> Category:
-    """A category of the HUD that shows a value, such as the score, the lives or the time;
-    `attributes=()` for one that shows none.
+    """Make a category of the display that shows a value, such as score, lives or time.
 
     Args:
         name: see `Category`.
-        rule: likewise.
-        options: further arguments of `Category`.
+        rule: see `Category`.
+        options: further arguments of `Category`, such as `attributes=()` for a display without a
+            value.
     """
     return Category(name, rule, **{"hud": True, "attributes": ("value",), **options})
 
 
 def names_by_alias(categories: Iterable[Category]) -> dict[str, str]:
-    """The name of the category that each alias stands for."""
+    """Map each alias to the name of its category."""
     return {alias: c.name for c in categories for alias in c.aliases}

@@ -1,4 +1,4 @@
-"""Colours of objects, read from the frames, and the values that they tell."""
+"""Read the colours of objects from frames, and the values that the colours encode."""
 
 import functools
 import itertools
@@ -19,16 +19,18 @@ from ocjax.vision.unknown import UNKNOWN_VALUE
 
 
 def needs_color(scene: Scene, c: Category) -> bool:
-    """Whether the colour of a category's objects is read: to show it, for their value, or because their rule asks for it."""
+    """Return whether a category's colour is read: to report it, for values, or for the rule."""
     return _shows_color(scene, c) or c.value is not None or bool(_first_colors(c))
 
 
 def read_colors(scene: Scene, categories: Sequence[Category]) -> dict[str, Detected]:
-    """The objects with colours and the values that these tell, without those that begin in another colour than their rule says."""
+    """Read colours and the values that they encode.
+
+    This drops objects if their first pixel lacks the colour that their rule requires.
+    """
     wanted = [c for c in categories if needs_color(scene, c)]
-    wanted.sort(
-        key=lambda c: type(c.rule).__name__
-    )  # slices of one array side by side: XLA joins them in one copy
+    # Adjacent slices of one array, which XLA joins in one copy.
+    wanted.sort(key=lambda c: type(c.rule).__name__)
     if not wanted:
         return {}
     return {
@@ -38,17 +40,17 @@ def read_colors(scene: Scene, categories: Sequence[Category]) -> dict[str, Detec
 
 
 def _shows_color(scene: Scene, c: Category) -> bool:
-    """Whether the colour of a category's objects is read from the frame."""
+    """Return whether the colour of a category's objects is reported from the frame."""
     return c.reads_color or (c.rgb is None and scene.shifts(c.rule.palette))
 
 
 def _first_colors(c: Category) -> tuple[int, ...]:
-    """Colours that the first pixel of a category's objects must have; empty where any will do."""
+    """Return the colours that objects' first pixels must have; empty: any colour."""
     return c.rule.first_colors if isinstance(c.rule, Blobs) else ()
 
 
 def _with_color(scene: Scene, c: Category, color: jax.Array) -> Detected:
-    """A category's objects, given their colours, palette indices int32 `[count, B]`."""
+    """Return a category's objects with their colours, palette indices int32 `[count, B]`."""
     found = scene.found[c.name]
     if firsts := _first_colors(c):
         found = found.where(functools.reduce(jnp.logical_or, (color == own for own in firsts)))
@@ -58,12 +60,11 @@ def _with_color(scene: Scene, c: Category, color: jax.Array) -> Detected:
 
 
 def _told(rule: ByColor, color: jax.Array, frames: jax.Array) -> jax.Array:
-    """The values that colours tell, int32 `[count, B]`."""
+    """Decode values from colours, int32 `[count, B]`."""
     if rule.like is not None:
         left, top, right, bottom = rule.like
-        shown = jnp.max(frames[:, top:bottom, left:right], axis=(1, 2)).astype(
-            jnp.int32
-        )  # black is 0
+        # Black is 0.
+        shown = jnp.max(frames[:, top:bottom, left:right], axis=(1, 2)).astype(jnp.int32)
         return jnp.where(shown[None] > 0, (color == shown[None]).astype(jnp.int32), UNKNOWN_VALUE)
     out = jnp.full_like(color, UNKNOWN_VALUE)
     for own, value in rule.values:
@@ -72,7 +73,10 @@ def _told(rule: ByColor, color: jax.Array, frames: jax.Array) -> jax.Array:
 
 
 def _read_off(scene: Scene, categories: Sequence[Category]) -> list[jax.Array]:
-    """Palette index of the first pixel in one row of each box, `Category.color_row`; int32 `[count, B]` for each category."""
+    """Read the palette index of each box's first pixel in row `Category.color_row`.
+
+    The result is int32 `[count, B]` for each category.
+    """
     found = [scene.found[c.name] for c in categories]
     last_row = scene.frames.shape[1] - 1
     rows = np.concatenate([np.full((c.count, 1), c.color_row, np.int32) for c in categories])
@@ -88,10 +92,10 @@ def _read_off(scene: Scene, categories: Sequence[Category]) -> list[jax.Array]:
 
 
 def _pixels(frames: jax.Array, row: jax.Array, column: jax.Array) -> jax.Array:
-    """Pixels of each frame, uint8 `[n, B]`, for indices int32 `[n, B]` in range.
+    """Gather pixels of each frame, uint8 `[n, B]`; indices int32 `[n, B]` in range.
 
-    By one index for each pixel: XLA writes three side by side in memory, and Ms. Pac-Man takes 21
-    us a frame instead of 18.
+    Each pixel has one index. XLA would write three indices side by side in memory, and Ms. Pac-Man
+    would take 21 us per frame instead of 18.
     """
     lanes, height, width = frames.shape
     lane = jnp.arange(lanes, dtype=jnp.int32)[None]
@@ -101,7 +105,7 @@ def _pixels(frames: jax.Array, row: jax.Array, column: jax.Array) -> jax.Array:
 
 
 def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
-    """Column of the first pixel in a row of each of a category's boxes, `Category.color_row`; int32 `[count, B]`."""
+    """Find the column of each box's first pixel in row `Category.color_row`, int32 `[count, B]`."""
     rule = c.rule
     if isinstance(rule, Cells) and rule.whole:
         return found.x  # all its pixels have the colours
@@ -112,7 +116,10 @@ def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
 
 
 def _row(found: Detected, offset: np.ndarray | np.int32) -> jax.Array:
-    """A row of each box; a negative offset counts from the bottom, and one beyond the box is the last row."""
+    """Return a row of each box.
+
+    A negative offset counts from the bottom; an offset beyond the box means the last row.
+    """
     inside = jnp.where(
         offset < 0,
         jnp.maximum(found.h + offset, 0),

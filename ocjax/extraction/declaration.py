@@ -1,6 +1,6 @@
-"""`Declaration`: what a game file declares.
+"""`Declaration`: the declarations in a game file.
 
-All but its decoder is validated on construction, the decoder before its first use.
+The decoder is validated before its first use, everything else on construction.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ Decode = Callable[[Any], Mapping[str, Box]]
 
 
 class GameError(ValueError):
-    """A game file contains an invalid declaration; the message names the game and the field."""
+    """An invalid declaration in a game file; the message names the game and the field."""
 
 
 class Slices(Mapping[str, slice]):
     """The slots of each category by its name, in the order of the categories.
 
-    Aliases are keys, too, but are not listed.
+    Aliases are also keys, but are not listed.
     """
 
     def __init__(self, categories: tuple[Category, ...]) -> None:
@@ -63,17 +63,17 @@ class Declaration:
 
     Args:
         name: as in Gymnasium's "ALE/<name>-v5".
-        rom: the ROM that the decoder was written for. The attribute `rom` is ALE's name of it, and
+        rom: the ROM for which the decoder was written. The attribute `rom` is ALE's name of it, and
             `md5` its MD5 checksum.
         ram: the address map.
         decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for
             every category.
         categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
-        shades: colours that change from level to level, if any.
-        saver: its screen saver, if it changes the colours.
+        shades: colours that change from level to level.
+        saver: the game's screen saver, if it changes the colours.
         pal: whether the ROM is made for PAL consoles, which have another palette.
-        hud: whether the display categories are included.
+        hud: whether to include the display categories.
 
     Raises:
         GameError: a ValueError; the declaration is invalid.
@@ -128,7 +128,7 @@ class Declaration:
 
     @functools.cached_property
     def slot_hud(self) -> np.ndarray:
-        """Whether each slot belongs to the display, bool `[N]`."""
+        """True for slots of the display, bool `[N]`."""
         return np.repeat(
             np.array([c.hud for c in self.categories], dtype=bool),
             [c.count for c in self.categories],
@@ -141,7 +141,7 @@ class Declaration:
 
     @functools.cached_property
     def colors(self) -> tuple[int, ...]:
-        """The palette indices that the rules name, in ascending order."""
+        """The palette indices of all rules, in ascending order."""
         rules = [
             rule for c in self.categories for rule in (c.rule, c.otherwise) if rule is not None
         ]
@@ -158,7 +158,7 @@ class Declaration:
         return sum(c.count for c in self.categories)
 
     def replaced(self, **changes: Any) -> Self:
-        """The same game with other arguments."""
+        """Return the same game with other arguments."""
         same = {
             field.name: getattr(self, field.name)
             for field in fields(self)
@@ -167,11 +167,11 @@ class Declaration:
         return type(self)(**{**same, "rom": Rom(self.rom, self.md5), **changes})
 
     def without_hud(self) -> Self:
-        """The same game without its display categories; its slots are a prefix of this game's."""
+        """Return the game without its display categories; its slots are a prefix of this game's."""
         return self.replaced(hud=False)
 
 
-# ------------------------------------------------------------------------------------------------------------
+# --------------------------------------------------------------------------------------------------
 # validation
 
 
@@ -235,12 +235,11 @@ def _validate_category(game: Declaration, c: Category) -> None:
     )
     need(
         not c.reads_value or "value" in c.attributes,
-        text="a value is read of it, but it has no attribute 'value'",
+        text="VEM reads its value, but it has no attribute 'value'",
     )
     need(isinstance(c.needs, tuple), text=f"needs must be a tuple of names, got {c.needs!r}")
-    may_need = {
-        o.name for o in game.categories if c.hud or not o.hud
-    }  # a game without its display lacks the others
+    # A game without its display lacks the display's categories.
+    may_need = {o.name for o in game.categories if c.hud or not o.hud}
     for name in c.needs:
         need(
             name in may_need,
@@ -272,10 +271,7 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
     odd = sorted({color for color in rule.palette if color & ~EVEN} - set(stand_ins))
     need(
         not odd,
-        text=(
-            "colors must be even, as an odd palette index shows as the even one below it, got "
-            f"{odd}"
-        ),
+        text=(f"colors must be even, because an odd index shows the even one below it, got {odd}"),
     )
     firsts = isinstance(rule, Blobs) and rule.first_colors
     need(
@@ -289,11 +285,12 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
 
 
 def check_decode(game: Declaration) -> None:
-    """Check that the decoder gives a box of the declared shape for every category. This traces it,
-    which takes up to 0.2 s.
+    """Check that the decoder returns a box of the declared shape for every category.
+
+    The check traces the decoder, which takes up to 0.2 s.
 
     Raises:
-        GameError: it does not.
+        GameError: a box is missing or has another shape.
     """
     boxes = _trace(game)
     names = [c.name for c in game.categories]
@@ -309,7 +306,7 @@ def check_decode(game: Declaration) -> None:
 
 
 def _trace(game: Declaration) -> dict[str, Any]:
-    """What the decoder returns, with shapes and dtypes in place of arrays."""
+    """Trace the decoder: its result with shapes and dtypes instead of arrays."""
     try:
         with (
             jax.enable_x64(False),

@@ -1,4 +1,4 @@
-"""The vision rules of a game, applied to a batch of frames."""
+"""Apply the vision rules of a game to a batch of frames."""
 
 import dataclasses
 from collections.abc import Callable, Sequence
@@ -20,9 +20,8 @@ from ocjax.vision.shades import Shades
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 Found = dict[str, Detected]
-Stage = Callable[
-    [Scene, Sequence[Category]], Found
-]  # the objects that a stage finds or changes, by category
+# A stage returns the objects that it finds or changes, by category.
+Stage = Callable[[Scene, Sequence[Category]], Found]
 
 
 def detect(
@@ -33,11 +32,11 @@ def detect(
     Args:
         categories: of a game.
         frames: uint8 `[B, H, 160]` of palette indices.
-        shades: which of the rules' colours change from level to level.
+        shades: the rules' colours that change from level to level.
 
     Returns:
-        For each category its boxes, whether or not the category that it needs is there; with
-        colours where those are read from the frame.
+        The boxes of each category, with colours if they are read from the frame. `Category.needs`
+        is not applied.
     """
     searched = (*categories, *(_substitute(c) for c in categories if c.otherwise is not None))
     scene = Scene({c.name: c.rule for c in searched}, frames, shades)
@@ -47,12 +46,12 @@ def detect(
 
 
 def _of(categories: Sequence[Category], kind: type) -> dict[str, tuple[Any, int]]:
-    """The rules of one kind and their categories' numbers of slots, by category."""
+    """Select the rules of one kind, with their categories' numbers of slots."""
     return {c.name: (c.rule, c.count) for c in categories if isinstance(c.rule, kind)}
 
 
 def _blobs(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Connected components.
+    """Find connected components.
 
     They come first, because other rules exclude the pixels of their objects.
     """
@@ -62,7 +61,7 @@ def _blobs(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _after_blobs(scene: Scene, categories: Sequence[Category]) -> Found:
-    """The steps of connected components, which may look at those of other categories."""
+    """Apply the steps of connected components, which may read other categories' components."""
     blobs = {name: own for name, own in _of(categories, Blobs).items() if own[0].then}
     return {
         name: scene.after(rule.then, scene.found[name], rule, count)
@@ -71,7 +70,7 @@ def _after_blobs(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _bounds(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Boxes of regions."""
+    """Find the boxes of regions."""
     rules = _of(categories, Bounds)
     masks = [
         [scene.counted(part, colors) for part in rule.parts for _, colors in part.slots]
@@ -85,7 +84,7 @@ def _bounds(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _cells(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Cells of grids."""
+    """Find the cells of grids."""
     rules = {name: rule for name, (rule, _) in _of(categories, Cells).items()}
     return {
         name: detect_cells(rule, scene.cell_mask(rule), scene.anchor_mask(rule))
@@ -94,7 +93,7 @@ def _cells(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _runs(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Walls and floors."""
+    """Find walls and floors."""
     rules = _of(categories, Runs)
     rows = [[scene.mask(colors) for _, colors in rule.rows] for rule, _ in rules.values()]
     found = detect_runs([rule for rule, _ in rules.values()], rows)
@@ -108,13 +107,16 @@ STAGES: tuple[Stage, ...] = (_blobs, _after_blobs, _bounds, _cells, _runs, read_
 
 
 def _substitute(c: Category) -> Category:
-    """A category for what another one's rule `otherwise` finds."""
+    """Make a category for the rule `otherwise` of another category."""
     assert c.otherwise is not None
     return dataclasses.replace(c, name=f"{c.name} otherwise", rule=c.otherwise, otherwise=c.rule)
 
 
 def _either(scene: Scene, c: Category) -> Detected:
-    """The objects of `rule` on frames where it found any, else those of `otherwise`; heads are dropped."""
+    """Return the objects of `rule` on frames where it found any, else of `otherwise`.
+
+    Heads are dropped.
+    """
     first = scene.found[c.name]
     if c.otherwise is None:
         return first

@@ -1,4 +1,4 @@
-"""How objects and games show themselves in an interpreter and in a notebook."""
+"""Display of objects and games in an interpreter and in a notebook."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -10,25 +10,25 @@ from ocjax.extraction.categories import HEADER
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.html import table
 
-MOST_ROWS = 30  # of a state's table in a notebook
+MOST_ROWS = 30  # rows of a state's table in a notebook
 SCALE = 2  # of the drawing in a notebook; the console's pixels are twice as wide as high
 BACKGROUND = "#222"
 
 
 def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
-    """Whose objects they are, and their batch shape."""
+    """Describe the game, slots and batch shape of objects."""
     of = "no game" if game is None else game.name
     return f"Objects of {of}, {slots} slots, batch shape {list(batch)}"
 
 
 def text(game: Declaration, fields: records.Fields) -> str:
-    """The objects of one state, a line each, indented."""
+    """List the objects of one state, one indented line each."""
     lines = records.text(records.of_state(fields, game)).splitlines() or ["nothing is valid"]
     return "\n".join(f"  {line}" for line in lines)
 
 
 def picture(game: Declaration, state: Iterable[Mapping[str, Any]]) -> str:
-    """The boxes of one state's records on an empty screen, as SVG."""
+    """Draw the boxes of one state's records on an empty screen, as SVG."""
     height, width = game.screen
     boxes = (
         f'<rect x="{2 * r["x"]}" y="{r["y"]}" width="{2 * r["w"]}" height="{r["h"]}" '
@@ -46,7 +46,7 @@ def picture(game: Declaration, state: Iterable[Mapping[str, Any]]) -> str:
 
 
 def state_html(game: Declaration, fields: records.Fields) -> str:
-    """The objects of one state as a picture with a table beside it."""
+    """Show the objects of one state as a picture with a table beside it."""
     state = records.of_state(fields, game)
     rows = [
         (
@@ -70,6 +70,6 @@ def _compass(point: int | None) -> str:
 
 
 def game_html(game: Declaration) -> str:
-    """A game's categories as a table."""
+    """Show a game's categories as a table."""
     rows = [c.row() for c in game.categories]
     return f"<p>{escape(game.name)}: {game.num_slots} slots</p>{table(HEADER, rows)}"

@@ -1,4 +1,4 @@
-"""Edit RAM by objects: find the bytes to write so that REM reads an object with another position, size or value."""
+"""Edit RAM by objects: find bytes with which REM reads the wanted position, size or value."""
 
 import functools
 import numbers
@@ -20,41 +20,40 @@ EDITABLE = ("x", "y", "w", "h", "orientation", "value")
 """The fields that `edit` accepts."""
 
 _BOX = 4  # the first fields are the box
-_MOST_BYTES = 4  # that an edit writes
-_KEPT = (
-    8  # edits of fewer bytes, those nearest to the wanted numbers, to which another byte is added
-)
-_CHUNK = 4_096  # states in a call of REM; one shape, so that it compiles once
+_MOST_BYTES = 4  # maximum number of bytes that an edit writes
+# Number of edits that are kept, nearest first, to try another byte in each.
+_KEPT = 8
+_CHUNK = 4_096  # states per call of REM; a single shape compiles once
 _FAR = np.iinfo(np.int32).max  # the distance of an edit that changes anything else
 
 
 def edit(
     game: Game, ram: np.ndarray, category: str, slot: int | None = None, **wanted: int
 ) -> np.ndarray:
-    """RAM in which an object has other numbers, and all else that REM reads is as before.
+    """Return RAM with another number for an object, and with everything else unchanged for REM.
 
         ram = ocjax.edit(game, envs.get_ram(), "Ball", x=80, y=100)
 
-    The bytes are found by trial: every value of every byte is tried, then pairs of bytes and so on,
-    up to four, until REM reads what is wanted. This takes from a hundredth of a second to two
-    seconds a state. So an edit works for the numbers that depend on bytes of their own, and raises
-    an error for the others. The box of a display may change with its value. The game itself may
-    compute what it draws from other bytes, so look at the objects after a step.
+    The bytes are found by trial. The search tries every value of every byte, then of pairs of bytes
+    and so on, up to four bytes, until REM reads the wanted numbers. This takes from 0.01 to 2
+    seconds per state. An edit works for numbers that have separate bytes, and raises an error for
+    others. The box of a display may change with its value. The game itself may draw from other
+    bytes, so check the objects after a step.
 
     Args:
         game: the game.
         ram: uint8 `[..., 128]`; every state is edited.
         category: name of the object's category.
-        slot: the slot of the object within its category; by default the first one that is present,
-        in each state. **wanted: `x`, `y`, `w` and `h` in pixels, `orientation`, `value`: the new
-        numbers.
+        slot: the slot of the object within its category; by default the first valid slot in each
+            state.
+        **wanted: the new numbers: `x`, `y`, `w` and `h` in pixels, `orientation`, `value`.
 
     Returns:
         The edited RAM, uint8 `[..., 128]`.
 
     Raises:
-        TypeError: a number is not an integer, there is none, or it is not among the fields above.
-        ValueError: there is no such category, slot or object, or no bytes change the numbers as
+        TypeError: a number is not an integer, its name is not in the list above, or none is given.
+        ValueError: the category, slot or object does not exist, or no bytes change the numbers as
             wanted and nothing else.
     """
     _check(game, category, slot, wanted)
@@ -76,8 +75,7 @@ def _check(game: Game, category: str, slot: int | None, wanted: Mapping[str, int
         )
     if not wanted or not set(wanted) <= set(EDITABLE):
         raise TypeError(
-            f"the numbers to set are some of {', '.join(EDITABLE)}, got "
-            f"{', '.join(wanted) or 'none'}"
+            f"set one or more of {', '.join(EDITABLE)}, got {', '.join(wanted) or 'none'}"
         )
     for name, number in wanted.items():
         if not isinstance(number, numbers.Integral):
@@ -88,7 +86,7 @@ def _check(game: Game, category: str, slot: int | None, wanted: Mapping[str, int
 
 
 def _place(game: Game, category: str, slot: int | None, valid: np.ndarray) -> int:
-    """The index of the object among all slots of the game."""
+    """Return the index of the object among all slots of the game."""
     if not valid.any() if slot is None else not valid[slot]:
         where = f"no {category}" if slot is None else f"no {category} in slot {slot}"
         raise ValueError(f"{game.name}: there is {where} to edit in this state")
@@ -96,15 +94,15 @@ def _place(game: Game, category: str, slot: int | None, valid: np.ndarray) -> in
 
 
 class _Goal(NamedTuple):
-    """What REM must read."""
+    """The numbers that REM must read."""
 
     numbers: np.ndarray  # int32 [N, 10]: every number of every slot, see `_numbers`
-    wanted: np.ndarray  # bool [N, 10]: those to set
-    kept: np.ndarray  # bool [N, 10]: those that must not change
+    wanted: np.ndarray  # bool [N, 10]: numbers to set
+    kept: np.ndarray  # bool [N, 10]: numbers that must not change
 
 
 def _numbers(objects: Objects) -> jax.Array:
-    """All fields of all slots, int32 `[..., N, 10]`, those of `EDITABLE` first."""
+    """Join all fields of all slots, int32 `[..., N, 10]`, the fields of `EDITABLE` first."""
     single = (objects.orientation, objects.value, objects.valid)
     parts = (objects.xywh, *(field[..., None] for field in single), objects.rgb)
     return jnp.concatenate([part.astype(jnp.int32) for part in parts], axis=-1)
@@ -112,14 +110,14 @@ def _numbers(objects: Objects) -> jax.Array:
 
 @functools.partial(jax.jit, static_argnames="game")
 def _distances(game: Game, rams: jax.Array, goal: _Goal) -> jax.Array:
-    """How far REM's numbers of states `[B, 128]` are from the wanted ones, int32 `[B]`."""
+    """Distances of REM's numbers of states `[B, 128]` from the wanted numbers, int32 `[B]`."""
     off = jnp.abs(_numbers(game.rem(rams)) - goal.numbers[None])
     near = jnp.sum(jnp.where(goal.wanted[None], off, 0), axis=(1, 2), dtype=jnp.int32)
     return jnp.where(jnp.any((off > 0) & goal.kept[None], axis=(1, 2)), jnp.int32(_FAR), near)
 
 
 def _goal(game: Game, before: np.ndarray, place: int, wanted: Mapping[str, int]) -> _Goal:
-    """The goal of an edit of a state with these numbers.
+    """Make the goal of an edit of a state with these numbers.
 
     The box of a display may change with its value.
     """
@@ -137,7 +135,7 @@ def _goal(game: Game, before: np.ndarray, place: int, wanted: Mapping[str, int])
 
 
 def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) -> np.ndarray:
-    """The state `[128]` with the wanted numbers in the slot at `place`."""
+    """Edit a state `[128]` to have the wanted numbers in the slot at `place`."""
     before = np.array(_numbers(game.rem(ram)))
     goal = _goal(game, before, place, wanted)
     fields = game.ram.fields().values()
@@ -152,8 +150,7 @@ def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) 
         distance[_has_wrong_digits(tried[:, decimal], ram[decimal])] = _FAR
         if not distance.min():
             exact = tried[distance == 0]
-            # Where a position wraps around, the nearest value is the one that the game itself would
-            # have.
+            # If a position wraps around, the game itself would have the nearest value.
             return exact[np.argmin(np.abs(exact.astype(int) - ram).sum(axis=1))]
         by_byte = distance.reshape(len(kept), len(addresses), -1)
         addresses = addresses[((by_byte != by_byte[:, :, :1]) & (by_byte < _FAR)).any(axis=(0, 2))]
@@ -164,12 +161,20 @@ def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) 
 
 
 def _has_wrong_digits(new: np.ndarray, old: np.ndarray) -> np.ndarray:
-    """Which states `[B, n]` of bytes with two decimal digits have a digit above 9 that is not among the old bytes `[n]`, bool `[B]`."""
+    """Return whether states have new digits above 9 in their bytes of two decimal digits.
+
+    Args:
+        new: the bytes of each state, `[B, n]`.
+        old: the bytes before the edit, `[n]`; their digits may be above 9.
+
+    Returns:
+        bool `[B]`.
+    """
     return (((new & 15 > 9) | (new >> 4 > 9)) & (new != old)).any(axis=1)
 
 
 def _one_byte_changed(rams: np.ndarray, addresses: np.ndarray) -> np.ndarray:
-    """Each state `[K, 128]` with each of the bytes at A addresses set to each value, `[K * A * 256, 128]`."""
+    """Set each of A bytes to each value: states `[K, 128]` -> `[K * A * 256, 128]`."""
     tried = np.broadcast_to(rams[:, None, None], (len(rams), len(addresses), 256, RAM_SIZE)).copy()
     for i, address in enumerate(addresses):
         tried[:, i, :, address] = np.arange(256)
@@ -177,7 +182,7 @@ def _one_byte_changed(rams: np.ndarray, addresses: np.ndarray) -> np.ndarray:
 
 
 def _refusal(game: Game, before: np.ndarray, place: int, goal: _Goal, nearest: np.ndarray) -> str:
-    """Why the numbers cannot be set."""
+    """Explain why the numbers cannot be set."""
     category = game.categories[game.slot_category[place]].name
     at = [k for k in range(len(EDITABLE)) if goal.wanted[place, k]]
     got = np.asarray(_numbers(game.rem(nearest)))[place]

@@ -27,7 +27,7 @@ __all__ = ["Category", "Game", "GameError", "display"]
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Game(Declaration):
-    """A game whose objects can be extracted.
+    """A game with its extraction methods.
 
     `ocjax.load` returns one; `Declaration` explains its fields.
     """
@@ -43,15 +43,17 @@ class Game(Declaration):
 
     @functools.cached_property
     def vem_overflow(self) -> Callable[[Any], tuple[Objects, Any]]:
-        """`vem` of uint8 `[B, H, 160]`, with the number of objects of each category that had no slot, int32 `[B, categories]`."""
+        """Apply `vem` to uint8 `[B, H, 160]`, and count the objects without a slot.
+
+        The counts are int32 `[B, categories]`.
+        """
         return vem.extractor_with_overflow(self)
 
     def rem(self, ram: jax.Array | np.ndarray) -> Objects:
         """Extract objects from RAM; a pure function that works under `jit`, `vmap` and `scan`.
 
         Args:
-            ram: uint8 `[..., 128]`, any batch shape; an array of JAX or NumPy, or a tensor of
-                PyTorch.
+            ram: uint8 `[..., 128]`, any batch shape; a JAX or NumPy array, or a PyTorch tensor.
 
         Raises:
             TypeError: `ram` is not uint8.
@@ -76,14 +78,14 @@ class Game(Declaration):
 
         Args:
             frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8
-                `[..., H, 160, 3]` of RGB. Frames must be the emulator's own, neither max-pooled,
-                resized nor lossily compressed: every colour must be in the palette, which
-                `ocjax.console.palette.check_rgb` checks. A tensor of PyTorch serves as well.
+                `[..., H, 160, 3]` of RGB; a JAX or NumPy array, or a PyTorch tensor. Frames must be
+                the emulator's own, without max-pooling, resizing or lossy compression: every colour
+                must be in the palette, which `ocjax.console.palette.check_rgb` checks.
 
         Raises:
             TypeError: `frames` is not uint8.
-            ValueError: the shape is not that of the game's screen, or the channels of RGB frames
-                come first.
+            ValueError: the shape differs from the game's screen, or the channels of RGB frames come
+                first.
             RuntimeError: this process was forked from one that had already computed with JAX.
         """
         require_threads()
@@ -109,7 +111,7 @@ class Game(Declaration):
         return self._vem(frames)
 
     def _repr_html_(self) -> str:
-        """The categories as a table for a notebook."""
+        """Show the categories as a table in a notebook."""
         return game_html(self)
 
     def __repr__(self) -> str:
@@ -122,10 +124,10 @@ class Game(Declaration):
 def _is_channel_first(
     frames: jax.Array | np.ndarray, screen: tuple[int, int], table: np.ndarray
 ) -> bool:
-    """Whether frames are RGB `[..., 3, H, W]`, judged by the last of them.
+    """Test whether frames are RGB `[..., 3, H, W]`, using the last frame.
 
-    Three frames of palette indices, read as red, green and blue, do not make colours of the
-    palette. Inside `jit` and `vmap` there are no values to judge by.
+    Three frames of palette indices, read as red, green and blue, do not give colours of the
+    palette. Inside `jit` and `vmap` the test returns False, because values are not available.
     """
     if frames.shape[-3:] != (3, *screen) or 0 in frames.shape or isinstance(frames, Tracer):
         return False

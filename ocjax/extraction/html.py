@@ -7,7 +7,7 @@ STYLE = "text-align: left; vertical-align: top"
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """An HTML table."""
+    """Return an HTML table."""
     lines = [_row("th", header), *(_row("td", row) for row in rows)]
     return f"<table>{''.join(lines)}</table>"
 

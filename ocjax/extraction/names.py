@@ -1,8 +1,7 @@
-"""The names of the games. Every file and folder in `ocjax/extractors` is a game; there is no other
-list.
+"""The names of the games. Every file and folder in `ocjax/extractors` is a game.
 
-Names are read from the files without importing them, and without JAX, so that `import ocjax` and
-`ocjax --help` are quick.
+Names are read from the files without importing them, and without JAX, to keep `import ocjax` and
+`ocjax --help` fast.
 """
 
 import functools
@@ -15,7 +14,7 @@ from ocjax.extraction.suites import SUITES, Suite
 
 __all__ = ["ENDINGS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
 
-TITLES = {  # modules of games whose cartridge has another name
+TITLES = {  # modules of games by their other titles
     "jamesbond007": "jamesbond",
     "montezumasrevenge": "montezumarevenge",
     "pitfallii": "pitfall2",
@@ -24,7 +23,7 @@ TITLES = {  # modules of games whose cartridge has another name
 
 @functools.cache
 def modules() -> tuple[str, ...]:
-    """The sorted names of the games' modules in `ocjax.extractors`."""
+    """Return the sorted names of the games' modules in `ocjax.extractors`."""
     extractors = importlib.import_module("ocjax.extractors")
     return tuple(
         sorted(
@@ -35,14 +34,14 @@ def modules() -> tuple[str, ...]:
 
 @functools.cache
 def games(suite: str | None = None) -> tuple[str, ...]:
-    """The sorted names of the supported games, as in Gymnasium's "ALE/<Name>-v5".
+    """Return the sorted names of the supported games, as in Gymnasium's "ALE/<Name>-v5".
 
     Args:
-        suite: only those of a suite: "atari100k", "atari5", "atari10", "atari57" or "ocatari";
-            `ocjax.extraction.suites` has whole lists.
+        suite: return only the games of a suite: "atari100k", "atari5", "atari10", "atari57" or
+            "ocatari". `ocjax.extraction.suites` has the complete lists.
 
     Raises:
-        ValueError: there is no such suite.
+        ValueError: the suite does not exist.
     """
     supported = tuple(_name(module) for module in modules())
     return (
@@ -53,10 +52,10 @@ def games(suite: str | None = None) -> tuple[str, ...]:
 
 
 def suite_of(name: str) -> Suite:
-    """A suite by its name.
+    """Return a suite by its name.
 
     Raises:
-        ValueError: there is no such suite.
+        ValueError: the suite does not exist.
     """
     if name not in SUITES:
         raise ValueError(f"no suite {name!r}: there are {', '.join(SUITES)}")
@@ -64,7 +63,7 @@ def suite_of(name: str) -> Suite:
 
 
 def _name(module: str) -> str:
-    """The name that a game's file gives to `Game`; without one, that of the module."""
+    """Return the name that a game's file gives to `Game`, or else the name of the module."""
     folders = [Path(folder) for folder in importlib.import_module("ocjax.extractors").__path__]
     paths = [
         path
@@ -76,7 +75,7 @@ def _name(module: str) -> str:
     return found[1] if found else module
 
 
-ENDINGS = {  # the preset that the end of an environment's id stands for
+ENDINGS = {  # the preset for each ending of an environment's id
     "-v5": "v5",
     "-v4": "v4",
     "-v0": "v0",
@@ -88,16 +87,16 @@ ENDINGS = {  # the preset that the end of an environment's id stands for
 
 
 def env_id(name: str) -> str:
-    """The Gymnasium id of a game's environments."""
+    """Return the Gymnasium id of a game's environments."""
     return f"ocjax/{name}-v5"
 
 
 def register() -> None:
-    """Register the environments of every game with Gymnasium: "ocjax/Pong-v5",
-    "ocjax/PongNoFrameskip-v4" and so on, as ale-py has them.
+    """Register every game's environments with Gymnasium, with the same endings as ale-py.
 
-    Gymnasium 1.0 removed plugins, so importing ocjax registers these ids.
-    `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
+    For example "ocjax/Pong-v5" and "ocjax/PongNoFrameskip-v4". Gymnasium 1.0 removed plugins, so
+    importing ocjax registers these ids. `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax
+    first.
     """
     import gymnasium
 

@@ -20,25 +20,23 @@ __all__ = ["Objects", "check_objects", "velocity", "whose"]
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass(frozen=True, repr=False)
 class Objects:
-    """The objects of one state or of a batch of states. `N` is the number of slots of the game, and
-    `...` is any batch shape.
+    """The objects of one state or of a batch of states.
 
-    A slot that is not valid is zero in every field. `game.slices` maps each category to its slots.
-    Length, iteration and indices are those of the batch.
+    `N` is the number of slots of the game, and `...` is any batch shape. An invalid slot is zero in
+    every field. `game.slices` maps each category to its slots. Length, iteration and indices apply
+    to the batch.
     """
 
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
     valid: jax.Array  # bool [..., N]: the slot holds an object now
-    orientation: (
-        jax.Array
-    )  # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
-    # int32 [..., N]: score, lives, time, ...; the least int32 (UNKNOWN_VALUE) where VEM cannot read
+    # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
+    orientation: jax.Array
+    # int32 [..., N]: score, lives, time, ...; the smallest int32 (UNKNOWN_VALUE) if VEM cannot read
     # it
     value: jax.Array
     rgb: jax.Array  # uint8 [..., N, 3]
-    game: Declaration | None = dataclasses.field(
-        default=None, metadata={"static": True}
-    )  # whose objects they are
+    # the game of the objects
+    game: Declaration | None = dataclasses.field(default=None, metadata={"static": True})
 
     @property
     def x(self) -> jax.Array:
@@ -83,23 +81,25 @@ class Objects:
         return self._batch()[0]
 
     def __iter__(self) -> Iterator["Objects"]:
-        """The objects along the first batch dimension.
+        """Iterate over the first batch dimension.
 
         Raises:
-            TypeError: as `len`.
+            TypeError: these are the objects of one state.
         """
         return (self[i] for i in range(len(self)))
 
     def __bool__(self) -> bool:
-        """True, so that objects of one state can be tested against None; `objects.valid.any()` tells whether there are any."""
+        """Always True, so that objects of one state can be tested against None.
+
+        Use `objects.valid.any()` to test whether any object is valid.
+        """
         return True
 
     def __getitem__(self, index: Any) -> "Objects":
-        """Index the batch dimensions, as NumPy does; an index that is an array of JAX is not
-        checked.
+        """Index the batch dimensions, as NumPy does; a JAX array as index is not checked.
 
         Raises:
-            TypeError: as `len`, or the index is the name of a category.
+            TypeError: these are the objects of one state, or the index is the name of a category.
             IndexError: the index is out of range, or has more dimensions than the batch.
         """
         if isinstance(index, str):
@@ -117,7 +117,7 @@ class Objects:
         return jax.tree.map(lambda a: a[index], self)
 
     def _batch(self) -> tuple[int, ...]:
-        """The batch dimensions, of which there is at least one."""
+        """Return the batch dimensions; raises TypeError without any."""
         if not self.batch_shape:
             raise TypeError(
                 "these are the objects of one state, without a batch dimension; `of` selects a "
@@ -131,21 +131,30 @@ class Objects:
             isinstance(leaf, np.ndarray | jax.Array) and not isinstance(leaf, Tracer)
             for leaf in leaves
         ):
-            return f"Objects({', '.join(f'{name}={leaf}' for name, leaf in zip(records.FIELDS, leaves, strict=True))})"
+            return (
+                "Objects("
+                f"{', '.join(f'{n}={v}' for n, v in zip(records.FIELDS, leaves, strict=True))})"
+            )
         about = display.summary(self.game, self.batch_shape, self.valid.shape[-1])
         if self.game is None or 0 in self.batch_shape:
             return f"{about}, {int(np.sum(self.valid))} valid"
-        return f"{about}{', of which the first' if self.batch_shape else ''}:\n{display.text(self.game, self._first())}"
+        return (
+            f"{about}{', of which the first' if self.batch_shape else ''}:\n"
+            f"{display.text(self.game, self._first())}"
+        )
 
     def _repr_html_(self) -> str:
-        """The objects of the first state for a notebook: their boxes in their colours, and a table."""
+        """Show the first state in a notebook: boxes in their colours, and a table."""
         about = display.summary(self.game, self.batch_shape, self.valid.shape[-1])
         if self.game is None or 0 in self.batch_shape:
             return f"<p>{about}</p>"
-        return f"<p>{about}{', of which the first' if self.batch_shape else ''}:</p>{display.state_html(self.game, self._first())}"
+        return (
+            f"<p>{about}{', of which the first' if self.batch_shape else ''}:</p>"
+            f"{display.state_html(self.game, self._first())}"
+        )
 
     def _first(self) -> records.Fields:
-        """The fields of the first state."""
+        """Return the fields of the first state."""
         return records.Fields(
             *(
                 np.asarray(getattr(self, name)[(0,) * len(self.batch_shape)])
@@ -160,18 +169,20 @@ class Objects:
     def of(
         self, game: Declaration | str | Category, category: str | Category | None = None
     ) -> "Objects":
-        """Select the slots of a category: `objects.of("Ball")`, or `objects.of(game, "Ball")` for
-        objects that do not know their game.
+        """Select the slots of a category: `objects.of("Ball")`.
+
+        Objects without a reference to their game need it as an argument: `objects.of(game,
+        "Ball")`.
 
         The result has no reference to the game, so functions that need all slots, such as
-        `to_list`, refuse it.
+        `to_list`, raise ValueError for it.
 
         Args:
-            game: the game of the objects; it may be left out.
+            game: the game of the objects; optional.
             category: its name, or an entry of `game.categories`.
 
         Raises:
-            ValueError: the objects belong to another game or to none, or the game has no such
+            ValueError: the objects belong to another game or to none, or the game does not have the
                 category.
         """
         given, wanted = (game, category) if isinstance(game, Declaration) else (None, game)
@@ -202,10 +213,10 @@ class Objects:
         """Gather objects.
 
         Args:
-            slots: int32 `[..., K]`, of the batch shape; a slot out of range gives an empty one.
+            slots: int32 `[..., K]`, of the batch shape; a slot out of range gives an empty slot.
 
         Returns:
-            Objects of K slots. They have no reference to the game, as those of `of`.
+            Objects of K slots, without a reference to the game.
         """
 
         def one(field: jax.Array) -> jax.Array:
@@ -218,8 +229,8 @@ class Objects:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
         A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and
-        `hud`, and also `value` and `orientation` if the category has them. What is not known is
-        left out, as orientations are in VEM.
+        `hud`, and also `value` and `orientation` if the category has them. Unknown entries, such as
+        orientations in VEM, are omitted.
 
         Returns:
             A list of dicts for one state; nested lists for a batch.
@@ -231,16 +242,16 @@ class Objects:
         return records.per_state(list, self._host(), whose(self))
 
     def to_dict(self) -> Any:
-        """Convert the valid objects to a dict of lists by category, of the records of `to_list`
-        without their category.
+        """Convert the valid objects to a dict of lists by category.
 
-        Categories without a valid object are left out.
+        The lists hold the dicts of `to_list` without `category`. Categories without a valid object
+        are omitted.
 
         Returns:
             A dict for one state; nested lists of dicts for a batch.
 
         Raises:
-            ValueError: as `to_list`.
+            ValueError: see `to_list`.
         """
         return records.per_state(records.by_category, self._host(), whose(self))
 
@@ -248,38 +259,37 @@ class Objects:
         """Describe the valid objects in plain text, for people and language models.
 
         Each object is a line such as `Player 0: 4 x 16 at (140, 100)`: category, slot, width x
-        height, and left and top in pixels, then `, value 12` and `, facing NNE` where the object
-        has them.
+        height, and left and top in pixels. The line ends with `, value 12` and `, facing NNE` if
+        the object has them.
 
         Returns:
-            A string for one state, empty if nothing is valid; nested lists of strings for a batch.
+            A string for one state, empty without valid objects; nested lists of strings for a
+            batch.
 
         Raises:
-            ValueError: as `to_list`.
+            ValueError: see `to_list`.
         """
         return records.per_state(records.text, self._host(), whose(self))
 
     def to_logic(self) -> Any:
-        """Convert the valid objects to ground atoms in the syntax of Prolog and Datalog, without
-        the final period.
+        """Convert the valid objects to ground atoms of Prolog and Datalog, without final periods.
 
         An object is a constant: its category in lower case with underscores, an underscore and its
         slot, such as `player_score_0`. All numbers are integers. The atoms are
         `type(object,category)`, `at(object,left,top)`, `size(object,width,height)`,
-        `rgb(object,red,green,blue)`, `value(object,number)` and `orientation(object,point)` where
-        the object has them, and `hud(object)` for display objects.
+        `rgb(object,red,green,blue)`, `value(object,number)` and `orientation(object,point)` if the
+        object has them, and `hud(object)` for display objects.
 
         Returns:
             A list of strings for one state; nested lists for a batch.
 
         Raises:
-            ValueError: as `to_list`.
+            ValueError: see `to_list`.
         """
         return records.per_state(records.atoms, self._host(), whose(self))
 
     def to_frame(self) -> Any:
-        """Convert the valid objects to a pandas data frame with one row per object, ordered by
-        state and slot.
+        """Convert the valid objects to a pandas data frame, one row per object, by state and slot.
 
         Its columns are `category` (categorical), `slot` (within the category), `x`, `y`, `w`, `h`,
         `r`, `g`, `b`, `hud`, and the nullable integers `value` and `orientation`. For a batch,
@@ -287,7 +297,7 @@ class Objects:
         `row_1`, ...
 
         Raises:
-            ValueError: as `to_list`.
+            ValueError: see `to_list`.
             MissingExtraError: a ModuleNotFoundError; pandas is not installed.
         """
         return records.frame(self._host(), whose(self))
@@ -296,17 +306,17 @@ class Objects:
         """Convert the valid objects to a `pyarrow.Table` with the columns of `to_frame`.
 
         Raises:
-            ValueError: as `to_list`.
+            ValueError: see `to_list`.
             MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.
         """
         return records.arrow(self._host(), whose(self))
 
 
 def check_objects(name: str, objects: Any) -> None:
-    """Check that an argument holds objects.
+    """Check that an argument is an `Objects`.
 
     Raises:
-        TypeError: it is no `Objects`.
+        TypeError: it is not.
     """
     if not isinstance(objects, Objects):
         is_array = hasattr(objects, "dtype") and hasattr(objects, "shape")
@@ -317,10 +327,10 @@ def check_objects(name: str, objects: Any) -> None:
 
 
 def whose(objects: Objects) -> Declaration:
-    """The game that objects belong to.
+    """Return the game of objects.
 
     Raises:
-        TypeError: they are no `Objects`.
+        TypeError: `objects` is not an `Objects`.
         ValueError: the objects have no reference to their game, because `of` or the caller made
             them.
     """
@@ -337,11 +347,11 @@ def velocity(previous: Objects, current: Objects) -> jax.Array:
     """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
 
     The velocity is zero unless the slot is valid in both states. It is meaningful only if objects
-    keep their slots, as they do in REM, and in VEM after `track`. For one category, pass what
-    `Objects.of` selects from both.
+    keep their slots: in REM, and in VEM after `track`. For one category, pass the results of
+    `Objects.of` for both states.
 
     Raises:
-        ValueError: the states are of two games, or have other numbers of slots.
+        ValueError: the states belong to different games, or have different numbers of slots.
     """
     if (
         previous.game is not None

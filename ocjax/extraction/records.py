@@ -1,7 +1,6 @@
-"""Readable and tabular forms of objects: lines of text, dicts, logic atoms, data frames and Arrow
-tables.
+"""Forms of objects: lines of text, dicts, logic atoms, data frames and Arrow tables.
 
-They are made by the methods of `Objects`.
+The methods of `Objects` return them.
 """
 
 import re
@@ -34,9 +33,8 @@ __all__ = [
 ]
 
 
-FIELDS: Mapping[
-    str, tuple[type[np.generic], tuple[int, ...]]
-] = {  # of `Objects`: dtype, and shape after [..., N]
+# Fields of `Objects`: dtype, and shape after [..., N].
+FIELDS: Mapping[str, tuple[type[np.generic], tuple[int, ...]]] = {
     "xywh": (np.int16, (4,)),
     "valid": (np.bool_, ()),
     "orientation": (np.int8, ()),
@@ -46,7 +44,7 @@ FIELDS: Mapping[
 
 
 class Fields(NamedTuple):
-    """The fields of `Objects` as numpy arrays."""
+    """The fields of `Objects` as NumPy arrays."""
 
     xywh: np.ndarray
     valid: np.ndarray
@@ -56,20 +54,28 @@ class Fields(NamedTuple):
 
 
 def no_objects(batch: tuple[int, ...], num_slots: int) -> dict[str, np.ndarray]:
-    """The fields of a batch of states in which no slot is valid, `[*batch, num_slots, ...]`."""
+    """Return the fields of a batch of states without valid slots, `[*batch, num_slots, ...]`."""
     return {
         name: np.zeros((*batch, num_slots, *tail), dtype) for name, (dtype, tail) in FIELDS.items()
     }
 
 
 def of_state(fields: Fields, game: Declaration) -> list[dict[str, Any]]:
-    """The records of one state, in the order of the slots; `Objects.to_list` documents them."""
+    """Return the records of one state, in the order of the slots; see `Objects.to_list`."""
     out = []
     for slot in np.flatnonzero(fields.valid):
         category = game.categories[game.slot_category[slot]]
         x, y, w, h = fields.xywh[slot].tolist()
-        record = {"category": category.name, "slot": int(slot) - game.slices[category.name].start, "x": x, "y": y, "w": w, "h": h,
-                  "rgb": tuple(fields.rgb[slot].tolist()), "hud": category.hud}  # fmt: skip
+        record = {
+            "category": category.name,
+            "slot": int(slot) - game.slices[category.name].start,
+            "x": x,
+            "y": y,
+            "w": w,
+            "h": h,
+            "rgb": tuple(fields.rgb[slot].tolist()),
+            "hud": category.hud,
+        }
         unknown = {"orientation": UNKNOWN, "value": UNKNOWN_VALUE}
         record |= {
             k: v for k in category.attributes if (v := int(getattr(fields, k)[slot])) != unknown[k]
@@ -88,7 +94,7 @@ def per_state(
 
 
 def by_category(records: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
-    """The records of one state by their category."""
+    """Group the records of one state by category."""
     out: dict[str, list[dict[str, Any]]] = {}
     for record in records:
         out.setdefault(record["category"], []).append(
@@ -98,7 +104,7 @@ def by_category(records: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]
 
 
 def text(records: list[dict[str, Any]]) -> str:
-    """One line for each object of a state."""
+    """Describe each object of a state in one line."""
     lines = []
     for r in records:
         line = f"{r['category']} {r['slot']}: {r['w']} x {r['h']} at ({r['x']}, {r['y']})"
@@ -108,12 +114,15 @@ def text(records: list[dict[str, Any]]) -> str:
 
 
 def constant(name: str) -> str:
-    """A category's name as a constant of logic programs, in lower case with underscores: `player_score` for `PlayerScore`."""
+    """Convert a category's name to a constant of logic programs.
+
+    Constants are in lower case with underscores: `player_score` for `PlayerScore`.
+    """
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
 def atoms(records: list[dict[str, Any]]) -> list[str]:
-    """Ground atoms of the objects of one state; `Objects.to_logic` documents them."""
+    """Return ground atoms of the objects of one state; see `Objects.to_logic`."""
     out = []
     for r in records:
         category = constant(r["category"])
@@ -132,11 +141,11 @@ def atoms(records: list[dict[str, Any]]) -> list[str]:
 def columns(
     fields: Fields, game: Declaration
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """The valid objects as columns of a table, in the order of the states and slots.
+    """Return the valid objects as columns of a table, in the order of the states and slots.
 
     Returns:
-        The columns by name, `category` as an index into `game.categories`, and for each column with
-        missing values where they are, bool.
+        The columns by name, with `category` as an index into `game.categories`, and a bool mask of
+        the missing values for each column that has some.
     """
     *batch, slot = np.nonzero(fields.valid)
     out = dict(zip(row_names(len(batch)), batch, strict=True))
@@ -148,17 +157,17 @@ def columns(
 
 
 def row_names(dimensions: int) -> list[str]:
-    """The names of the columns that tell the state, one for each batch dimension."""
+    """Return the names of the columns that identify the state, one per batch dimension."""
     return ["row"] if dimensions == 1 else [f"row_{i}" for i in range(dimensions)]
 
 
 def of_slots(slot: np.ndarray, objects: Any, game: Declaration) -> dict[str, np.ndarray]:
-    """Objects as columns of a table.
+    """Return objects as columns of a table.
 
     Args:
         slot: of each object in the game, int `[m]`.
         objects: with the attributes xywh `[m, 4]`, orientation `[m]`, value `[m]` and rgb `[m, 3]`.
-        game: whose slots they are.
+        game: the game of the slots.
 
     Returns:
         The columns by name, `category` as an index into `game.categories` and `slot` within the
@@ -177,12 +186,12 @@ def of_slots(slot: np.ndarray, objects: Any, game: Declaration) -> dict[str, np.
 
 
 def has(attribute: str, slot: np.ndarray, game: Declaration) -> np.ndarray:
-    """Whether the categories of slots declare an attribute, bool `[m]`."""
+    """Return whether the categories of slots declare an attribute, bool `[m]`."""
     return np.array([attribute in c.attributes for c in game.categories])[game.slot_category[slot]]
 
 
 def frame(fields: Fields, game: Declaration) -> Any:
-    """A pandas data frame of the valid objects; `Objects.to_frame` documents it.
+    """Return a pandas data frame of the valid objects; see `Objects.to_frame`.
 
     Raises:
         MissingExtraError: a ModuleNotFoundError; pandas is not installed.
@@ -200,7 +209,7 @@ def frame(fields: Fields, game: Declaration) -> Any:
 
 
 def arrow(fields: Fields, game: Declaration) -> Any:
-    """A pyarrow table of the valid objects; `Objects.to_arrow` documents it.
+    """Return a pyarrow table of the valid objects; see `Objects.to_arrow`.
 
     Raises:
         MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.

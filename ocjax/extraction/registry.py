@@ -15,7 +15,7 @@ __all__ = ["UnknownGameError", "as_game", "load"]
 
 
 class UnknownGameError(ValueError):
-    """There is no game of that name; the message suggests similar names."""
+    """No game has this name; the message suggests similar names."""
 
 
 @functools.cache
@@ -40,15 +40,14 @@ def load(name: str, *, hud: bool = True) -> Game:
     """Load a game by name.
 
     Args:
-        name: as in `ocjax.games()`; upper and lower case, spaces, underscores and punctuation make
-            no difference ("space_invaders", "Ms. Pac-Man"). Also the name of ALE's ROM, or an
-            environment's id ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5",
-            "PongNoFrameskip-v4").
-        hud: whether the display categories (score, lives, ...) are included; without them, the
-            other slots stay the same.
+        name: as in `ocjax.games()`; case, spaces, underscores and punctuation are ignored
+            ("space_invaders", "Ms. Pac-Man"). The name of ALE's ROM and an environment's id
+            ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4") also work.
+        hud: whether to include the display categories (score, lives, ...). The other slots are the
+            same with and without them.
 
     Raises:
-        UnknownGameError: a ValueError; there is no such game.
+        UnknownGameError: a ValueError; no game has this name.
         TypeError: `name` is not a string.
     """
     if not isinstance(name, str):
@@ -63,7 +62,7 @@ def load(name: str, *, hud: bool = True) -> Game:
 
 
 def _hint(key: str) -> str:
-    """What to do about a name, in lower case, that is no game's."""
+    """Explain an unknown name in lower case, and suggest similar ones."""
     from ale_py.roms import get_all_rom_ids
 
     if key in {rom.replace("_", "") for rom in get_all_rom_ids()}:
@@ -85,10 +84,9 @@ def as_game(game: Game | str) -> Game: ...
 @overload
 def as_game(game: Declaration | str) -> Declaration: ...
 def as_game(game: Declaration | str) -> Declaration:
-    """The game itself, or the one of that name; see `load`."""
+    """Return the game itself, or load the game with this name; see `load`."""
     return game if isinstance(game, Declaration) else load(game)
 
 
-copyreg.pickle(
-    Game, lambda game: (functools.partial(load, hud=game.hud), (game.name,))
-)  # a game pickles as its name
+# A game pickles as its name.
+copyreg.pickle(Game, lambda game: (functools.partial(load, hud=game.hud), (game.name,)))

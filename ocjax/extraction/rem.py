@@ -1,9 +1,8 @@
-"""The RAM Extraction Method: compiles a game's decoder, which handles one state, to a function of a
-batch.
+"""RAM Extraction Method: compiles a game's decoder of one state to a function of a batch.
 
-A batch goes through four stages, each a function of its own:
+A batch goes through four stages, each a separate function:
 
-1. `read` picks the bytes that the game uses and puts the batch last.
+1. `read` selects the bytes that the game uses and puts the batch last.
 2. `decode` maps the game's decoder over the batch and packs each box into one number.
 3. `pack` joins the slots of all categories.
 4. `unpack` puts the batch first again and makes `Objects`.
@@ -35,9 +34,9 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.saver import saved
 
-CHUNK = 4096  # states at a time
+CHUNK = 4096  # states per chunk
 SMALL = 32  # states below which intermediate results are not materialized
-MANY = 44  # bytes above which transposing all of the RAM is cheaper than picking the bytes out
+MANY = 44  # bytes above which transposing all of the RAM is cheaper than selecting bytes
 NEAR = 4  # bytes between two addresses below which one slice takes both
 
 
@@ -51,19 +50,19 @@ class Slots(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """The slots of a game, batch last; values and orientations by the `spans` of slots that have one."""
+    """The slots of a game, batch last; values and orientations by `spans` of slots."""
 
     boxes: jax.Array  # int32 [N, B]
     value: list[jax.Array]  # int32 [span, B]
     orientation: list[jax.Array]  # int32 [span, B]
-    rgb: dict[str, jax.Array]  # int32 [count, B], or [1, B] where all slots have one colour
+    rgb: dict[str, jax.Array]  # int32 [count, B], or [1, B] if all slots have one colour
     saver: jax.Array | None  # int32 [B]: the screen saver's key; None: the game has no saver
 
 
 def stretches(addresses: Sequence[int]) -> list[range]:
-    """Ranges of RAM that contain the addresses.
+    """Return ranges of RAM that contain the addresses.
 
-    Close addresses share a range; many addresses share one range of whole blocks of 16.
+    Close addresses share a range; many addresses share one range of complete blocks of 16.
     """
     out: list[range] = []
     for a in sorted(addresses):
@@ -76,7 +75,7 @@ def stretches(addresses: Sequence[int]) -> list[range]:
 
 
 def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
-    """The bytes of the ranges, batch last: uint8 `[B, 128]` -> uint8 `[addresses, padded(B)]`."""
+    """Read the bytes of the ranges: uint8 `[B, 128]` -> uint8 `[addresses, padded(B)]`."""
 
     def rows(rams: jax.Array) -> jax.Array:
         out = jnp.zeros((kernels.padded(rams.shape[0]), sum(map(len, ranges))), jnp.uint8)
@@ -93,7 +92,10 @@ def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
 def decode(
     game: Declaration, columns: jax.Array, addresses: Sequence[int]
 ) -> tuple[dict[str, Slots], jax.Array | None]:
-    """Every category's slots: uint8 `[addresses, B]` -> fields `[count, B]`, or `[B]` where slots share them; and the saver's key `[B]`."""
+    """Decode every category's slots: uint8 `[addresses, B]` -> fields `[count, B]`.
+
+    Fields that all slots share are `[B]`. The second result is the saver's key `[B]`.
+    """
     height, width = game.screen
 
     def one(ram: jax.Array) -> tuple[dict[str, Slots], jax.Array | None]:
@@ -110,10 +112,12 @@ def decode(
 
 
 def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
-    """A category's slots in one state, from boxes that are clipped to the screen. Only one number
-    per slot has to be written for them.
+    """Pack a category's slots in one state, one number per slot.
 
-    `table` is the game's palette.
+    Args:
+        category: the category.
+        b: boxes clipped to the screen.
+        table: the game's palette.
     """
     mask = -b.valid.astype(jnp.int32)
     packed = (b.x | (b.y << 8) | (b.w << 16) | (b.h << 24)) & mask  # a clipped box fits four bytes
@@ -124,7 +128,7 @@ def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
 
 
 def spans(game: Declaration, attribute: str) -> list[slice]:
-    """The slots of adjacent categories that have an attribute."""
+    """Return the slots of adjacent categories that have an attribute."""
     by_presence = itertools.groupby(game.categories, key=lambda c: attribute in c.attributes)
     groups = [[game.slices[c.name] for c in group] for present, group in by_presence if present]
     return [slice(own[0].start, own[-1].stop) for own in groups]
@@ -133,7 +137,7 @@ def spans(game: Declaration, attribute: str) -> list[slice]:
 def pack(
     game: Declaration, by_category: dict[str, Slots], saver: jax.Array | None, lanes: int
 ) -> Rows:
-    """The slots of all categories in one array, and their attributes."""
+    """Join the slots of all categories in one array, and their attributes."""
 
     def joined(attribute: str, where: slice) -> jax.Array:
         # Updating slices takes 3-15 % less than `concatenate`.
@@ -154,7 +158,7 @@ def pack(
 
 
 def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
-    """The first `lanes` columns of the rows as `Objects` of batch shape `[lanes]`."""
+    """Unpack the first `lanes` columns to `Objects` of batch shape `[lanes]`."""
     small = SMALL * game.num_slots
     slots = kernels.materialize(lambda b: b.T[:lanes], rows.boxes, small=small)
     valid, xywh = kernels.materialize(words.boxes, slots.ravel(), small=small)
@@ -172,7 +176,7 @@ def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
 def _attribute(
     parts: Sequence[jax.Array], where: Sequence[slice], shape: tuple[int, int], dtype: Any
 ) -> jax.Array:
-    """An attribute of all slots from those of the `spans` that have it; 0 for the others."""
+    """Spread an attribute of the `spans` over all slots; 0 for the other slots."""
     out = jnp.zeros(shape, dtype)
     for s, part in zip(where, parts, strict=True):
         out = lax.dynamic_update_slice(out, part[:, : shape[0]].T.astype(dtype), (0, s.start))
@@ -180,7 +184,7 @@ def _attribute(
 
 
 def _colors(game: Declaration, rows: Rows, valid: jax.Array) -> jax.Array:
-    """Colours in play: those of the categories, but for categories whose colours the decoder tells."""
+    """Colours in play: the categories' defaults, except where the decoder computes them."""
     rgb = words.colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], valid)
     for name, part in rows.rgb.items():
         s = game.slices[name]
@@ -191,7 +195,7 @@ def _colors(game: Declaration, rows: Rows, valid: jax.Array) -> jax.Array:
 
 
 def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
-    """The game's REM: uint8 `[..., 128]` -> `Objects`."""
+    """Compile the game's REM: uint8 `[..., 128]` -> `Objects`."""
     ranges = stretches(game.ram.addresses())
     addresses = [a for r in ranges for a in r]
 

@@ -1,6 +1,6 @@
-"""Screen savers: the colours of play from those on the screen, and back.
+"""Screen savers: convert colours on the screen to the colours of play, and back.
 
-Nothing is done for a batch in which no frame shows the saver.
+If no frame of a batch shows the saver, the batch is not changed.
 """
 
 from collections.abc import Iterable
@@ -16,11 +16,11 @@ from ocjax.extraction.categories import Category
 from ocjax.vision.colors import EVEN
 from ocjax.vision.shades import Saver
 
-PLAY = -1  # in place of a key: the colours are those of play
+PLAY = -1  # instead of a key: the colours are unchanged
 
 
 def key_of(frames: jax.Array, saver: Saver) -> jax.Array:
-    """The saver's key on frames uint8 `[B, H, 160]`, int32 `[B]`; `PLAY` where there is no saver."""
+    """Read the saver's key from frames uint8 `[B, H, 160]`, int32 `[B]`; `PLAY` without saver."""
     x, y = saver.pixel
     shown = frames[:, y, x].astype(jnp.int32) & EVEN
     usual = saver.colors_in_play[0]
@@ -28,7 +28,10 @@ def key_of(frames: jax.Array, saver: Saver) -> jax.Array:
 
 
 def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
-    """Whether frames have the colours of play, bool `[B]`, by the saver's pixel, int32 `[B]`, and the one beside it."""
+    """Return whether frames have the colours of play, bool `[B]`.
+
+    `shown` is the saver's pixel, int32 `[B]`. A saver with a second pixel reads that, too.
+    """
     if saver.beside is None:
         return among(shown, saver.colors_in_play)
     x, y = saver.beside
@@ -36,10 +39,10 @@ def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
 
 
 def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) -> jax.Array:
-    """Frames uint8 `[B, H, 160]` in the colours of play.
+    """Restore the colours of play in frames uint8 `[B, H, 160]`.
 
-    They are words in a loop, as in `bitmap.planes`, which takes none or one step. XLA copies the
-    frames into and out of the branches of `lax.cond`: 3 us a frame more.
+    The frames are words, as in `bitmap.planes`, in a loop of zero or one iteration. `lax.cond`
+    takes 3 us per frame more, because XLA copies the frames into and out of its branches.
     """
     key = key_of(frames, saver)
     table = jnp.asarray(_colors_of_play(saver, categories))
@@ -59,7 +62,7 @@ def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) ->
 
 
 def _colors_of_play(saver: Saver, categories: Iterable[Category]) -> np.ndarray:
-    """For each colour without the bits that the saver drops, the one for which it is taken; uint8 `[256]`."""
+    """Map colours without the bits that the saver drops to colours of play, uint8 `[256]`."""
     table = np.arange(256, dtype=np.uint8)
     rules = [rule for c in categories for rule in (c.rule, c.otherwise) if rule is not None]
     for color in (*reversed([color for rule in rules for color in rule.palette]), *saver.taken):
@@ -68,7 +71,10 @@ def _colors_of_play(saver: Saver, categories: Iterable[Category]) -> np.ndarray:
 
 
 def _changes(saver: Saver) -> np.ndarray:
-    """Whether the saver changes each colour, bool `[256]`; also of colours without the bits that it drops."""
+    """Return whether the saver changes each colour, bool `[256]`.
+
+    This includes colours without the bits that the saver drops.
+    """
     every = np.arange(256)
     return np.isin(every, [c & bits for c in saver.changed for bits in (saver.mask, 0xFF)]) | (
         not saver.changed
@@ -78,10 +84,10 @@ def _changes(saver: Saver) -> np.ndarray:
 def saved(
     rgb: jax.Array, valid: jax.Array, key: jax.Array, saver: Saver, table: np.ndarray
 ) -> jax.Array:
-    """The colours in which objects are shown.
+    """Convert objects' colours in play to the colours on the screen.
 
     Args:
-        rgb: their colours in play, uint8 `[B, N, 3]`.
+        rgb: colours in play, uint8 `[B, N, 3]`.
         valid: bool `[B, N]`.
         key: int32 `[B]`.
         saver: of the game.

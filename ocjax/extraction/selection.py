@@ -1,4 +1,4 @@
-"""Slots of some of a game's categories, in an order of their own, for programs that go on as before when the game gets more objects."""
+"""`Selection`: slots of some categories in a fixed order, even if the game gains objects."""
 
 import reprlib
 from collections.abc import Iterable, Sequence
@@ -17,14 +17,14 @@ __all__ = ["Selection", "Slots"]
 
 @dataclass(frozen=True)
 class Slots:
-    """The first slots of a category, and all that decides how they are read.
+    """The first slots of a category, with everything that determines their reading.
 
     Args:
         category: its name.
         count: number of slots.
         hud: whether they belong to the display.
         on_grid: whether each is a cell of a fixed grid.
-        attributes: which of "orientation" and "value" are read; the others are 0.
+        attributes: attributes to read, of "orientation" and "value"; the others are 0.
     """
 
     category: str
@@ -36,13 +36,13 @@ class Slots:
 
 @dataclass(frozen=True, repr=False)
 class _Selected(Category):
-    """A category as the selection describes it, whatever its rule is now."""
+    """A category as the selection describes it, regardless of its present rule."""
 
     grid: bool = False
 
     @property
     def on_grid(self) -> bool:
-        """Whether each slot is a cell of a fixed grid."""
+        """True if each slot is a cell of a fixed grid."""
         return self.grid
 
 
@@ -51,16 +51,15 @@ class Selection:
 
     Args:
         game: the game.
-        slots: of each category, in the order that the selection has.
+        slots: of each category, in the selection's order.
 
     Attributes:
-        slots: as above.
-        game: describes the slots that are selected: their categories, counts and places. It
-            extracts nothing.
+        slots: see the arguments.
+        game: describes the selected slots: their categories, counts and places. It cannot extract
+            objects.
 
     Raises:
-        ValueError: the game has no such category, fewer slots of it or not its attribute, or a
-            category is there twice.
+        ValueError: a category appears twice, or the game lacks a category, slot or attribute.
     """
 
     def __init__(self, game: Game, slots: Sequence[Slots]) -> None:
@@ -71,7 +70,7 @@ class Selection:
         ]
         if not found or len({c.name for c in found}) < len(found):
             raise ValueError(
-                "the categories must be at least one, and none twice, got "
+                "select at least one category, and none twice, got "
                 f"{reprlib.repr([s.category for s in slots])}"
             )
         self.slots = tuple(slots)
@@ -84,7 +83,7 @@ class Selection:
         self._index = np.concatenate([np.arange(first, first + count) for first, count in firsts])
 
     def of(self, objects: Objects) -> Objects:
-        """The selected slots of the game's objects, of batch shape `[B]`."""
+        """Select the slots from the game's objects of batch shape `[B]`."""
         picked = jax.tree.map(lambda field: field[:, self._index], objects)
         read = {
             name: np.repeat(
@@ -97,7 +96,7 @@ class Selection:
 
 
 def _find(game: Game, slots: Slots, category: Category | None) -> Category:
-    """The game's category, which must have what is selected."""
+    """Check that the game's category has the selected slots and attributes, and return it."""
     name = reprlib.repr(slots.category)
     if category is None:
         known = ", ".join(c.name for c in game.categories)
@@ -132,7 +131,7 @@ def _selected(category: Category, slots: Slots) -> Category:
 
 
 def _described(game: Game, categories: Iterable[Category]) -> Game:
-    """The game with other categories, which its decoder need not give, in any order."""
+    """Return the game with other categories in any order; its decoder need not return them."""
     described = object.__new__(Game)
     vars(described).update(
         {field.name: getattr(game, field.name) for field in fields(game)}, categories=categories
@@ -141,5 +140,5 @@ def _described(game: Game, categories: Iterable[Category]) -> Game:
 
 
 def _where(mask: np.ndarray, numbers: jax.Array) -> jax.Array:
-    """The numbers of the slots of the mask, bool `[N]`, and 0 for the others."""
+    """Keep the numbers of the slots in the mask, bool `[N]`; 0 for the other slots."""
     return jnp.where(mask, numbers, jnp.zeros_like(numbers))

@@ -1,4 +1,4 @@
-"""Suites of games on which results are reported, as they were published."""
+"""Published suites of games for reporting results."""
 
 from typing import NamedTuple
 
@@ -6,7 +6,7 @@ __all__ = ["SUITES", "Suite"]
 
 
 class Suite(NamedTuple):
-    """The games of a suite, by Gymnasium's names, and who published it."""
+    """The games of a suite, by Gymnasium's names, and its publication."""
 
     games: tuple[str, ...]
     source: str

@@ -1,4 +1,4 @@
-"""The Vision Extraction Method: compiles a game's vision rules to a function of a batch of frames."""
+"""Vision Extraction Method: compiles a game's vision rules to a function of frames."""
 
 from __future__ import annotations
 
@@ -20,15 +20,18 @@ from ocjax.extraction.saver import key_of, restored, saved
 from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
-# frames at a time, whose planes and masks fit in a second-level cache of 2 MB: with 64, a game
-# takes a quarter longer
+# Frames per chunk: their planes and masks fit in a second-level cache of 2 MB. A chunk of 64 takes
+# a quarter longer.
 CHUNK = 32
 
 
 def _by_slot(
     fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int = 0
 ) -> jax.Array:
-    """Fields of each category as one array `[N, B]`, int32 but for boxes; categories that have none take the default."""
+    """Join a field of all categories in one array `[N, B]`, int32 (boxes: uint32).
+
+    Categories without the field get the default.
+    """
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
     pieces = []
@@ -42,7 +45,10 @@ def _by_slot(
 
 
 def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Array:
-    """Whether each category counts: it needs no other one, or one that it needs was found; bool `[categories, B]`, or `[categories, 1]`."""
+    """Return whether each category's `needs` are met, bool `[categories, B]`.
+
+    The shape is `[categories, 1]` if no category has `needs`.
+    """
     needs = [c.needs for c in game.categories]
     others = sorted({names for names in needs if names})
     if not others:
@@ -57,13 +63,11 @@ def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Ar
 
 
 def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """What is in the slots on uint8 `[B, H, 160]` in the colours of play, and how many objects of
-    each category had no slot.
+    """Extract slots from uint8 `[B, H, 160]`, and count the objects without a slot.
 
-    Slots are one array, which the loop over chunks of a batch writes: int32 `[B, 2, N]` of boxes
-    and values, or `[B, 3, N]` with colours in
-    games that read some from the frame: palette indices, or `OWN_COLOR`. The numbers without a slot
-    are int32 `[B, categories]`.
+    The loop over chunks of a batch writes the slots as one array: int32 `[B, 2, N]` of boxes and
+    values, or `[B, 3, N]` with colours (palette indices, or `OWN_COLOR`) in games that read some
+    from the frame. The counts are int32 `[B, categories]`.
     """
     if game.saver is not None:
         frames = restored(frames, game.saver, game.categories)
@@ -87,7 +91,7 @@ def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array
 
 
 def _objects(game: Declaration, slots: jax.Array, frames: jax.Array) -> Objects:
-    """Objects from the slots that `_extract` returns of some frames."""
+    """Make objects from the slots that `_extract` returns for some frames."""
     box = slots[:, 0]
     valid, xywh = words.boxes(box.ravel())
     valid, xywh = valid.reshape(box.shape), xywh.reshape(*box.shape, 4)
@@ -110,7 +114,10 @@ def _objects(game: Declaration, slots: jax.Array, frames: jax.Array) -> Objects:
 
 
 def extractor_with_overflow(game: Declaration) -> Callable[[jax.Array], tuple[Objects, jax.Array]]:
-    """The game's VEM of uint8 `[B, H, 160]`, with the number of objects that had no slot, int32 `[B, categories]`."""
+    """Compile the game's VEM with overflow: uint8 `[B, H, 160]` -> `Objects`, counts.
+
+    The counts of objects without a slot are int32 `[B, categories]`.
+    """
 
     def extract(frames: jax.Array) -> tuple[Objects, jax.Array]:
         slots, overflow = batches.in_chunks(lambda chunk: _extract(game, chunk), frames, CHUNK)
@@ -120,7 +127,7 @@ def extractor_with_overflow(game: Declaration) -> Callable[[jax.Array], tuple[Ob
 
 
 def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
-    """The game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
+    """Compile the game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
 
     def by_frame(frames: jax.Array) -> Objects:
         return _objects(

@@ -1,8 +1,8 @@
-"""Masks as bitmaps: 32 pixels a word, the batch innermost.
+"""Masks as bitmaps: 32 pixels per word, batch innermost.
 
-A bitmap is uint32 `[words, rows, B]`, a word for each 32 columns from left to right; the leftmost
-pixel is the most significant bit. So the addition carry runs to the left along a row, a shift by a
-pixel is a shift of words, and every operation vectorises over the batch.
+A bitmap is uint32 `[words, rows, B]`. Each word holds 32 columns, from left to right; the leftmost
+pixel is the most significant bit. An addition carries to the left along a row, a shift of words
+moves pixels, and all operations vectorise over the batch.
 """
 
 import functools
@@ -19,22 +19,27 @@ from ocjax.console.boxes import WIDTH, Area
 
 U = jnp.uint32
 ALL = np.array(0xFFFFFFFF, np.uint32)
-# Rows that are reduced at once. XLA divides a longer reduction itself, into three kernels and a
-# copy of its operand, which it does not fuse with what computes it.
+# Rows per reduction. XLA splits a longer reduction into three kernels and a copy of its operand. It
+# does not fuse that copy with the operand's computation.
 MAX_REDUCED = 32
 Bitmap = jax.Array
 
 
 def planes(frames: jax.Array) -> jax.Array:
-    """The upper seven bits of every pixel of uint8 `[B, H, 160]` as bitmaps, the lowest of them
-    first: uint32 `[7, 5, H, B]`.
+    """Split the upper seven bits of palette indices into bitmaps, lowest bit first.
 
-    The lowest bit of a palette index says nothing: an odd index shows as the even one below it.
+    The lowest bit is ignored: an odd palette index shows the same colour as the even index below
+    it.
+
+    Args:
+        frames: uint8 `[B, H, 160]`.
+
+    Returns:
+        uint32 `[7, 5, H, B]`.
     """
     b, h, w = frames.shape
-    words = lax.bitcast_convert_type(
-        frames.reshape(b, h, w // 4, 4), U
-    )  # in one pass with what cuts the chunk out of the batch
+    # Fused with the operation that slices the chunk out of the batch.
+    words = lax.bitcast_convert_type(frames.reshape(b, h, w // 4, 4), U)
     pixels = materialize(lambda f: jnp.transpose(f, (2, 1, 0)), words)
 
     def bits(p: jax.Array) -> jax.Array:
@@ -42,9 +47,8 @@ def planes(frames: jax.Array) -> jax.Array:
             :, None, None, None, None
         ] & U(0x01010101)
         word = jnp.zeros_like(parts[:, :, 0])
-        for i in range(
-            0, 8, 2
-        ):  # a multiplication gathers the bits of eight pixels in the top byte
+        # A multiplication gathers the bits of eight pixels in the top byte.
+        for i in range(0, 8, 2):
             word = word | (
                 (((parts[:, :, i] << 4) | parts[:, :, i + 1]) * U(0x08040201)) >> 24
             ) << (24 - 4 * i)
@@ -54,11 +58,15 @@ def planes(frames: jax.Array) -> jax.Array:
 
 
 def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
-    """Which pixels have one of the colours: a bitmap `[5, H, B]` from those of `planes`.
+    """Select the pixels that have one of the colours, as a bitmap `[5, H, B]`.
 
-    The set's decision diagram over the bits of a colour: 0.1 to 0.5 us a frame. (Comparing four
-    pixels at a time with every colour took 0.3 for each, and 24 instead of 2 for the 18 colours of
-    Berzerk's sets.)
+    The mask follows the decision diagram of the colour set over the bits of a colour: 0.1 to 0.5 us
+    per frame. (Comparing four pixels at a time took 0.3 us per colour, and 24 us instead of 2 us
+    for the 18 colours of Berzerk's sets.)
+
+    Args:
+        planes: as returned by `planes`.
+        colors: palette indices.
     """
 
     @functools.cache
@@ -87,13 +95,12 @@ def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
 
 
 def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
-    """The mask of a colour that differs from frame to frame: a bitmap `[5, H, B]` from those of
-    `planes`.
+    """Select the pixels of a colour that differs between frames, as a bitmap `[5, H, B]`.
 
     Args:
-        planes: see `color_mask`.
-        bits: the bits of each frame's colour, the lowest first, as words that are all ones or zero:
-            uint32 `[8, B]`. An odd index stands for a colour that no pixel has.
+        planes: as returned by `planes`.
+        bits: the bits of each frame's colour, lowest bit first, uint32 `[8, B]`; a word is all ones
+            or zero. An odd index means a colour that no pixel has.
     """
     mask = jnp.broadcast_to(~bits[0], planes.shape[1:])
     for plane, bit in zip(planes, bits[1:, None, None], strict=True):
@@ -102,14 +109,14 @@ def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
 
 
 def shift_left(bitmap: Bitmap, n: int) -> Bitmap:
-    """Every pixel moved n to the left (n < 32)."""
+    """Shift every pixel n columns to the left (n < 32)."""
     if n == 0:
         return bitmap
     return (bitmap << n) | _pad(bitmap[1:] >> (32 - n), (0, 1))
 
 
 def shift_right(bitmap: Bitmap, n: int) -> Bitmap:
-    """Every pixel moved n to the right (n < 32)."""
+    """Shift every pixel n columns to the right (n < 32)."""
     if n == 0:
         return bitmap
     return (bitmap >> n) | _pad(bitmap[:-1] << (32 - n), (1, 0))
@@ -120,23 +127,23 @@ def _pad(words: jax.Array, by: tuple[int, int]) -> jax.Array:
 
 
 def shift_down(bitmap: Bitmap, n: int) -> Bitmap:
-    """Every pixel moved n down."""
+    """Shift every pixel n rows down."""
     return jnp.pad(bitmap[:, :-n], ((0, 0), (n, 0), (0, 0)))
 
 
 def shift_up(bitmap: Bitmap, n: int) -> Bitmap:
-    """Every pixel moved n up."""
+    """Shift every pixel n rows up."""
     return jnp.pad(bitmap[:, n:], ((0, 0), (0, n), (0, 0)))
 
 
 def cut(bitmap: Bitmap, region: Area) -> Bitmap:
-    """The rows of a region, with pixels outside its columns cleared."""
+    """Return the rows of a region, with the pixels outside its columns cleared."""
     left, top, right, bottom = region
     return bitmap[:, top:bottom] & jnp.asarray(areas(1, [(left, 0, right, 1)]))
 
 
 def areas(height: int, filled: Iterable[Area]) -> np.ndarray:
-    """A constant bitmap of filled areas, uint32 `[5, height, 1]`."""
+    """Build a constant bitmap of filled areas, uint32 `[5, height, 1]`."""
     inside = np.zeros((height, WIDTH), np.uint8)
     for left, top, right, bottom in filled:
         inside[top:bottom, left:right] = 1
@@ -147,10 +154,10 @@ def areas(height: int, filled: Iterable[Area]) -> np.ndarray:
 def boxes(
     x: jax.Array, y: jax.Array, w: jax.Array, h: jax.Array, valid: jax.Array, height: int
 ) -> Bitmap:
-    """All pixels of boxes, each int32 `[count, B]`, as a bitmap `[5, height, B]`.
+    """Fill boxes, each int32 `[count, B]`, in a bitmap `[5, height, B]`.
 
-    The columns of each box are stored. Otherwise they are computed again for each row: Road Runner
-    takes 38 us a frame instead of 27.
+    The columns of each box are materialized. If XLA computes them for each row, Road Runner takes
+    38 us per frame instead of 27.
     """
 
     def spans(x: jax.Array, w: jax.Array, valid: jax.Array) -> jax.Array:
@@ -166,7 +173,7 @@ def boxes(
 
 
 def columns_between(left: jax.Array, right: jax.Array, words: int = WIDTH // 32) -> jax.Array:
-    """Words in which the columns from `left` to `right - 1` are set, uint32 `[words, n, B]`, for int32 `[n, B]`."""
+    """Set the columns from `left` to `right - 1`, int32 `[n, B]`; uint32 `[words, n, B]`."""
     word = 32 * np.arange(words, dtype=np.int32)[:, None, None]
     first, last = (jnp.clip(edge[None] - word, 0, 32) for edge in (left, right))
     ink = (ALL >> jnp.minimum(first, 31).astype(U)) & ~(
@@ -176,7 +183,7 @@ def columns_between(left: jax.Array, right: jax.Array, words: int = WIDTH // 32)
 
 
 def from_column(words: jax.Array, column: jax.Array) -> jax.Array:
-    """Rows `[words, n, B]` without the pixels left of a column of each, int32 `[n, B]`."""
+    """Clear the pixels left of each row's column: rows `[words, n, B]`, columns int32 `[n, B]`."""
     start = jnp.clip(
         column[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32
     )
@@ -184,7 +191,7 @@ def from_column(words: jax.Array, column: jax.Array) -> jax.Array:
 
 
 def rows_at(bitmap: Bitmap, row: jax.Array) -> jax.Array:
-    """Rows of each frame, uint32 `[words, n, B]`, for indices int32 `[n, B]` in range."""
+    """Gather rows of each frame, uint32 `[words, n, B]`; indices int32 `[n, B]` in range."""
     words, height, lanes = bitmap.shape
     first = np.arange(words, dtype=np.int32)[:, None, None] * height
     index = (first + row[None]) * lanes + np.arange(lanes, dtype=np.int32)[None, None]
@@ -192,14 +199,13 @@ def rows_at(bitmap: Bitmap, row: jax.Array) -> jax.Array:
 
 
 def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int) -> jax.Array:
-    """Pieces of a bitmap at constant places, moved so that the first column is the top bit of the
-    first word.
+    """Gather pieces of a bitmap at constant positions, left-aligned in their first word.
 
     Args:
         bitmap: `[words, height, B]`.
         left: first column of each of `n` pieces, int `[n]`.
         rows: rows of each piece, int `[k, n]` or `[k, 1]`.
-        n_words: words of a piece.
+        n_words: words per piece.
 
     Returns:
         uint32 `[k, n_words, n, B]`.
@@ -213,11 +219,10 @@ def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int
 
 
 def windows(bitmap: Bitmap, margin: int) -> jax.Array:
-    """The bitmap as words that overlap, in which pixels can move `margin` columns without a look at
-    another word: uint32 `[n, rows, B]`.
+    """Split a bitmap into overlapping words, uint32 `[n, rows, B]`.
 
-    Each word holds `32 - 2 * margin` columns of its own, between `margin` columns that belong to
-    its neighbours (margin < 16).
+    Each word holds `32 - 2 * margin` inner columns between `margin` columns of its neighbours
+    (margin < 16). Pixels can therefore move `margin` columns without access to another word.
     """
     padded = _pad(bitmap, (1, 1))
     first, end = 32 - margin, 32 * (len(bitmap) + 1) - margin
@@ -231,7 +236,7 @@ def windows(bitmap: Bitmap, margin: int) -> jax.Array:
 
 
 def from_windows(words: jax.Array, margin: int, n_words: int) -> Bitmap:
-    """The bitmap of `n_words` words that `windows` made these of, from the columns that are each word's own."""
+    """Rebuild a bitmap of `n_words` words from the inner columns of `windows`."""
     own = 32 - 2 * margin
 
     def word(left: int) -> jax.Array:
@@ -250,7 +255,7 @@ def over(
     move: Callable[[Bitmap, int], Bitmap],
     combine: Callable[[Bitmap, Bitmap], Bitmap],
 ) -> Bitmap:
-    """Every pixel combined with the `size - 1` next to it on one side."""
+    """Combine every pixel with the `size - 1` pixels next to it on one side."""
     if move in (shift_left, shift_right) and size <= 32:
         return _over_columns(bitmap, size, move is shift_left, combine)
     n = 1
@@ -263,11 +268,10 @@ def over(
 def _over_columns(
     bitmap: Bitmap, size: int, to_left: bool, combine: Callable[[Bitmap, Bitmap], Bitmap]
 ) -> Bitmap:
-    """`over` of columns that move to the left or to the right, from one word and the word beside
-    it.
+    """Apply `over` along columns, with each word and its neighbour.
 
-    The word beside is moved along instead of looked at again: XLA stores a bitmap for each step
-    that looks at it.
+    The neighbour is shifted along instead of read again: XLA stores a bitmap for each step that
+    reads the neighbour.
     """
     beside = _pad(bitmap[1:], (0, 1)) if to_left else _pad(bitmap[:-1], (1, 0))
     toward, away = (
@@ -282,33 +286,32 @@ def _over_columns(
 
 
 def all_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
-    """The pixels that are the top left corner of a filled rectangle of this size."""
+    """Select the pixels that are the top left corner of a filled rectangle of this size."""
     return over(over(bitmap, width, shift_left, jnp.bitwise_and), height, shift_up, jnp.bitwise_and)
 
 
 def any_within(bitmap: Bitmap, width: int, height: int) -> Bitmap:
-    """A rectangle of this size to the right of and below every pixel."""
+    """Extend every pixel to a rectangle of this size to its right and below."""
     return over(
         over(bitmap, width, shift_right, jnp.bitwise_or), height, shift_down, jnp.bitwise_or
     )
 
 
 def bridged(bitmap: Bitmap, gap: int) -> Bitmap:
-    """The pixels, and those of gaps of at most so many blank pixels between them in a row."""
+    """Fill gaps of at most `gap` blank pixels between the pixels of a row."""
     wide = over(_pad(bitmap, (0, 1)), gap + 1, shift_right, jnp.bitwise_or)
     return bitmap | over(wide, gap + 1, shift_left, jnp.bitwise_and)[:-1]
 
 
 def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
-    """Every pixel spread dx to the right and dy down, so that parts at most (dx, dy) apart connect.
+    """Spread pixels dx to the right and dy down, to connect parts at most (dx, dy) apart.
 
-    A component's first pixel stays, and its box grows by (dx, dy), for which there is room to the
-    right of and below each mask.
+    A component keeps its first pixel, and its box grows by (dx, dy). Each mask has room for this on
+    its right and below.
     """
     dx, dy = gap
-    before = jnp.pad(
-        masks[:-1], ((1, 0), (0, 0), (0, 0))
-    )  # the word to the left; less than 32 pixels reach here from no other one
+    # The word to the left. Pixels move less than 32 columns, so no other word matters.
+    before = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0)))
     n = 1
     while n <= dx:
         step = min(n, dx - n + 1)
@@ -323,7 +326,7 @@ def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
 
 
 def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
-    """Each pixel, and those of its neighbours left and right that are in `where`, which broadcasts to the bitmap."""
+    """Add to pixels their left and right neighbours in `where`, which broadcasts to the bitmap."""
     where = where.reshape((1,) * (bitmap.ndim - where.ndim) + where.shape)
     return bitmap | ((shift_left(bitmap, 1) | shift_right(bitmap, 1)) & where)
 
@@ -331,7 +334,7 @@ def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:
 def spread_words(
     words: Sequence[jax.Array], where: jax.Array | np.ndarray = ALL
 ) -> list[jax.Array]:
-    """`spread` of a bitmap whose words are separate arrays, which XLA fuses into what reads it."""
+    """Apply `spread` to separate words, which XLA fuses with the operations that read them."""
     none = jnp.zeros_like(words[0])
     where = where.reshape((1,) * (none.ndim - where.ndim) + where.shape)
     sides = zip((none, *words[:-1]), words, (*words[1:], none), strict=True)
@@ -344,17 +347,17 @@ def spread_words(
 def fill_rows(
     mask: Bitmap, touched: Sequence[jax.Array] | Bitmap, reach: int = 31
 ) -> tuple[jax.Array, ...]:
-    """All horizontal runs of `mask` that hold a pixel of `touched` (a part of the mask), at least
-    so far to both sides.
+    """Fill the horizontal runs of `mask` that hold a pixel of `touched`, a part of the mask.
 
-    Within a word to the left by a carry, to the right by doubling steps, then from word to word
-    where a filled run goes on. (Doubling steps across words took 25 times as long for two words:
-    the compiler computes what two words share once for each of its uses.)
+    Runs are filled at least `reach` pixels to both sides.
+
+    Within a word, an addition carries to the left and doubling steps fill to the right. Filled runs
+    then continue from word to word. (Doubling steps across two words took 25 times as long: the
+    compiler repeats the common part of two words for each use.)
     """
     filled = [fill_words(m, t, reach) for m, t in zip(mask, touched, strict=True)]
-    for i in range(
-        1, len(mask)
-    ):  # to the right: a run at the top of the word, all ones down to its first zero
+    # To the right: a run at the top of the word, all ones down to its first zero.
+    for i in range(1, len(mask)):
         entering = (filled[i - 1] & 1) != 0
         head = ~(U(0xFFFFFFFF) >> lax.clz(~mask[i]))
         head = jnp.where(mask[i] == U(0xFFFFFFFF), mask[i], head)
@@ -366,7 +369,7 @@ def fill_rows(
 
 
 def fill_words(mask: jax.Array, touched: jax.Array, reach: int = 31) -> jax.Array:
-    """Like `fill_rows`, but each word alone: runs are not filled beyond the words that hold their touched pixels."""
+    """Fill runs as in `fill_rows`, but not beyond the words of their touched pixels."""
     filled = mask & (~(mask + touched) | touched)
     n = 1
     while n <= min(reach, 31):
@@ -378,12 +381,12 @@ def fill_words(mask: jax.Array, touched: jax.Array, reach: int = 31) -> jax.Arra
 
 
 def popcount(word: jax.Array) -> jax.Array:
-    """Number of set bits, int32."""
+    """Count set bits, int32."""
     return lax.population_count(word).astype(jnp.int32)
 
 
 def nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
-    """Position of the n-th set bit, counted from the most significant one."""
+    """Find the position of the n-th set bit, counted from the most significant bit."""
     bit = jnp.zeros_like(n)
     for step in (16, 8, 4, 2, 1):
         head = popcount(word >> (31 - bit - step + 1).astype(U))
@@ -392,20 +395,19 @@ def nth_bit(word: jax.Array, n: jax.Array) -> jax.Array:
 
 
 def at(array: jax.Array, index: jax.Array) -> jax.Array:
-    """`array[index]` for indices that are known to be in range."""
+    """Return `array[index]` for indices in range, without a bounds check."""
     return array.at[index].get(mode="promise_in_bounds", wrap_negative_indices=False)
 
 
 def any_of(bitmap: Iterable[jax.Array]) -> jax.Array:
-    """Words or-ed together: not zero where a row holds a pixel."""
+    """Or words together; the result is nonzero in rows that hold a pixel."""
     return functools.reduce(operator.or_, bitmap)
 
 
 def columns(words: jax.Array, width: int = 32) -> tuple[jax.Array, jax.Array]:
-    """First and last set column of single rows `[words, ...]`, int32; (width * words, -1) where
-    none is set.
+    """Find the first and last set column of rows `[words, ...]`, int32.
 
-    Each word stands for `width` columns, in its top bits.
+    The result of an empty row is (width * words, -1). The top `width` bits of each word count.
     """
     start = width * np.arange(len(words), dtype=np.int32).reshape(-1, *([1] * (words.ndim - 1)))
     first = jnp.where(words != 0, start + lax.clz(words).astype(jnp.int32), width * len(words))
@@ -414,7 +416,10 @@ def columns(words: jax.Array, width: int = 32) -> tuple[jax.Array, jax.Array]:
 
 
 def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """First and last row that is not 0, of uint32 `[rows, ...]`, int32 `[...]`; the last is -1 where all rows are 0."""
+    """Find the first and last nonzero row of uint32 `[rows, ...]`, int32 `[...]`.
+
+    The last row is -1 if all rows are zero.
+    """
     blocks = _blocks(used, 0)
     size = blocks.shape[1]
     bits = np.array(1 << 31 >> np.arange(size), np.uint32).reshape(
@@ -424,13 +429,16 @@ def rows(used: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 
 def or_rows(bitmap: jax.Array) -> jax.Array:
-    """The words of all rows or-ed together: uint32 `[words, rows, ...]` -> `[words, ...]`."""
+    """Or the words of all rows together: uint32 `[words, rows, ...]` -> `[words, ...]`."""
     blocks = _blocks(bitmap, 1)
     return any_of(jnp.moveaxis(lax.reduce(blocks, U(0), lax.bitwise_or, (2,)), 1, 0))
 
 
 def _blocks(x: jax.Array, axis: int) -> jax.Array:
-    """An axis in equal blocks of at most `MAX_REDUCED` rows, filled up with zeros: `[n, ...]` -> `[blocks, size, ...]`."""
+    """Split an axis into equal, zero-padded blocks of at most `MAX_REDUCED` rows.
+
+    The shape changes from `[n, ...]` to `[blocks, size, ...]`.
+    """
     n = x.shape[axis]
     count = -(-n // MAX_REDUCED)
     size = -(-n // count)
@@ -439,5 +447,5 @@ def _blocks(x: jax.Array, axis: int) -> jax.Array:
 
 
 def _trailing(w: jax.Array) -> jax.Array:
-    """Number of zero bits below the lowest set bit, int32."""
+    """Count the zero bits below the lowest set bit, int32."""
     return popcount(~w & (w - 1))

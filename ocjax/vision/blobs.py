@@ -15,20 +15,20 @@ from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
 
-# a second board is worth it where so many times fewer words are filled, if each search has as many
-# candidates
+# Use two boards if this divides the number of filled words by at least this factor, with equally
+# many candidates in each search.
 LESS = 1.9
 
 
 def detect_blobs(
     scene: Scene, rules: Mapping[str, tuple[Blobs, int]], *, heads: bool
 ) -> dict[str, Detected]:
-    """The objects of some categories.
+    """Find the objects of some categories.
 
     Args:
         scene: the frames.
         rules: each category's rule and number of slots.
-        heads: whether the column of each object's first pixel is needed, too.
+        heads: whether to compute the column of each object's first pixel, too.
     """
     if not rules:
         return {}
@@ -51,11 +51,12 @@ def detect_blobs(
 
 
 def _boards(searches: Sequence[Search]) -> list[list[int]]:
-    """The searches that share a board: all of them, or small and large ones apart.
+    """Group the searches by board: all on one board, or small and large ones on two.
 
-    On a board, all windows are as wide as the widest and as high as the highest one. A second board
-    takes 0.6 s more to compile, but Private Eye takes 27 us a frame instead of 41, James Bond 21
-    instead of 42, and Demon Attack 31 instead of 40. Where windows differ less, nothing is gained.
+    All windows of a board have the width of the widest and the height of the highest one. A second
+    board takes 0.6 s more to compile, but Private Eye takes 27 us per frame instead of 41, James
+    Bond 21 instead of 42, and Demon Attack 31 instead of 40. If windows differ less, a game gains
+    nothing.
     """
     reaches = [search.reach for search in searches]
     widths, heights = (sorted(set(side)) for side in zip(*reaches, strict=True))
@@ -84,12 +85,11 @@ def _search(rule: Blobs, count: int, region: Area) -> Search:
 
 
 def _merge(lists: Sequence[Detected], count: int) -> Detected:
-    """The first `count` boxes of several lists, in raster order of their corners."""
+    """Keep the first `count` boxes of several lists, in raster order of their corners."""
     box = jnp.concatenate([found.box for found in lists])
     both, index = Detected(box), jnp.arange(len(box), dtype=jnp.int32)[:, None]
-    order = (
-        jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index
-    )  # one number each: sorting two arrays takes longer
+    # One number per box, because sorting two arrays takes longer.
+    order = jnp.where(both.valid, both.y * WIDTH + both.x, 2**16 - 1) * 2**15 + index
     index = lax.sort(order, dimension=0)[:count] % 2**15
     heads = [found.head for found in lists if found.head is not None]
     head = (

@@ -1,4 +1,4 @@
-"""`Bounds` rules: the tight box of a region's pixels, and the values that digits and gauges show."""
+"""`Bounds` rules: tight boxes of the pixels of regions, and the values of digits and gauges."""
 
 import itertools
 from collections.abc import Sequence
@@ -17,18 +17,18 @@ from ocjax.vision.numbers import Reading, read_numbers
 from ocjax.vision.rules import Bounds, Gauge
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
-STRIP = 8  # rows that are or-ed into one; at most 32, a bit each in `_marks`
-# rows of a region up to which gathering several regions at once takes no more time than slicing
-# them one by one
+STRIP = 8  # rows per strip; at most 32, one bit each in `_marks`
+# Maximum height of regions that are gathered together. For higher regions, slicing each region is
+# faster.
 LOW = 40
 
 
 def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
-    """The boxes of several rules' regions, found together.
+    """Find the boxes of several rules' regions together.
 
     Args:
         rules: each with its regions.
-        masks: for each rule the pixels that count, one bitmap `[5, H, B]` per region, of all its
+        masks: for each rule its selected pixels, one bitmap `[5, H, B]` per region of all its
             `parts`.
     """
     if not rules:
@@ -55,7 +55,7 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
 
 
 def _of_size(parts: Sequence[Bounds], w: jax.Array, h: jax.Array) -> jax.Array:
-    """Whether boxes are as large as their rules ask for, bool `[n, B]`."""
+    """Test boxes against their rules' size limits, bool `[n, B]`."""
     least = np.concatenate([np.broadcast_to(part.min_size, (len(part.slots), 2)) for part in parts])
     fits = (w >= least[:, :1]) & (h >= least[:, 1:])
     if all(part.max_size is None for part in parts):
@@ -67,7 +67,7 @@ def _of_size(parts: Sequence[Bounds], w: jax.Array, h: jax.Array) -> jax.Array:
 
 
 def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Reading]) -> Detected:
-    """The objects of one rule, the first of what is found for its parts, with the values that they show."""
+    """Return the objects of one rule (the first entry of `found`) with their values."""
     objects = found[0]
     if isinstance(rule.value, Gauge):
         length = getattr(found[-1], rule.value.side)
@@ -84,29 +84,28 @@ def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Read
 
 
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
-    """Tight boxes of the pixels of masks inside regions.
+    """Find the tight boxes of the pixels of masks inside regions.
 
-    The rows of all regions are stacked, each region in whole strips, so that a few kernels look at
-    all of them.
+    The rows of all regions are stacked in strips, so that a few kernels process all regions. Each
+    region fills an integer number of strips.
 
     Returns:
-        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`; w and h are not
-        positive where there are no pixels.
+        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`. Without pixels,
+        w and h are not positive.
     """
     groups = _groups(masks, regions)
     order = [i for group in groups for i in group]
     strips = np.array([-(-(bottom - top) // STRIP) for _, top, _, bottom in regions])
     begins = np.zeros_like(strips)
-    begins[order] = 1 + np.cumsum(
-        [0, *strips[order[:-1]]]
-    )  # an empty strip comes before all regions
+    # An empty strip precedes all regions.
+    begins[order] = 1 + np.cumsum([0, *strips[order[:-1]]])
     stack = jnp.zeros((WIDTH // 32, STRIP * (1 + int(strips.sum())), masks[0].shape[2]), U)
     for group in groups:
         rows = _rows(masks[group[0]], [regions[i] for i in group])
         stack = lax.dynamic_update_slice(stack, rows, (0, STRIP * int(begins[group[0]]), 0))
     columns, used = materialize(_marks, stack)
     index = np.arange(strips.max())[:, None]
-    index = np.where(index < strips, begins + index, 0)  # of the strips of each region, `[most, n]`
+    index = np.where(index < strips, begins + index, 0)  # strips of each region, `[most, n]`
     first, last = bm.columns(lax.reduce(columns[:, index], U(0), lax.bitwise_or, (1,)))
     top, bottom = bm.columns(used[index], STRIP)
     first_rows = jnp.asarray(STRIP * begins[:, None], jnp.int32)
@@ -116,10 +115,11 @@ def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.A
 
 
 def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
-    """The words of the rows of each strip or-ed together, uint32 `[5, strips, B]`, and which of its
-    rows hold a pixel, `[strips, B]`.
+    """Reduce strips to their used columns and rows.
 
-    The top row is the most significant bit.
+    Returns:
+        The words of each strip's rows or-ed together, uint32 `[5, strips, B]`, and a bit for each
+        row that holds a pixel, `[strips, B]`. The top row is the most significant bit.
     """
     words, rows, lanes = stack.shape
     in_strips = stack.reshape(words, rows // STRIP, STRIP, lanes)
@@ -129,7 +129,7 @@ def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
 
 
 def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]:
-    """Indices of regions whose rows are gathered at once: three or more low ones of one mask; any other alone."""
+    """Group regions that are gathered at once: three or more low regions of one mask."""
     of_mask: dict[int, list[int]] = {}
     for i, (mask, (_, top, _, bottom)) in enumerate(zip(masks, regions, strict=True)):
         of_mask.setdefault(id(mask) if bottom - top <= LOW else -1 - i, []).append(i)
@@ -141,7 +141,10 @@ def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]
 
 
 def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
-    """The rows of regions, one below the other, with pixels outside of them cleared: `[5, rows, B]`; of several, in whole strips each."""
+    """Stack the rows of regions, with the pixels outside cleared: `[5, rows, B]`.
+
+    Several regions are padded to full strips each.
+    """
     if len(regions) == 1:
         return bm.cut(mask, regions[0])
     rows, inside = [], []

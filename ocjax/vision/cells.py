@@ -15,7 +15,7 @@ from ocjax.vision.rules import Cells
 
 
 def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
-    """The pixels of the whole cells that are present in a mask."""
+    """Select the pixels of the complete cells in a mask."""
     full = bm.all_within(mask, rule.w, rule.h)
     corners = bm.areas(
         mask.shape[1], ((x, y, x + 1, y + 1) for x, y in zip(rule.x, rule.y, strict=True))
@@ -24,7 +24,10 @@ def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
 
 
 def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Detected:
-    """The objects of a rule in a mask `[5, H, B]`; `anchor` is the mask of the rule's anchor, if it has one."""
+    """Find the objects of a rule in a mask `[5, H, B]`.
+
+    `anchor` is the mask of the rule's anchor, if the rule has one.
+    """
     if not rule.floats:
         return _detect(rule, mask)
     place = functools.partial(_to_own_place, rule)
@@ -34,14 +37,13 @@ def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Det
 
 
 def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, jax.Array]:
-    """The pixels in the cells' rows and columns, moved up so that the last row that has any of the
-    anchor is where the rule says.
+    """Move the pixels of a floating grid up to the grid's usual rows.
 
-    Rows are looked up where they are. Moved bit by bit of the distance, whole bitmaps take Phoenix
-    3 us a frame more.
+    The last row with anchor pixels marks the position of the grid. Rows are gathered directly:
+    shifting whole bitmaps by each bit of the distance takes Phoenix 3 us per frame more.
 
     Returns:
-        Them, and by how many rows they were moved, int32 `[B]`.
+        The moved pixels in the cells' rows and columns, and the distance in rows, int32 `[B]`.
     """
     height, usual = mask.shape[1], rule.bottom if rule.anchor is None else rule.anchor[1]
     columns = jnp.asarray(bm.areas(1, ((x, 0, x + rule.w, 1) for x in rule.x)))
@@ -57,7 +59,7 @@ def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, ja
 
 
 def _detect(rule: Cells, mask: Bitmap) -> Detected:
-    """The cells of a mask at the rule's own places."""
+    """Find the objects at the rule's own cell positions."""
     beside, above = rule.margin
     cells = _with_margin(rule, mask)
     inner = _columns(cells.shape[1], beside, beside + rule.w)
@@ -75,10 +77,10 @@ def _detect(rule: Cells, mask: Bitmap) -> Detected:
 
 
 def _with_margin(rule: Cells, mask: Bitmap) -> jax.Array:
-    """The rows of every cell with its margin, moved so that the first column is the top bit of the
-    first word.
+    """Cut out the rows of every cell with its margin, left-aligned in the first word.
 
-    uint32 `[h + 2 * margin, words, cells, B]`.
+    Returns:
+        uint32 `[h + 2 * margin, words, cells, B]`.
     """
     beside, above = rule.margin
     board = jnp.pad(mask, ((1, 0), (above, above), (0, 0)))
@@ -88,14 +90,14 @@ def _with_margin(rule: Cells, mask: Bitmap) -> jax.Array:
 
 
 def _columns(words: int, start: int, stop: int) -> jax.Array:
-    """Words in which the columns from `start` to `stop` are set, uint32 `[words, 1, 1]`."""
+    """Set the columns from `start` to `stop`, uint32 `[words, 1, 1]`."""
     inside = np.zeros(32 * words, np.uint8)
     inside[start:stop] = 1
     return jnp.asarray(np.packbits(inside).view(">u4").astype(np.uint32))[:, None, None]
 
 
 def _whole(rule: Cells, cells: jax.Array, inner: jax.Array, clear: jax.Array) -> Detected:
-    """Cells all of whose pixels are set."""
+    """Return the cells that are completely set."""
     every = lax.reduce(cells, U(0xFFFFFFFF), lax.bitwise_and, (0,))
     valid = clear & jnp.all((every & inner) == inner, axis=0)
     x, y = (np.array(v)[:, None] for v in (rule.x, rule.y))
@@ -103,7 +105,7 @@ def _whole(rule: Cells, cells: jax.Array, inner: jax.Array, clear: jax.Array) ->
 
 
 def _tight(rule: Cells, cells: jax.Array, clear: jax.Array) -> Detected:
-    """Tight boxes of what is set in each cell."""
+    """Return tight boxes around the set pixels of each cell."""
     used = bm.any_of(jnp.moveaxis(cells, 1, 0)) != 0  # [h, cells, B]
     index = jnp.arange(rule.h, dtype=jnp.int32)[:, None, None]
     top = jnp.min(jnp.where(used, index, rule.h), axis=0)

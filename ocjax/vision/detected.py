@@ -1,4 +1,4 @@
-"""What VEM detects: boxes of objects, a word each."""
+"""`Detected`: the objects that VEM finds, one word per box."""
 
 from __future__ import annotations
 
@@ -8,64 +8,62 @@ import jax
 import jax.numpy as jnp
 from jax.typing import ArrayLike
 
-OWN_COLOR = -1  # in place of a palette index: the category's colour
+OWN_COLOR = -1  # instead of a palette index: the category's colour
 
 
 class Detected(NamedTuple):
-    """What VEM finds of one category or in one mask, one entry per slot, batch last; `Objects` are
-    made of these.
+    """Objects of one category or one mask, one entry per slot, batch last.
 
-    A box is one word because the time to compile a program grows with the number of its kernels, by
-    about 14 ms each: with an array for each side of the boxes and one for their validity, Krull's
-    VEM has 43 more.
+    VEM builds `Objects` from these.
+
+    A box is one word to keep compilation fast. Compile time grows by about 14 ms per kernel, and
+    separate arrays for the sides and the validity of boxes add 43 kernels to Krull's VEM.
     """
 
-    # uint32 [count, B]: x, y, w and h in a byte each, x in the lowest; 0 where there is no object
+    # uint32 [count, B]: x, y, w and h, one byte each, x lowest; 0 without an object
     box: jax.Array
     value: jax.Array | None = None  # int32 [count, B]; None: 0
-    head: jax.Array | None = (
-        None  # int32 [count, B], column of the first pixel in the top row; None: not known
-    )
-    color: jax.Array | None = (
-        None  # int32 [count, B], palette indices or `OWN_COLOR`; None: the latter
-    )
-    overflow: jax.Array | None = None  # int32 [B], objects for which there was no slot; None: 0
+    # int32 [count, B], column of the first pixel in the top row; None: unknown
+    head: jax.Array | None = None
+    # int32 [count, B], palette indices or `OWN_COLOR`; None: all `OWN_COLOR`
+    color: jax.Array | None = None
+    overflow: jax.Array | None = None  # int32 [B], objects without a slot; None: 0
 
     @property
     def x(self) -> jax.Array:
-        """First column, int32 `[count, B]`; the others likewise."""
+        """First column, int32 `[count, B]`."""
         return self._byte(0)
 
     @property
     def y(self) -> jax.Array:
-        """First row."""
+        """First row, int32 `[count, B]`."""
         return self._byte(1)
 
     @property
     def w(self) -> jax.Array:
-        """Width."""
+        """Width, int32 `[count, B]`."""
         return self._byte(2)
 
     @property
     def h(self) -> jax.Array:
-        """Height."""
+        """Height, int32 `[count, B]`."""
         return self._byte(3)
 
     @property
     def valid(self) -> jax.Array:
-        """Which slots hold an object, bool `[count, B]`."""
+        """True for slots that hold an object, bool `[count, B]`."""
         return self.box != 0
 
     def _byte(self, i: int) -> jax.Array:
         return (self.box >> (8 * i) & 255).astype(jnp.int32)
 
     def where(self, valid: jax.Array) -> Detected:
-        """Which of the objects are valid, bool `[count, B]`."""
+        """Keep the objects where `valid`, bool `[count, B]`, is True."""
         return self._replace(box=jnp.where(valid, self.box, jnp.uint32(0)))
 
 
 def words(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike) -> jax.Array:
-    """Boxes packed into words, uint32.
+    """Pack boxes into words, uint32.
 
     Each number must be 0 to 255, because larger ones overflow into the next byte.
     """
@@ -74,5 +72,5 @@ def words(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike) -> jax.Array:
 
 
 def boxes(x: ArrayLike, y: ArrayLike, w: ArrayLike, h: ArrayLike, valid: jax.Array) -> jax.Array:
-    """Boxes as words, 0 where there is no object; there, the numbers may be anything."""
+    """Pack boxes into words, 0 where `valid` is False; the numbers there may be anything."""
     return jnp.where(valid, words(x, y, w, h), jnp.uint32(0))

@@ -1,4 +1,4 @@
-"""What a display shows, declared once: REM's boxes and VEM's rules follow from it."""
+"""Displays of numbers and icons, declared once for REM's boxes and VEM's rules."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ class NumberDisplay:
 
     @property
     def area(self) -> Area:
-        """The cells."""
+        """The area of all cells."""
         return self.lefts[0], self.top, self.right, self.top + self.font.height
 
     def box(self, shown: jax.Array, **fields: Any) -> Box:
-        """The tight box around a number.
+        """Return the tight box around a number.
 
         Args:
-            shown: the number on the screen, int32; not negative. It is the box's value, unless
-                `fields` says otherwise.
+            shown: the number on the screen, int32, not negative. It is the box's value, unless
+                `fields` sets another one.
             fields: `valid`, `value` and `color` of the box.
         """
         place = {
@@ -61,11 +61,11 @@ class NumberDisplay:
         return score_box(self.font, shown, **place, **{"value": shown, **fields})
 
     def rule(self, colors: Colors, region: Area | None = None, **options: Any) -> Bounds:
-        """How VEM finds and reads the number.
+        """Return the rule with which VEM finds and reads the number.
 
         Args:
             colors: of the digits.
-            region: where to look; by default the cells.
+            region: area to search; by default the cells.
             options: of `Digits`.
         """
         return Bounds(
@@ -75,10 +75,10 @@ class NumberDisplay:
 
 @dataclass(frozen=True)
 class IconRow:
-    """A row of equal icons that counts something.
+    """A value shown as a row of equal icons.
 
     Args:
-        left: first column of the first icon, which is there as long as any is.
+        left: first column of the first icon, which is the last one to disappear.
         top: first row.
         width: of an icon, in pixels.
         height: of an icon.
@@ -92,7 +92,7 @@ class IconRow:
     pitch: int
 
     def box(self, icons: jax.Array, valid: Number = True, **fields: Any) -> Box:
-        """The box around some icons; not valid where there is none.
+        """Return the box around some icons; invalid without icons.
 
         Args:
             icons: number of icons, int32.
@@ -104,12 +104,12 @@ class IconRow:
         return box(left, self.top, width, self.height, (icons > 0) & valid, **fields)
 
     def rule(self, colors: Colors, region: Area, *, single: int = 1, **options: Any) -> Bounds:
-        """How VEM finds and counts the icons.
+        """Return the rule with which VEM finds and counts the icons.
 
         Args:
             colors: of the icons.
-            region: where to look.
-            single: what a single icon stands for; each further one is worth 1 more.
+            region: area to search.
+            single: value of a single icon; each further icon adds 1.
             options: of `Bounds`.
         """
         return Bounds(colors, region, value=Gauge(abs(self.pitch), self.width, single), **options)

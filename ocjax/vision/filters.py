@@ -1,8 +1,8 @@
-"""Filters of vision rules: which of the pixels that have a rule's colours count.
+"""Filters of vision rules: select some of the pixels that have a rule's colours.
 
 A filter is a function of a bitmap `[words, rows, B]` (`ocjax.vision.bitmap`) and of the bits of all
-colours, `[7, words, rows, B]`, that returns the pixels of the bitmap that count. A game may define
-its own. The filters here are frozen dataclasses, so that rules can be compared and printed.
+colours, `[7, words, rows, B]`. It returns the selected pixels of the bitmap. A game may define its
+own filters. The filters here are frozen dataclasses, so that rules can be compared and printed.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ __all__ = [
 
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
 _Search = Callable[[jax.Array], Any]
-_AT_ONCE = (
-    8  # rows that lines are followed by within words, which then hold 16 columns of their own
-)
-SLOPES = 0, 1, -1  # of lines: columns to the right a row
+# rows per step along lines within words, which then hold 16 inner columns
+_AT_ONCE = 8
+SLOPES = 0, 1, -1  # of lines: columns to the right per row
 
 
 @dataclass(frozen=True)
 class Searched:
-    """A filter that goes by what a search finds in the frames. The rules of a game that have the
-    same search share what it finds.
+    """A filter that depends on the result of a search in the frames.
+
+    The rules of a game that have the same search share its result.
 
     Args:
         search: a function of the bits of all colours.
-        pixels: a function of a bitmap and of the search's result, that returns the pixels of the
-            bitmap that count.
-        whole: whether those pixels follow from the search's result alone, whatever the bitmap, so
-            that the rule's colours need not be looked for. Rules that begin with the same such
-            filter look at the same pixels, and are searched together.
+        pixels: a function of a bitmap and of the search's result that returns the selected pixels
+            of the bitmap.
+        whole: whether the selected pixels depend only on the search's result and not on the bitmap.
+            The rule's colours are then not searched. Rules whose first filter is the same such
+            filter select the same pixels, and are searched together.
     """
 
     search: _Search
@@ -58,17 +58,18 @@ class Searched:
     whole: bool = False
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """Return the selected pixels."""
         return self.pixels(mask, self.search(planes))
 
 
 @dataclass(frozen=True)
 class ShortRuns:
-    """The pixels of vertical runs of at most `most` pixels: low objects in the colour of walls.
+    """Select vertical runs of at most `most` pixels: low objects in the colour of walls.
 
     Args:
-        most: pixels.
-        across: whether horizontal runs count instead: upright objects in the colour of figures.
+        most: maximum number of pixels.
+        across: whether to select horizontal runs instead: upright objects in the colour of wider
+            sprites.
     """
 
     most: int
@@ -77,11 +78,11 @@ class ShortRuns:
     def __post_init__(self) -> None:
         if self.most < 1 or (self.across and self.most > 30):
             raise ValueError(
-                f"runs must be of at least 1 pixel, and of at most 30 across, got {self.most}"
+                f"most must be at least 1, and at most 30 for horizontal runs, got {self.most}"
             )
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """Return the selected pixels."""
         there, back = (
             (bm.shift_left, bm.shift_right) if self.across else (bm.shift_up, bm.shift_down)
         )
@@ -96,21 +97,22 @@ class ShortRuns:
 
 @dataclass(frozen=True)
 class LoneRuns:
-    """The pixels of horizontal runs that touch nothing above or below, also not at their corners:
-    flat objects in the colour of others.
+    """Select horizontal runs that touch no pixel above or below, not even at a corner.
+
+    This finds flat objects in the colour of others.
 
     Args:
-        least: pixels of a run at least.
+        least: minimum number of pixels in a run.
     """
 
     least: int = 1
 
     def __post_init__(self) -> None:
         if not 1 <= self.least <= 31:
-            raise ValueError(f"runs must be of 1 to 31 pixels at least, got {self.least}")
+            raise ValueError(f"least must be 1 to 31 pixels, got {self.least}")
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """Return the selected pixels."""
         beside = bm.spread(bm.shift_up(mask, 1) | bm.shift_down(mask, 1))
         lone = mask & ~jnp.stack(bm.fill_rows(mask, mask & beside))
         return bm.over(
@@ -123,12 +125,13 @@ class LoneRuns:
 
 @dataclass(frozen=True)
 class CutOff:
-    """The pixels from which others lead down to a row, at most a pixel aside in each row: objects
-    that a lower edge cuts off.
+    """Select pixels that connect downward to a row: objects cut off by a lower edge.
+
+    A path moves at most one pixel sideways in each row.
 
     Args:
-        row: the last one above the edge.
-        most: rows of an object at most; those further up do not count.
+        row: the last row above the edge.
+        most: maximum number of rows of an object; pixels further up are dropped.
     """
 
     row: int
@@ -137,12 +140,11 @@ class CutOff:
     def __post_init__(self) -> None:
         if self.row < 0 or self.most < 1:
             raise ValueError(
-                "an edge is below a row of at least 0, and objects have at least 1 row, got "
-                f"{self.row} and {self.most}"
+                f"row must be at least 0 and most at least 1, got {self.row} and {self.most}"
             )
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """Return the selected pixels."""
         top = max(0, self.row + 1 - self.most)
         own = mask[:, top : self.row + 1]
         last = jnp.arange(own.shape[1])[None, :, None] == own.shape[1] - 1
@@ -154,27 +156,28 @@ class CutOff:
 
 @dataclass(frozen=True)
 class NoLines:
-    """The pixels that are not in lines one pixel wide, upright or slanting, of more than `most`
-    rows: what hangs on lines of its colour.
+    """Drop lines one pixel wide, upright or diagonal, of more than `most` rows.
 
-    Lines are followed within overlapping words, some rows at a time. Across those of a bitmap,
-    Tennis takes 35 us a frame instead of 30.
+    This keeps objects that hang on lines of the same colour.
+
+    Lines are followed within overlapping words, some rows at a time. Steps across the words of a
+    bitmap take Tennis 35 us per frame instead of 30.
 
     Args:
-        most: rows of the longest line that counts.
+        most: rows of the longest line that is kept.
     """
 
     most: int
 
     def __post_init__(self) -> None:
         if self.most < 1:
-            raise ValueError(f"lines must be of at least 1 row, got {self.most}")
+            raise ValueError(f"most must be at least 1 row, got {self.most}")
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """Return the selected pixels."""
         thin = materialize(lambda m: m & ~(bm.shift_left(m, 1) | bm.shift_right(m, 1)), mask)
         rounds = [min(_AT_ONCE, self.most - done) for done in range(0, self.most, _AT_ONCE)]
-        lines = thin  # from here on their first pixels, then all of them
+        lines = thin  # at first the first pixels of lines, at the end all their pixels
         for step in (_leading, _following):
             for rows in rounds:
                 lines = _followed(step, rows, thin, lines)
@@ -184,7 +187,7 @@ class NoLines:
 def _followed(
     step: Callable[[int, jax.Array, jax.Array], jax.Array], rows: int, thin: Bitmap, lines: Bitmap
 ) -> Bitmap:
-    """A step along lines, by so many rows."""
+    """Follow lines by this many rows."""
 
     def room(pixels: Bitmap) -> jax.Array:
         return jnp.pad(bm.windows(pixels, rows), ((0, 0), (rows, rows), (0, 0)))
@@ -196,7 +199,10 @@ def _followed(
 
 
 def _leading(rows: int, thin: jax.Array, lines: jax.Array) -> jax.Array:
-    """The thin pixels from which others lead down to a line, so many rows below; windows with as many blank rows above and below."""
+    """Select thin pixels that connect down to a line `rows` rows below.
+
+    The windows have `rows` blank rows above and below.
+    """
     height = thin.shape[1] - 2 * rows
     line = lines[:, 2 * rows :]
     for i in reversed(range(rows, 2 * rows)):
@@ -205,7 +211,10 @@ def _leading(rows: int, thin: jax.Array, lines: jax.Array) -> jax.Array:
 
 
 def _following(rows: int, thin: jax.Array, lines: jax.Array) -> jax.Array:
-    """The lines, and the thin pixels to which others lead down from them, at most so many rows below; windows likewise."""
+    """Extend lines down along thin pixels, by at most `rows` rows.
+
+    The windows have `rows` blank rows above and below.
+    """
     height = thin.shape[1] - 2 * rows
     line = lines[:, :height]
     for i in range(1, rows + 1):
@@ -214,26 +223,26 @@ def _following(rows: int, thin: jax.Array, lines: jax.Array) -> jax.Array:
 
 
 def _beside(words: jax.Array) -> jax.Array:
-    """Each pixel and its neighbours left and right in the same word."""
+    """Add to each pixel its left and right neighbours in the same word."""
     return words | (words << 1) | (words >> 1)
 
 
 @dataclass(frozen=True)
 class NoPairs:
-    """Drops pairs of pixels in a row that have exactly `gap` blank pixels between them and no third
-    pixel at that distance.
+    """Drop isolated pairs of pixels in a row with exactly `gap` blank pixels between them.
 
-    This finds a beam that touches one of two dots in a face.
+    A pair with a third pixel at the same distance is kept. This keeps a beam that touches one of
+    the two dots of a face.
     """
 
     gap: int
 
     def __post_init__(self) -> None:
         if not 1 <= self.gap <= 30:
-            raise ValueError(f"pairs must be 1 to 30 pixels apart, got {self.gap}")
+            raise ValueError(f"gap must be 1 to 30 pixels, got {self.gap}")
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """Return the selected pixels."""
         between = bm.over(bm.shift_left(mask, 1), self.gap, bm.shift_left, jnp.bitwise_or)
         left = mask & ~between & bm.shift_left(mask, self.gap + 1)
         left = left & ~bm.shift_right(left, self.gap + 1) & ~bm.shift_left(left, self.gap + 1)
@@ -242,16 +251,16 @@ class NoPairs:
 
 @dataclass(frozen=True)
 class Lines:
-    """The pixels in lines of one colour, upright or slanting by a column a row: thin shots before
-    figures whose rows differ in colour.
+    """Select lines of one colour, upright or diagonal (one column per row).
 
-    Each step is computed once and stored: 5 us a frame for 128 rows and 7 bits, and 30 in one
-    kernel, which repeats all steps for each row.
+    This finds thin shots in front of sprites with rows of different colours.
+
+    Each step is materialized: 5 us per frame for 128 rows and 7 bits, and 30 us in one kernel,
+    which repeats all steps for each row.
 
     Args:
-        least: rows of a line at least.
-        rows: the first row that is looked at, and the one after the last; pixels of other rows do
-            not count.
+        least: minimum number of rows in a line.
+        rows: the first row, and the row after the last one; pixels of other rows are dropped.
     """
 
     least: int
@@ -259,12 +268,12 @@ class Lines:
 
     def __post_init__(self) -> None:
         if not 2 <= self.least <= 31:
-            raise ValueError(f"lines must be of 2 to 31 rows at least, got {self.least}")
+            raise ValueError(f"least must be 2 to 31 rows, got {self.least}")
         if not 0 <= self.rows[0] < self.rows[1]:
             raise ValueError(f"rows must be (first, end), got {self.rows}")
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """Return the selected pixels."""
         top, bottom = self.rows
         lines = materialize(
             self._whole, *materialize(self._heads, *materialize(self._as_below, mask, planes))
@@ -272,7 +281,7 @@ class Lines:
         return jnp.pad(lines, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
     def _as_below(self, mask: Bitmap, planes: jax.Array) -> list[Bitmap]:
-        """For each slope the pixels that continue in the next row, in the same colour."""
+        """Select, for each slope, the pixels that continue in the same colour in the next row."""
         top, bottom = self.rows
         mask, *own = (b[:, top:bottom] for b in (mask, *planes))
         none = jnp.zeros_like(mask[:, 1:])
@@ -285,7 +294,7 @@ class Lines:
         ]
 
     def _heads(self, *same: Bitmap) -> list[Bitmap]:
-        """For each slope the pixels from which a line of `least` rows leads down."""
+        """Select, for each slope, the first pixels of lines of `least` rows."""
         rows = self.rows[1] - self.rows[0] - self.least + 1
         room = (0, 0), (self.least - 1, self.least - 1), (0, 0)
         steps = [
@@ -295,7 +304,7 @@ class Lines:
         return [jnp.pad(functools.reduce(jnp.bitwise_and, of_slope), room) for of_slope in steps]
 
     def _whole(self, *heads: Bitmap) -> Bitmap:
-        """The pixels of all lines, from their first ones."""
+        """Expand the first pixels of lines to all their pixels."""
         height, least = self.rows[1] - self.rows[0], self.least
         pixels = (
             _aside(b[:, least - 1 - i :][:, :height], -i * s)
@@ -306,5 +315,5 @@ class Lines:
 
 
 def _aside(rows: Bitmap, columns: int) -> Bitmap:
-    """Pixels moved to the left by some columns, or to the right by minus as many."""
+    """Shift rows left by `columns`; a negative number shifts right."""
     return bm.shift_left(rows, columns) if columns >= 0 else bm.shift_right(rows, -columns)

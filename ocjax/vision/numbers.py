@@ -1,4 +1,4 @@
-"""Numbers on the screen: cells of a bitmap compared with the pictures of a font."""
+"""Read numbers on the screen: compare cells of a bitmap with the pictures of a font."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,29 +14,27 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
-EMPTY, UNREADABLE = (
-    -1,
-    -2,
-)  # in place of a digit: nothing is in the cell, something that is no digit
+# instead of a digit: an empty cell, and a cell with another picture than a digit
+EMPTY, UNREADABLE = -1, -2
 
 
 class Reading(NamedTuple):
-    """What a number's cells show."""
+    """The reading of a number's cells."""
 
-    # int32 [B], `UNKNOWN_VALUE` where a cell holds something that is no digit, or one that should
-    # be free is not
+    # int32 [B]; `UNKNOWN_VALUE` if a cell holds another picture than a digit, or if a cell that
+    # should be free is not
     value: jax.Array
-    # bool [B], whether the last cell matches one of the font's pictures, and cells that should be
-    # free are
+    # bool [B], whether the last cell matches a picture of the font and the cells that should be
+    # free are free
     matched: jax.Array
 
 
 def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Reading]:
-    """Read numbers, those of one font and mask together.
+    """Read numbers; numbers with the same font and mask are read together.
 
     Args:
         digits: the cells of each number.
-        masks: the bitmap of each, `[5, H, B]`.
+        masks: the bitmap of each number, `[5, H, B]`.
     """
     groups: dict[tuple[int, Font], list[int]] = {}
     for i, (own, mask) in enumerate(zip(digits, masks, strict=True)):
@@ -48,15 +46,14 @@ def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Read
 
 
 def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
-    """Numbers of one font and mask."""
+    """Read numbers of one font and mask."""
     starts = np.cumsum([0, *(len(own.cells) for own in digits)]).tolist()
     worth = np.zeros((len(digits), starts[-1]), np.int32)
     for row, own, start in zip(worth, digits, starts, strict=False):
         row[start : start + len(own.lefts)] = own.worth
     first = min(own.top for own in digits)
-    rows = mask[
-        :, first : max(own.bottom for own in digits)
-    ]  # a mask that is not stored is computed in these rows alone
+    # A mask that is not materialized is computed only in these rows.
+    rows = mask[:, first : max(own.bottom for own in digits)]
     shown = materialize(lambda m: _shown(digits, m, first), rows, small=0)
     number = jnp.sum(
         worth[:, :, None] * jnp.maximum(shown, 0)[None], axis=1, dtype=jnp.int32
@@ -77,24 +74,25 @@ def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
 
 
 def _centered(number: jax.Array, shown: jax.Array) -> jax.Array:
-    """A number without the zeros for which empty cells on the right were taken."""
+    """Divide a number by the powers of ten that its empty cells on the right added."""
     cells = np.arange(len(shown), dtype=np.int32)[:, None]
-    last = jnp.max(jnp.where(shown >= 0, cells, 0), axis=0)  # cell that holds a digit
+    last = jnp.max(jnp.where(shown >= 0, cells, 0), axis=0)  # last cell with a digit
     powers = BASE ** cells[::-1]
     return number // jnp.sum(jnp.where(last[None] == cells, powers, 0), axis=0, dtype=jnp.int32)
 
 
 def _shown(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
-    """The digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`, given the rows of a mask from a first one on."""
+    """Read the digit in each cell, or `EMPTY` or `UNREADABLE`, int32 `[cells, B]`.
+
+    The rows of the mask begin at row `first` of the screen.
+    """
     pictures = _pictures(digits, rows, first)
     font = digits[0].font
-    read = [
-        d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1
-    ]  # what a picture of several digits shows stays unread
+    # A picture that several digits share is unreadable.
+    read = [d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1]
     blank = (0,) * len(font.glyphs[0])
-    empty = (
-        font.signs if blank in font.glyphs else (*font.signs, blank)
-    )  # some fonts have an empty picture
+    # Some fonts have an empty picture.
+    empty = font.signs if blank in font.glyphs else (*font.signs, blank)
     known, shapes = [*read, *[EMPTY] * len(empty)], [*(font.glyphs[d] for d in read), *empty]
     same = jnp.all(
         pictures[None] == jnp.asarray(shapes, U)[:, :, None, None], axis=1
@@ -105,9 +103,9 @@ def _shown(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
 
 
 def _pictures(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
-    """The dots in each cell, uint32 `[rows, cells, B]` with the rightmost dot in the lowest bit.
+    """Extract the dots in each cell, uint32 `[rows, cells, B]`, rightmost dot lowest.
 
-    A dot is set where its first column has a pixel in any of its rows.
+    A dot is set if its first column has a pixel in any of its rows.
     """
     font = digits[0].font
     dot_width, dot_height = font.dot

@@ -1,4 +1,4 @@
-"""Pictures of objects, by which VEM tells objects apart that touch."""
+"""Pictures of objects, with which VEM separates touching objects."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import numpy as np
 
 __all__ = ["PICTURE_WIDTH", "Picture", "check_pictures", "largest", "picture"]
 
-PICTURE_WIDTH = 16  # columns of a picture at most
+PICTURE_WIDTH = 16  # maximum number of columns
 
-Picture = tuple[
-    int, ...
-]  # rows from the top, of `PICTURE_WIDTH` bits; the leftmost column is the highest one
+# Rows from the top, `PICTURE_WIDTH` bits each; the leftmost column is the highest bit.
+Picture = tuple[int, ...]
 
 
 def picture(ink: np.ndarray) -> Picture:
-    """A picture from its pixels on the screen, 0 or 1 `[rows, width]`.
+    """Make a picture from its pixels on the screen, 0 or 1 `[rows, width]`.
 
     Raises:
         ValueError: the picture is wider than 16 pixels.
@@ -31,18 +30,18 @@ def picture(ink: np.ndarray) -> Picture:
 
 
 def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
-    """The largest size at which a component may still be one picture; all count as `PICTURE_WIDTH` wide."""
+    """Maximum size of a component that may be a single picture, `PICTURE_WIDTH` wide."""
     return PICTURE_WIDTH, max(map(len, pictures))
 
 
 def check_pictures(
     pictures: Sequence[Picture], sizes: Sequence[tuple[int, int] | None], gap: tuple[int, int]
 ) -> None:
-    """Check the pictures of a rule whose shapes have these largest sizes, and its `gap`.
+    """Check the pictures of a rule, given the largest sizes of its shapes and its `gap`.
 
     Raises:
-        ValueError: a picture has rows that are no 16 bits, or none at its top or bottom; or the
-            rule cannot have pictures.
+        ValueError: a row is not an integer of 16 bits, a picture's top or bottom row is empty, or
+            the rule does not support pictures.
     """
     for rows in pictures:
         if (

@@ -1,7 +1,7 @@
-"""The rules by which VEM finds the objects of a category, and how it reads their values.
+"""Rules with which VEM finds the objects of a category and reads their values.
 
-Colours are ALE palette indices (0-255), one or several. Where a rule has several regions, colours
-may be given for each region.
+Colours are ALE palette indices (0-255), one or several. Rules with several regions accept separate
+colours for each region.
 """
 
 from __future__ import annotations
@@ -26,21 +26,21 @@ __all__ = ["Blobs", "Bounds", "ByColor", "Cells", "Gauge", "Rule", "Run", "Runs"
 
 @dataclass(frozen=True)
 class Gauge:
-    """How VEM reads a value from the length of a bar or a row of icons, or from a needle's place.
+    """A value from the length of a bar or a row of icons, or from the position of a needle.
 
-    It is `base + worth * ((length - start) // unit)`.
+    The value is `base + worth * ((length - start) // unit)`.
 
     Args:
-        unit: pixels of a step; negative where the value falls as the length grows.
-        start: length in pixels that stands for `base`.
+        unit: pixels per step; negative if the value falls as the length grows.
+        start: length in pixels at the value `base`.
         base: value at that length.
-        side: which number of the box is the length: "x", "y", "w" or "h".
-        full: length at which the display is full, if that hides larger values. The value is then
+        side: the number of the box that is the length: "x", "y", "w" or "h".
+        full: length of a full display that may hide larger values. The value at this length is
             unknown.
-        worth: what a step adds to the value.
-        of: a rule for a single box that is measured instead of the object's own, such as that of
-            what fills a bar, or of a row of icons each of which is an object. Where it finds
-            nothing, the length is 0.
+        worth: value of one step.
+        of: a rule for a single box, which is measured instead of the object's own box: for example
+            the filling of a bar, or a row of icons that are separate objects. The length is 0 if
+            this rule finds nothing.
     """
 
     unit: int
@@ -57,18 +57,18 @@ class Gauge:
         if self.side not in ("x", "y", "w", "h"):
             raise ValueError(f"a gauge's side must be x, y, w or h, got {self.side!r}")
         if self.of is not None and (len(self.of.slots) > 1 or self.of.value is not None):
-            raise ValueError("a gauge measures a single box, without a value of its own")
+            raise ValueError("the rule that a gauge measures must have a single box and no value")
 
 
 @dataclass(frozen=True)
 class ByColor:
-    """How VEM reads a value from an object's colour. A value that no colour tells is unknown.
+    """A value from an object's colour; unknown for other colours.
 
     Args:
-        values: pairs of a palette index and the value that it stands for.
+        values: pairs of a palette index and its value.
         like: instead of `values`, an area of the screen that shows one colour on black. The value
-            is 1 where the object has that colour, and 0 where it has another one; where the area is
-            black, it is unknown.
+            is 1 if the object has that colour, 0 if it has another colour, and unknown if the area
+            is black.
     """
 
     values: tuple[tuple[int, int], ...] = ()
@@ -77,7 +77,7 @@ class ByColor:
     def __post_init__(self) -> None:
         if bool(self.values) == (self.like is not None):
             raise ValueError(
-                f"a value is read by either values or like, got {self.values} and {self.like}"
+                f"set either values or like, not both, got {self.values} and {self.like}"
             )
         if self.like is not None:
             check_area(self.like)
@@ -85,23 +85,23 @@ class ByColor:
 
 @dataclass(frozen=True)
 class Bounds:
-    """One object per region: the tight box of all pixels there that have the colours. Slot i
-    belongs to region i.
+    """One object per region: the tight box of all its pixels that have the colours.
+
+    Slot i belongs to region i.
 
     Args:
         colors: for all regions, or a tuple with one entry per region.
         regions: one region, or several.
         min_size: minimum (width, height) of an object, or one for each region; smaller boxes are
-            not valid.
-        max_size: maximum (width, height) of every object, if there is one; larger boxes are not
-            valid.
-        value: how the value is read: a `Gauge`, or `Digits` (one for each region where there are
-            several). The value is 0 without it.
-        inverse: the colours are the background's; pixels of all other colours count.
-        filters: which of the pixels count, one after the other (`ocjax.vision.filters`).
-        ignore: areas of the screen whose pixels do not count.
-        exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes do not
-            count.
+            invalid.
+        max_size: maximum (width, height) of an object; larger boxes are invalid. None: no maximum.
+        value: how to read the value: a `Gauge`, or `Digits` (one for each region if the rule has
+            several). None: the value is 0.
+        inverse: whether `colors` are the background's, and all other pixels are selected.
+        filters: applied in order to the pixels (`ocjax.vision.filters`).
+        ignore: areas of the screen to ignore.
+        exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes are
+            ignored.
         then: steps after the boxes are found (`ocjax.vision.steps`), such as `SideBySide`.
     """
 
@@ -119,8 +119,7 @@ class Bounds:
     def __post_init__(self) -> None:
         if self.value is not None and not _keep_slots(self.then):
             raise ValueError(
-                "a value is read of the object of each region, but objects leave their slots in "
-                f"{self.then}"
+                f"a value needs one object per region, but objects leave their slots in {self.then}"
             )
         for area in (*(region for region, _ in self.slots), *self.ignore):
             check_area(area)
@@ -138,7 +137,7 @@ class Bounds:
 
     @property
     def digits(self) -> tuple[Digits, ...]:
-        """The digits of each region, if any."""
+        """The digits of each region; empty without digits."""
         return (
             self.value
             if isinstance(self.value, tuple)
@@ -149,7 +148,7 @@ class Bounds:
 
     @property
     def parts(self) -> tuple[Bounds, ...]:
-        """This rule and the one that its gauge measures."""
+        """This rule, and the rule that its gauge measures."""
         return (
             (self, self.value.of)
             if isinstance(self.value, Gauge) and self.value.of is not None
@@ -173,7 +172,7 @@ class Bounds:
 
     @property
     def bottom(self) -> int:
-        """The row below everything that the rule looks at."""
+        """The row below all pixels that the rule reads."""
         return max(
             *(region[3] for part in self.parts for region, _ in part.slots),
             *(d.bottom for d in self.digits),
@@ -181,7 +180,7 @@ class Bounds:
         )
 
     def check(self, rules: Mapping[str, Rule]) -> None:
-        """Check the names of other categories, given the rules of all; raises ValueError."""
+        """Check the names of other categories, given all rules; raises ValueError."""
         for name in self.exclude:
             other = rules.get(name)
             if not isinstance(other, Blobs) and not _is_whole_cells(other):
@@ -190,32 +189,33 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Blobs:
-    """Connected components of the pixels that have the colours, in raster order of their first
-    pixels.
+    """Connected components of the pixels that have the colours, in raster order.
+
+    Components are ordered by their first pixels.
 
     Args:
         colors: palette indices; pixels of different colours of the rule connect.
-        region: where to look; pixels outside do not count.
-        shapes: what an object is like, or several shapes, of which the first that a component has
-            counts. Other components are no objects.
-        connectivity: 8 (pixels whose corners touch are connected) or 4.
-        gap: parts that are at most (dx, dy) blank pixels apart are one object; needs connectivity
-            8.
-        pictures: of the objects, for those that touch or overlap, larger ones first
-            (`ocjax.vision.pictures`). A component larger than all of them is split where one fits
-            at its first pixel: all its pixels are in the component or beyond the region. Its box
-            and that of what is left are tight. Where none fits, `Shape.split` applies. Pictures
-            need a shape that is limited to 16 columns and their height, or more, and no `gap`.
-        first: colours that the object's first pixel (in raster order) must have. This tells apart
+        region: area of the screen to search; pixels outside are ignored.
+        shapes: one or several shapes of objects. The first shape that fits a component applies; a
+            component that fits none is dropped.
+        connectivity: 8 (pixels that touch at a corner connect) or 4.
+        gap: parts at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
+        pictures: pictures of objects that touch or overlap, larger ones first
+            (`ocjax.vision.pictures`). A component larger than all of them is split if one fits at
+            its first pixel: all pixels of the picture are in the component or beyond the region.
+            The picture and the remaining pixels get tight boxes. If no picture fits, `Shape.split`
+            applies. Pictures need a shape that is limited to 16 columns and their height, or more,
+            and no `gap`.
+        first: colours that the object's first pixel (in raster order) must have. This separates
             objects that share some of their colours.
-        filters: which of the pixels count, one after the other (`ocjax.vision.filters`).
-        ignore: areas of the screen whose pixels do not count.
-        exclude: categories of whole `Cells`; pixels of their objects do not count.
+        filters: applied in order to the pixels (`ocjax.vision.filters`).
+        ignore: areas of the screen to ignore.
+        exclude: categories of whole `Cells`; pixels of their objects are ignored.
         then: steps after the boxes are found (`ocjax.vision.steps`).
-        also: further rules, without steps; what they find belongs to the category, too. They look
-            at other pixels: of other colours, in another region, or with another filter.
-        frames: a search, such as those of filters, that tells on which frames the rule holds, bool
-            `[B]`. Rules of different screens that look at the same pixels are searched together.
+        also: further rules, without steps, whose objects also belong to the category. Their
+            colours, region or filters must select other pixels.
+        frames: a search, as in filters, for the frames in which the rule applies, bool `[B]`. Rules
+            of different screens that read the same pixels are searched together.
     """
 
     colors: Colors
@@ -234,17 +234,17 @@ class Blobs:
 
     @property
     def rules(self) -> tuple[Blobs, ...]:
-        """This rule and those that are `also` for the category."""
+        """This rule and the rules of `also`."""
         return (self, *self.also)
 
     @property
     def all_shapes(self) -> tuple[Shape, ...]:
-        """The shapes that an object may have."""
+        """The possible shapes of an object."""
         return (self.shapes,) if isinstance(self.shapes, Shape) else self.shapes
 
     @property
     def palette(self) -> tuple[int, ...]:
-        """All colours, also those of further rules."""
+        """All colours of `rules`."""
         return tuple(
             dict.fromkeys(color for rule in self.rules for color in color_set(rule.colors))
         )
@@ -256,17 +256,17 @@ class Blobs:
 
     @property
     def first_colors(self) -> tuple[int, ...]:
-        """Colours that the first pixel must have; empty where any will do."""
+        """Colours that the first pixel must have; empty: any."""
         return () if self.first is None else color_set(self.first)
 
     @property
     def slot_count(self) -> None:
-        """Any number of slots."""
+        """None: any number of slots."""
         return None
 
     @property
     def bottom(self) -> int:
-        """The row below everything that the rule looks at; 0 where it looks at the whole screen."""
+        """The row below all pixels that the rule reads; 0 if it reads the whole screen."""
         return max(rule.region[3] if rule.region else 0 for rule in self.rules)
 
     def __post_init__(self) -> None:
@@ -287,14 +287,14 @@ class Blobs:
             most = None if shape.pixels is None else limits(shape.pixels)[1]
             if most is not None and shape.most_pixels is not None and most > shape.most_pixels:
                 raise ValueError(
-                    f"pixels must be at most {shape.most_pixels}, all of its box, in {shape}"
+                    f"pixels must be at most {shape.most_pixels}, the size of the box, in {shape}"
                 )
         check_pictures(self.pictures, [shape.max_size for shape in self.all_shapes], self.gap)
         if any(rule.also or rule.then for rule in self.also):
-            raise ValueError("a rule of also must have no also and no steps of its own")
+            raise ValueError("a rule in also must have no also and no steps")
 
     def check(self, rules: Mapping[str, Rule]) -> None:
-        """Check the names of other categories, given the rules of all; raises ValueError."""
+        """Check the names of other categories, given all rules; raises ValueError."""
         for name in (name for rule in self.rules for name in rule.exclude):
             if not _is_whole_cells(rules.get(name)):
                 raise ValueError(f"exclude: {name!r} is not a category of whole Cells")
@@ -306,25 +306,26 @@ class Blobs:
 
 @dataclass(frozen=True)
 class Cells:
-    """Objects on a fixed grid, one slot per cell: present where all (or any) of the cell's pixels
-    have the colours.
+    """Objects on a fixed grid, one slot per cell.
+
+    An object is present if all (or any) of its cell's pixels have the colours.
 
     Args:
         colors: palette indices.
         x, y: left and top of each cell, one entry per slot.
         w, h: size of every cell.
-        whole: whether all pixels of the cell must have the colours. Otherwise any pixel is enough,
-            and the box fits tightly around those that have them.
+        whole: whether every pixel of the cell must have the colours. Otherwise any pixel is enough,
+            and the box fits tightly around the matching pixels.
         margin: (columns, rows) beside, and above and below, the cell that must be free of the
-            colours. This tells a pellet from a wall.
-        exclude: categories of `Blobs`; pixels inside their objects' boxes do not count, except for
+            colours. This separates a pellet from a wall.
+        exclude: categories of `Blobs`; pixels inside their objects' boxes are ignored, except by
             rules that exclude these cells.
-        floats: whether the grid moves up and down as a whole. The last row that has pixels of the
-            colours in the cells' columns is then the last row of the grid. Slots stand for no
-            places, because the last cells may be gone.
-        anchor: where the grid floats with something that stays whole: that thing's colours, and the
-            row below its last pixel in the cells' columns while the grid is at its own place. It
-            then tells how far the grid has moved.
+        floats: whether the whole grid moves up and down. The last row with matching pixels in the
+            cells' columns is then the last row of the grid. Slots have no fixed positions, because
+            the last cells may be gone.
+        anchor: for a grid that floats together with an object that keeps its shape: the object's
+            colours, and the row below its last pixel in the cells' columns while the grid is at its
+            own position. The object then gives the grid's position.
     """
 
     colors: Colors
@@ -357,7 +358,7 @@ class Cells:
         color_set(self.colors)
         if len(self.x) != len(self.y) or not self.x:
             raise ValueError(
-                f"x and y need one entry per slot each, got {len(self.x)} and {len(self.y)}"
+                f"x and y need one entry per slot, got {len(self.x)} and {len(self.y)}"
             )
         if not (
             min(self.x) >= 0
@@ -376,7 +377,7 @@ class Cells:
             color_set(self.anchor[0])
 
     def check(self, rules: Mapping[str, Rule]) -> None:
-        """Check the names of other categories, given the rules of all; raises ValueError."""
+        """Check the names of other categories, given all rules; raises ValueError."""
         for name in self.exclude:
             if not isinstance(rules.get(name), Blobs):
                 raise ValueError(f"exclude: {name!r} is not a category of Blobs")
@@ -384,18 +385,18 @@ class Cells:
 
 @dataclass(frozen=True)
 class Run:
-    """A wall or floor of known height that shows as a run of pixels in one row of the screen.
+    """A wall or floor of known height, found by a run of pixels in one row of the screen.
 
-    Each range is a number, or the least and the most.
+    Each range is a number, or (minimum, maximum).
 
     Args:
-        colors: palette indices; pixels of different colours make one run.
-        row: of the screen.
-        left: column in which the run begins.
-        width: of the run in pixels.
+        colors: palette indices; pixels of different colours form one run.
+        row: row of the screen.
+        left: first column of the run.
+        width: width of the run in pixels.
         height: rows of the object's box from `row` down.
-        before, above, after: columns on the left, rows above and columns on the right by which the
-            box is larger, for objects of known shape that the row crosses at their tip.
+        before, above, after: columns on the left, rows above and columns on the right that the box
+            has in addition, for objects of known shape that the row crosses at their tip.
     """
 
     colors: Colors
@@ -436,18 +437,18 @@ class Run:
 
 @dataclass(frozen=True)
 class Runs:
-    """Walls and floors of known height, by the horizontal runs of pixels in one of their rows.
+    """Walls and floors of known height, found by horizontal runs of pixels in one row each.
 
-    A run of pixels belongs to the first `Run` of its row and colours that allows its place and
+    A run of pixels belongs to the first `Run` with its row and colours that allows its position and
     width. Each row has `most` slots, from the left, unless a step such as `Packed` moves the
     objects.
 
     Args:
         runs: from the top row down.
-        most: runs of pixels that are looked at in each row.
-        gap: pieces of a run that are at most so many blank pixels apart are one run, such as a
-            floor behind a figure.
-        columns: left and right edge of what is looked at; pixels outside do not count.
+        most: maximum number of runs of pixels in each row.
+        gap: pieces at most this many blank pixels apart are one run, such as a floor behind a
+            sprite.
+        columns: left and right edge of the searched columns; pixels outside are ignored.
         then: steps after the boxes are found (`ocjax.vision.steps`).
     """
 
@@ -464,7 +465,7 @@ class Runs:
 
     @property
     def rows(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
-        """Each row that is looked at, with its colours."""
+        """Each searched row, with its colours."""
         return tuple(dict.fromkeys((run.row, run.palette) for run in self.runs))
 
     @property
@@ -500,10 +501,10 @@ Rule = Bounds | Blobs | Cells | Runs
 
 
 def _keep_slots(steps: tuple[Step, ...]) -> bool:
-    """Whether objects stay in the slots in which their rule finds them."""
+    """Return whether objects stay in their rule's slots."""
     return all(step.keeps_slots for step in steps)
 
 
 def _is_whole_cells(rule: Rule | None) -> bool:
-    """Whether a rule is one of whole cells on a grid that does not move."""
+    """Return whether a rule has whole cells on a grid that does not move."""
     return isinstance(rule, Cells) and rule.whole and not rule.floats

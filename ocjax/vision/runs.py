@@ -1,4 +1,4 @@
-"""`Runs` rules: walls and floors, by the horizontal runs of pixels in one of their rows."""
+"""`Runs` rules: walls and floors, found by horizontal runs of pixels in one row each."""
 
 import functools
 import itertools
@@ -20,11 +20,11 @@ from ocjax.vision.shapes import limits
 
 
 def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
-    """The objects of several rules, whose rows are searched together.
+    """Find the objects of several rules, searching all rows together.
 
     Args:
         rules: each with its rows.
-        masks: for each rule the pixels of the colours of its rows, one bitmap `[5, H, B]` per row.
+        masks: for each rule the pixels of its rows' colours, one bitmap `[5, H, B]` per row.
     """
     if not rules:
         return []
@@ -42,7 +42,7 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
 
 
 def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
-    """The rows that a rule looks at, between its columns, with the gaps bridged that it allows."""
+    """Select a rule's rows, between its columns and with its gaps bridged."""
     parts = []
     for _, neighbours in itertools.groupby(
         zip(rule.rows, masks, strict=True), key=lambda row: id(row[1])
@@ -55,21 +55,27 @@ def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
 
 
 def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
-    """The rows `[words, n, B]` without the first run of each, and where that begins and ends, int32 `[n, B]`."""
+    """Remove the first run of each row; also return its start and end, int32 `[n, B]`.
+
+    Rows are `[words, n, B]`.
+    """
     first = bm.columns(words)[0]
     end = bm.columns(bm.from_column(~words, first))[0]
     return bm.from_column(words, end), (first, end)
 
 
 class _Region(NamedTuple):
-    """A region of each row, int32 `[rows, 1, 1]` each; a row that has no more regions accepts no width."""
+    """A region of each row, int32 `[rows, 1, 1]` each.
 
-    left: np.ndarray  # where a run begins, at least
-    right: np.ndarray  # and before
-    least: np.ndarray  # widths of a run
+    In a row without further regions, no width is accepted.
+    """
+
+    left: np.ndarray  # minimum first column of a run
+    right: np.ndarray  # exclusive maximum
+    least: np.ndarray  # minimum and maximum width of a run
     most: np.ndarray
-    before: np.ndarray  # columns by which its box begins earlier
-    after: np.ndarray  # and ends later
+    before: np.ndarray  # columns of the box before the run
+    after: np.ndarray  # columns of the box after the run
     top: np.ndarray  # rows of the box
     bottom: np.ndarray
 
@@ -78,7 +84,7 @@ NO_REGION = _Region(*np.array([0, 0, 1, 0, 0, 0, 0, 0]))
 
 
 def _regions(rules: Sequence[Runs]) -> list[_Region]:
-    """The first region of every row of all rules, the second of every row, and so on."""
+    """Transpose the rules' regions: the first region of every row, the second, and so on."""
     of_rows = []
     for rule in rules:
         own: dict[tuple[int, tuple[int, ...]], list[_Region]] = {key: [] for key in rule.rows}
@@ -99,7 +105,7 @@ def _region(run: Run) -> _Region:
 
 
 def _boxes(regions: Sequence[_Region], x: jax.Array, end: jax.Array) -> jax.Array:
-    """The boxes of runs, words `[rows, most, B]`, by the first region that accepts each; 0 where none does."""
+    """Box each run by the first region that accepts it: words `[rows, most, B]`, 0 if none does."""
     boxes = jnp.zeros(x.shape, U)
     for r in reversed(regions):
         fits = (x >= r.left) & (x < r.right) & (end - x >= r.least) & (end - x <= r.most)

@@ -1,7 +1,6 @@
-"""`Scene`: a batch of frames, the masks of colours computed from it so far, and the objects found
-so far.
+"""`Scene`: a batch of frames, with the colour masks and objects found so far.
 
-Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, rows, B]`, the batch last.
+Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, rows, B]`, batch last.
 """
 
 import functools
@@ -26,29 +25,28 @@ from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs
 from ocjax.vision.shades import Shades
 from ocjax.vision.steps import Context, Step
 
-FEW = (
-    2  # regions with the same colours up to which their mask is computed for each, in its rows only
-)
-# Boxes from which the pixels inside them are stored: Road Runner, with 13, takes 24 us a frame
-# instead of 30, games with fewer take longer.
+# If at most this many regions have the same colours, each region computes its own rows of the mask.
+FEW = 2
+# Minimum number of boxes to materialize the pixels inside them. Road Runner, with 13 boxes,
+# then takes 24 us per frame instead of 30; games with fewer boxes take longer.
 MANY_BOXES = 12
-# Colours from which the first mask is stored. The board's empty rows are written in the loop that
-# computes it, which XLA then does not vectorise: Freeway, with 11 colours, takes 18 us a frame
-# instead of 15.
+# Minimum number of colours to materialize the first mask. XLA does not vectorise the loop that
+# computes this mask and writes the board's empty rows: Freeway, with 11 colours, takes 18 us per
+# frame instead of 15.
 MANY_COLORS = 10
 
 
 class Scene:
-    """A batch of frames and what its categories' rules have found so far.
+    """A batch of frames, and the results of its categories' rules so far.
 
     Args:
         rules: of each category, by its name.
         frames: uint8 `[B, H, 160]` of palette indices.
-        shades: which of the rules' colours change from level to level.
+        shades: the rules' colours that change from level to level.
 
     Attributes:
-        found: the objects of each category, as far as they have been searched for.
-        height: rows of the masks: those from the top of the screen in which rules look for pixels.
+        found: the objects of the categories that have been searched so far.
+        height: rows of the masks: from the top of the screen to the last row that a rule reads.
     """
 
     def __init__(self, rules: Mapping[str, Rule], frames: jax.Array, shades: Shades | None) -> None:
@@ -76,7 +74,7 @@ class Scene:
         self._cuts: dict[Any, Bitmap] = {}
 
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
-        """The pixels that have one of the colours."""
+        """Return the pixels that have one of the colours."""
         if not materialize and colors not in self._masks:
             return self._mask(self._planes, colors)
         if colors not in self._masks:
@@ -86,20 +84,20 @@ class Scene:
         return self._masks[colors]
 
     def shifts(self, colors: tuple[int, ...]) -> bool:
-        """Whether one of the colours changes from level to level."""
+        """Return whether one of the colours changes from level to level."""
         return self.shades is not None and not set(self.shades.levels[0]).isdisjoint(colors)
 
     def counted(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
-        """The pixels of the colours that count for a rule."""
+        """Return the pixels of the colours that a rule selects."""
         key = _counts_alike(rule, colors)
         if key not in self._counted:
             self._counted[key] = self._count(rule, colors)
         return self._counted[key]
 
     def cut(self, rule: Blobs) -> Bitmap:
-        """The pixels that count for a rule, in the rows of its region.
+        """Return the pixels that a rule selects, in the rows of its region.
 
-        Rules that look at the same pixels have one array.
+        Rules that select the same pixels share one array.
         """
         key = _counts_alike(rule, rule.own_palette), self.region(rule)
         if key not in self._cuts:
@@ -111,20 +109,20 @@ class Scene:
         return self._cuts[key]
 
     def cell_mask(self, rule: Cells) -> Bitmap:
-        """The pixels of the colours that count for cells."""
+        """Return the pixels of the colours that cells select."""
         mask = self.mask(rule.palette)
         return mask & ~self._inside(rule.exclude) if rule.exclude else mask
 
     def anchor_mask(self, rule: Cells) -> Bitmap | None:
-        """The pixels of what cells float with, if they float with anything."""
+        """Return the pixels of the cells' anchor, or None."""
         return None if rule.anchor is None else self.mask(color_set(rule.anchor[0]))
 
     def region(self, rule: Blobs) -> Area:
-        """Where a rule looks."""
+        """Return the region that a rule searches."""
         return rule.region or (0, 0, WIDTH, self.height)
 
     def after(self, steps: tuple[Step, ...], found: Detected, rule: Rule, count: int) -> Detected:
-        """The objects of a rule after some steps, in `count` slots."""
+        """Apply steps to the objects of a rule, in `count` slots."""
         region = self.region(rule) if isinstance(rule, Blobs) else (0, 0, WIDTH, self.height)
 
         def pixels() -> Bitmap:
@@ -150,7 +148,7 @@ class Scene:
         return mask
 
     def _inside(self, names: tuple[str, ...]) -> Bitmap:
-        """The pixels in the boxes of some categories of `Blobs`."""
+        """Select the pixels in the boxes of some categories of `Blobs`."""
 
         def inside(box: jax.Array) -> Bitmap:
             found = Detected(box)
@@ -180,33 +178,32 @@ class Scene:
         return mask
 
     def search(self, search: Callable[[jax.Array], Any]) -> Any:
-        """What a search of filters finds, each search done once."""
+        """Return the result of a filter's search; each search is done once."""
         if search not in self._searches:
             self._searches[search] = search(self._planes)
         return self._searches[search]
 
     def _read_once(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> bool:
-        """Whether a mask is better computed where it is read than stored."""
+        """Return whether computing a mask at its use is faster than materializing it."""
         if isinstance(rule, Blobs):
             return rule.gap == (0, 0) and not rule.filters
-        reads_color = (
-            len(colors) > 1
-        )  # of single pixels, for which a mask that isn't stored would be computed again
+        # Colours are read at single pixels, which would compute an unmaterialized mask again.
+        reads_color = len(colors) > 1
         return (
             self._bounds[colors] <= FEW and not rule.filters and not (rule.digits and reads_color)
         )
 
 
 def _rows_looked_at(rules: Iterable[Rule | None], height: int) -> int:
-    """The rows of the screen above which all is that rules look at.
+    """Rows from the top of the screen to the last row that a rule reads.
 
-    Most games leave a tenth of them, and take so much less time.
+    In most games the rules skip a tenth of the rows, which saves a tenth of the time.
     """
     return min(max((_end(rule, height) for rule in rules if rule is not None), default=1), height)
 
 
 def _end(rule: Rule, height: int) -> int:
-    """The row below all that a rule looks at; `height` where that is not known."""
+    """The row below all pixels that a rule reads; `height` if this is unknown."""
     if isinstance(rule, Cells):
         return height if rule.floats else rule.bottom + rule.margin[1]
     if isinstance(rule, Runs):
@@ -221,19 +218,22 @@ def _end(rule: Rule, height: int) -> int:
 
 
 def _is_whole(rule: Bounds | Blobs) -> bool:
-    """Whether a rule's first filter tells its pixels without its colours."""
+    """Return whether the first filter selects pixels regardless of colour."""
     first = rule.filters[0] if rule.filters else None
     return isinstance(first, Searched) and first.whole and not rule.ignore and not rule.exclude
 
 
 def _counts_alike(rule: Bounds | Blobs, colors: tuple[int, ...]) -> tuple[Any, ...]:
-    """The same for rules for which the same pixels count."""
+    """A key that is equal for rules that select the same pixels."""
     inverse = isinstance(rule, Bounds) and rule.inverse
     return () if _is_whole(rule) else colors, inverse, rule.ignore, rule.exclude, rule.filters
 
 
 def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
-    """The bits of the colours of each frame's level, the lowest bit first, as whole words: uint32 `[colours, 8, B]`."""
+    """The bits of the colours at each frame's level, uint32 `[colours, 8, B]`, lowest first.
+
+    A word is all ones or zero.
+    """
     x, y = shades.pixel
     key = frames[:, y, x].astype(jnp.int32) & EVEN
     level = sum((jnp.where(key == k, i, 0) for i, k in enumerate(shades.keys)), jnp.zeros_like(key))

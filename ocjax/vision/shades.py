@@ -14,13 +14,13 @@ __all__ = ["Saver", "Shades"]
 
 @dataclass(frozen=True)
 class Shades:
-    """Colours that change together from level to level. Rules name those of the first level.
+    """Colours that change together from level to level. Rules name the first level's colours.
 
     Args:
-        pixel: (x, y) of a pixel whose colour tells the level.
-        keys: its colour at each level; at any other colour the first level's colours count.
-        levels: the colours at each level, always in the same order. An odd index stands for a
-            colour that the level does not have.
+        pixel: (x, y) of a pixel whose colour identifies the level.
+        keys: the pixel's colour at each level; any other colour means the first level.
+        levels: the colours at each level, always in the same order. An odd index means a colour
+            that the level does not have.
     """
 
     pixel: tuple[int, int]
@@ -33,30 +33,31 @@ class Shades:
             or len(self.keys) != len(self.levels)
             or len({len(colors) for colors in self.levels}) != 1
         ):
-            raise ValueError("each level needs a key and as many colors as the first one")
+            raise ValueError("each level needs a key, and all levels need equally many colors")
         for colors in (self.keys, *self.levels):
             color_set(colors)
 
 
 @dataclass(frozen=True)
 class Saver:
-    """The screen saver that a game shows after some 32,768 or 65,536 frames: each colour is shown
-    as `(color ^ key) & mask`.
+    """The screen saver that a game shows after about 32,768 or 65,536 frames.
 
-    The key changes every few seconds. REM knows it from the RAM, and VEM reads it off a pixel.
+    It shows each colour as `(color ^ key) & mask`. The key changes every few seconds. REM decodes
+    it from the RAM, and VEM reads it from a pixel.
 
     Args:
-        key: function of the address map: the key, int32; -1 while the colours are those of play.
-        pixel: (x, y) of a pixel that has one colour in play, but for moments.
-        color: that colour, or all that it has in play, the usual one first.
-        mask: bits of a colour that the saver keeps. Colours that differ in the others alone are
-            shown as one.
-        taken: the colours for which VEM takes what is shown as one; without an entry, that is the
+        key: function of the address map that returns the key, int32; -1 while the colours are
+            unchanged.
+        pixel: (x, y) of a pixel that has one colour in play, with brief exceptions.
+        color: that colour, or all its colours in play, the usual one first.
+        mask: bits of a colour that the saver keeps. Colours that differ only in the other bits look
+            the same.
+        taken: the colours that VEM chooses among colours that look the same. The default is the
             first colour that a rule names.
-        changed: the colours that the saver changes; all without it.
-        beside: (x, y) of a second pixel, for games that change all colours in play, too. Then
-            `color` is the pixel's usual colour, and the saver is on where neither pixel has a bit
-            that `mask` drops: whatever the change, one of the two has it in play.
+        changed: the colours that the saver changes; empty: all.
+        beside: (x, y) of a second pixel, for games that change all colours in play, too. `color` is
+            then the first pixel's usual colour. The saver is on if both pixels lack the bits that
+            `mask` drops: in play one of the two always has such a bit.
     """
 
     key: Callable[[Any], jax.Array]
@@ -69,7 +70,7 @@ class Saver:
 
     @property
     def colors_in_play(self) -> tuple[int, ...]:
-        """The colours of the pixel."""
+        """The colours of the pixel in play."""
         return color_set(self.color)
 
     def __post_init__(self) -> None:
@@ -79,4 +80,4 @@ class Saver:
         if not 0 < self.mask < 256:
             raise ValueError(f"mask must be the bits of a palette index, got {self.mask}")
         if self.beside is not None and self.mask == 0xFF:
-            raise ValueError("a second pixel tells something only if mask drops a bit")
+            raise ValueError("beside is useful only if mask drops a bit")

@@ -1,4 +1,4 @@
-"""`Shape`: the sizes by which VEM tells which connected components are objects."""
+"""`Shape`: size limits that decide whether a connected component is an object."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ Most = TypeVar("Most", bound=int | None)
 
 
 def limits(of: int | tuple[int, Most]) -> tuple[int, int | Most]:
-    """The least and the most of a range; a single number is both."""
+    """Return the minimum and the maximum of a range; a single number is both."""
     return (of, of) if isinstance(of, int) else of
 
 
 @dataclass(frozen=True)
 class Shape:
-    """What a connected component is like that is an object.
+    """The shape of connected components that are objects.
 
-    Each range is a number, or the least and the most. The most of the width and of the height may
-    be None: no limit, at some cost in time.
+    Each range is a number, or (minimum, maximum). The maximum width and height may be None: no
+    limit, at some cost in time.
 
     Args:
         w, h: width and height in pixels.
-        pixels: number of pixels, those included that `Blobs.gap` bridges from the left and from
-            above. This tells pictures of the same size apart. Without it, any number will do.
-            Without a gap, there are never more than `w` times `h`.
+        pixels: number of pixels, including those that `Blobs.gap` bridges from the left and from
+            above. This separates pictures of the same size. None: any number. Without a gap, a
+            component has at most `w` times `h` pixels.
         split: (width, height) of one object, for objects that touch. A larger component is split
             into as many objects as cover it (4 at most), evenly spaced from edge to edge. `w` and
             `h` then limit the whole component.
@@ -53,7 +53,7 @@ class Shape:
 
     @property
     def min_size(self) -> tuple[int, int]:
-        """Least width and height."""
+        """Minimum width and height."""
         return limits(self.w)[0], limits(self.h)[0]
 
     @property
@@ -63,7 +63,7 @@ class Shape:
 
     @property
     def max_size(self) -> tuple[int, int] | None:
-        """Largest width and height; None: any size."""
+        """Maximum width and height; None: any size."""
         w, h = limits(self.w)[1], limits(self.h)[1]
         return None if w is None or h is None else (w, h)
 

@@ -1,7 +1,7 @@
-"""Steps: what is done with the objects that a rule has found, before their colours are read.
+"""Steps that change the objects found by a rule, before their colours are read.
 
-A step is a function of the objects and of their `Context`. A game may define its own, as a subclass
-of `Step`.
+A step is a function of the objects and of their `Context`. A game may define its own steps as
+subclasses of `Step`.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ __all__ = ["Context", "EndsAbove", "Packed", "Raised", "SideBySide", "Step", "Ti
 
 
 class Context(NamedTuple):
-    """What a step may look at."""
+    """Inputs of a step besides the objects."""
 
-    pixels: Callable[[], Bitmap]  # those that count for the rule, in the rows of its region
-    top: int  # row of the screen where these begin
-    found: Mapping[str, Detected]  # the objects of all categories of `Blobs`
-    slots: int  # of the category
+    pixels: Callable[[], Bitmap]  # pixels that the rule selects, in its region's rows
+    top: int  # row of the screen where `pixels` begin
+    found: Mapping[str, Detected]  # objects of all categories of `Blobs`
+    slots: int  # slots of the category
 
 
 class Step(ABC):
@@ -37,35 +37,37 @@ class Step(ABC):
 
     @property
     def other(self) -> str | None:
-        """The other category of `Blobs` whose objects the step looks at, if any."""
+        """The other category of `Blobs` that the step reads; None: no other."""
         return None
 
     @property
     def keeps_slots(self) -> bool:
-        """Whether objects stay in the slots in which the rule finds them."""
+        """True if objects stay in the slots of their rule."""
         return True
 
     @abstractmethod
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """The objects after the step, `[count, B]`."""
+        """Return the objects after the step, `[count, B]`."""
 
 
 @dataclass(frozen=True)
 class Tight(Step):
-    """Boxes fit tightly around their pixels, also those of the objects of a component that is split. One without pixels is dropped."""
+    """Fit boxes tightly around their pixels, also after a component is split.
+
+    Boxes without pixels are dropped.
+    """
 
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """The objects after the step."""
+        """Return the objects after the step."""
         return tight(found, context, found.valid)
 
 
 @dataclass(frozen=True)
 class EndsAbove(Step):
-    """A box ends above the objects of another category that begin inside it, and fits tightly
-    around the pixels that are left.
+    """End a box above objects of another category that begin inside it, and make it tight.
 
-    This is for a driver above the car of which he has a colour. The limits of the rule's shapes
-    count for the whole box.
+    This is for a driver above a car that shares one of the driver's colours. The limits of the
+    rule's shapes apply to the whole box.
 
     Args:
         name: the other category, of `Blobs`.
@@ -79,7 +81,7 @@ class EndsAbove(Step):
         return self.name
 
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """The objects after the step."""
+        """Return the objects after the step."""
         lower = context.found[self.name]
         x, y, w, h = (v[:, None] for v in (found.x, found.y, found.w, found.h))
         x2, y2, w2 = (v[None] for v in (lower.x, lower.y, lower.w))
@@ -91,7 +93,10 @@ class EndsAbove(Step):
 
 @dataclass(frozen=True)
 class Raised(Step):
-    """Boxes begin some rows further up, but not above the screen, as for a head whose colour the other team's heads have, too."""
+    """Begin boxes `rows` rows further up, but not above the screen.
+
+    This is for a player whose head has the colour of the other team's heads.
+    """
 
     rows: int
 
@@ -100,14 +105,17 @@ class Raised(Step):
             raise ValueError(f"rows must be at least 1, got {self.rows}")
 
     def __call__(self, found: Detected, _: Context) -> Detected:
-        """The objects after the step."""
+        """Return the objects after the step."""
         y = jnp.maximum(found.y - self.rows, 0)
         return found._replace(box=boxes(found.x, y, found.w, found.y + found.h - y, found.valid))
 
 
 @dataclass(frozen=True)
 class SideBySide(Step):
-    """Each box is cut into objects of one width that stand side by side without gaps; they take the first slots, each box from the left."""
+    """Cut each box into adjacent objects of one width.
+
+    The objects take the first slots, each box from the left.
+    """
 
     width: int
 
@@ -117,11 +125,11 @@ class SideBySide(Step):
 
     @property
     def keeps_slots(self) -> bool:
-        """No: objects take the first slots."""
+        """False: objects take the first slots."""
         return False
 
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """The objects after the step."""
+        """Return the objects after the step."""
         parts = jnp.where(found.valid, -(-found.w // self.width), 0)
         upto = jnp.cumsum(parts, axis=0)
         rank = jnp.arange(context.slots, dtype=jnp.int32)[:, None]
@@ -136,15 +144,15 @@ class SideBySide(Step):
 
 @dataclass(frozen=True)
 class Packed(Step):
-    """The objects take the first slots of the category."""
+    """Move the objects to the first slots of the category."""
 
     @property
     def keeps_slots(self) -> bool:
-        """No: objects take the first slots."""
+        """False: objects take the first slots."""
         return False
 
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """The objects after the step."""
+        """Return the objects after the step."""
         one = found.valid.astype(jnp.int32)
         upto = jnp.cumsum(one, axis=0)
         (box,) = _pick(
@@ -154,13 +162,19 @@ class Packed(Step):
 
 
 def _pick(rank: jax.Array, first: jax.Array, end: jax.Array, *fields: jax.Array) -> list[jax.Array]:
-    """For each rank `[count, 1]` the fields `[n, B]` of the element with `first <= rank < end`; zeros without one."""
+    """Select, for each rank, the fields of the element with `first <= rank < end`, or zeros.
+
+    Ranks are `[count, 1]`, fields `[n, B]`.
+    """
     here = (first[None] <= rank[:, None]) & (rank[:, None] < end[None])
     return [jnp.sum(jnp.where(here, field[None], 0), axis=1, dtype=field.dtype) for field in fields]
 
 
 def tight(found: Detected, context: Context, which: jax.Array) -> Detected:
-    """The same objects, with tight boxes around the pixels in those of some of them, bool `[count, B]`; one without pixels is dropped."""
+    """Fit the boxes of some objects, `which` bool `[count, B]`, tightly around their pixels.
+
+    Boxes without pixels are dropped.
+    """
     top = context.top
     rows, columns = kernels.materialize(functools.partial(_marks, top), context.pixels(), found.box)
     (first, last), (upper, lower) = bm.columns(columns), bm.rows(rows)
@@ -171,10 +185,13 @@ def tight(found: Detected, context: Context, which: jax.Array) -> Detected:
 
 
 def _marks(top: int, pixels: Bitmap, box: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The words of each row of each box or-ed together, uint32 `[rows, n, B]`, and those of its
-    rows, `[5, n, B]`.
+    """Or the pixels of each box together, by row and by column.
 
     `top` is the row of the screen where `pixels` begin.
+
+    Returns:
+        The words of each row or-ed together, uint32 `[rows, n, B]`, and all rows or-ed together,
+        uint32 `[5, n, B]`.
     """
     found, row = Detected(box), top + jnp.arange(pixels.shape[1], dtype=jnp.int32)[:, None, None]
     inside = (row >= found.y[None]) & (row < (found.y + found.h)[None])

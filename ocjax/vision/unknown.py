@@ -1,6 +1,6 @@
-"""What stands for something that an extraction method cannot tell."""
+"""Placeholders for orientations and values that an extraction method does not know."""
 
 __all__ = ["UNKNOWN", "UNKNOWN_VALUE"]
 
-UNKNOWN = -1  # the orientation of an object that has one
-UNKNOWN_VALUE = -(2**31)  # the value of an object that has one
+UNKNOWN = -1  # orientation
+UNKNOWN_VALUE = -(2**31)  # value

@@ -72,7 +72,7 @@ def test_pictures_with_axes():
     )
     index = pictures.index(page=jnp.array([1, 0], jnp.int32), look=jnp.array([2, 1], jnp.int32))
     assert index.tolist() == [5, 1]
-    with pytest.raises(TypeError, match="pictures differ in page, look, got page, cut"):
+    with pytest.raises(TypeError, match="pictures are page, look, got page, cut"):
         pictures.index(page=0, cut=0)
-    with pytest.raises(ValueError, match="6 pictures are not those of all combinations"):
+    with pytest.raises(ValueError, match="6 pictures are not one for each combination"):
         Pictures(pictures.packed, {"page": 2, "look": 2})

@@ -1,43 +1,46 @@
-"""Connected components of bitmaps, with exact bounding boxes, for a whole batch at once.
+"""Connected components of bitmaps, with exact bounding boxes, for a whole batch.
 
-All masks of a game are stacked into one board, one below the other, and searched together. Each
-stage has a file:
+All masks of a game are stacked on one board and searched together. Each stage has a file:
 
-1. `board`: the masks are stacked, and gaps within components are bridged.
-2. `candidates`: a component's first pixel in raster order starts a run of a row that touches
-   nothing in the row above. A few word operations find all such pixels of a batch. They judge words
-   one by one, which finds a few pixels too many. Each pixel found is a candidate. Candidates are
-   numbered mask by mask, frame by frame, in raster order; `Index.locate` finds the k-th one.
-3. `measuring`: the board around each of a fixed number of candidates is cut out as a small window.
-   The component is filled there by sweeps down and up over the rows of the window, and measured. A
-   candidate that is not the first pixel of its component is dropped: a component with two horns has
-   two candidates.
-4. `boxes`: a component within the limits of its search is an object, or several objects if the
-    search splits components.
-5. `slots`: objects go to their slots.
+1. `board` stacks the masks and bridges gaps within components.
+2. `candidates` finds pixels where components may begin. A component's first pixel in raster order
+   starts a run that touches no pixel in the row above. A few word operations find these pixels for
+   a whole batch. They test words independently, so some candidates are false positives (dropped in
+   stage 3). Candidates are numbered by mask, by frame, and in raster order; `Index.locate` finds
+   the k-th candidate.
+3. `measuring` cuts out a small window of the board around each of a fixed number of candidates.
+   Sweeps down and up over the window's rows fill the component, which is then measured. A candidate
+   that is not the first pixel of its component is dropped: a component with two horns has two
+   candidates.
+4. `boxes` accepts components within the limits of their search, each as one object, or as several
+   if the search splits components.
+5. `slots` assigns objects to slots.
 
 Stages 2 to 5 repeat until no candidate is left, so the result is exact for any mask.
 
-A component that leaves its window is larger than the `max_size` of its search, so it is no object.
-If a search has no such limit, these components are filled again on the whole board, one of each
-frame at a time (`measuring.measure_large`). This is exact for spirals too, but slower.
+A component that leaves its window is larger than the `max_size` of its search, and is dropped. If a
+search has no limit, such components are filled again on the whole board, one per frame at a time
+(`measuring.measure_large`). This is exact for spirals too, but slower.
 
-Words that the stages share:
+Terms that the stages share:
 
-- mask: a bitmap of one search; word: 32 pixels of a row; lane: a frame of the batch.
+- mask: a bitmap of one search; word: 32 pixels of a row; lane: a batch entry (a frame).
 - segment: one mask of one frame, numbered mask * lanes + lane.
-- round: the search of so many candidates as fit in one call.
+- round: one loop iteration, over a fixed number of candidates.
 - head: the column of a component's first pixel.
-- part: one of the objects that a component is split into.
+- part: one of the objects of a component that is split.
 
-Alternatives that were measured, in microseconds a frame on one core for the whole of a game's VEM
-(`benchmarks/vision.py` times the present kernels). Eight candidates of every frame at a time, for
-as many rounds as the frame with the most candidates needs: 240 for Asteroids (now 29), 120 for Beam
-Rider (26), 100 for Battle Zone (24), 50 for Space Invaders (22), because one crowded frame keeps
-all others waiting. Candidates located inside the kernel that cuts windows: 81 instead of 41 for
-Asteroids, because every word of every window locates its candidate again. One search per category:
-5 before it finds anything, and 1 to 2 seconds of compilation each. The words of a row stacked while
-they are filled: 46 instead of 33 for Asteroids, because what they share is computed once for each.
+Rejected alternatives, in microseconds per frame on one core for a game's complete VEM
+(`benchmarks/vision.py` times the present kernels):
+
+- Eight candidates of every frame at a time, for as many rounds as the frame with the most
+  candidates needs: 240 for Asteroids (now 29), 120 for Beam Rider (26), 100 for Battle Zone (24),
+  50 for Space Invaders (22). One crowded frame keeps all others waiting.
+- Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids. Every word
+  of every window locates its candidate again.
+- One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each.
+- The words of a row stacked during filling: 46 instead of 33 for Asteroids. Each word repeats the
+  computation that the words share.
 """
 
 from __future__ import annotations
@@ -63,25 +66,24 @@ from ocjax.vision.detected import Detected
 
 
 class _Progress(NamedTuple):
-    """What the rounds have found so far."""
+    """The results of the rounds so far."""
 
-    done: jax.Array  # int32: candidates looked at
+    done: jax.Array  # int32: candidates processed
     totals: jax.Array  # int32 [masks, lanes]: objects
-    slots: tuple[
-        jax.Array, ...
-    ]  # uint32 [slots, lanes]: boxes as words, 0 where there is none, and heads if asked for
+    # uint32 [slots, lanes]: boxes as words, 0 for empty slots, and heads if requested
+    slots: tuple[jax.Array, ...]
 
 
 def components(
     masks: Sequence[Bitmap], searches: Sequence[Search], *, heads: bool = False
 ) -> list[Detected]:
-    """Bounding boxes of the connected components of several masks, found together.
+    """Find the bounding boxes of the connected components of several masks together.
 
     Args:
-        masks: bitmaps of equal numbers of words and frames; the numbers of rows may differ.
-        searches: what to look for in each mask.
-        heads: whether to return the column of each object's first pixel (`Detected.head`), too;
-            searches that split components have none.
+        masks: bitmaps with equal numbers of words and frames; the numbers of rows may differ.
+        searches: the search of each mask.
+        heads: whether to return the column of each object's first pixel (`Detected.head`), too.
+            Searches that split components return none.
 
     Returns:
         The boxes of each search, in raster order of the components' first pixels.
@@ -99,7 +101,7 @@ def components(
 
 
 def _one_round(layout: Layout, board: Bitmap, index: Index, progress: _Progress) -> _Progress:
-    """The stages from the candidates to the slots, for the next candidates."""
+    """Run the stages from candidates to slots for the next candidates."""
 
     def locate(k: jax.Array) -> tuple[Candidates, jax.Array]:
         found = index.locate(k)
@@ -118,16 +120,15 @@ def _one_round(layout: Layout, board: Bitmap, index: Index, progress: _Progress)
     parts = boxes(layout, accepted)
     if layout.pictures:
         accepted, parts = parted(layout, found, accepted, parts, filled, entries)
-    begins = jnp.clip(
-        index.segments - progress.done, 0, layout.n_candidates
-    )  # the first candidate of each segment, in this round
+    # The first candidate of each segment in this round.
+    begins = jnp.clip(index.segments - progress.done, 0, layout.n_candidates)
     objects = Found(begins, accepted.parts, parts, found.column)
     totals, slots = fill_slots(layout.counts, objects, progress.totals, progress.slots)
     return _Progress(progress.done + layout.n_candidates, totals, slots)
 
 
 def _detected(layout: Layout, searches: Sequence[Search], progress: _Progress) -> list[Detected]:
-    """The objects of each search, in the order of the searches."""
+    """Return the objects of each search, in the order of the searches."""
     overflow = jnp.maximum(progress.totals - layout.counts[:, None], 0)
     ends = np.cumsum(layout.counts).tolist()
     found = {}

@@ -15,8 +15,7 @@ from ocjax.vision.components.layout import Layout
 
 
 def stacked(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
-    """All masks, one below the other, with an empty row above each, and the parts of each component
-    connected.
+    """Stack all masks, with an empty row above each, and connect the parts of components.
 
     Args:
         layout: of the masks.
@@ -39,6 +38,6 @@ def stacked(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
 
 
 def _bridged(board: Bitmap, first: int, end: int, gap: tuple[int, int]) -> Bitmap:
-    """The board with the gaps between the parts of components closed in some rows."""
+    """Close the gaps between the parts of components in some rows of the board."""
     bridged = materialize(lambda board: bm.stretched(board[:, first:end], gap), board)
     return lax.dynamic_update_slice(board, bridged, (0, first, 0))

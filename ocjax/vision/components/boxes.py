@@ -1,4 +1,4 @@
-"""Fourth stage: which components are objects, and their boxes."""
+"""Fourth stage: select the components that are objects, and compute their boxes."""
 
 from __future__ import annotations
 
@@ -18,31 +18,30 @@ from ocjax.vision.pictures import largest
 
 
 class Accepted(NamedTuple):
-    """The boxes of some candidates' components and how many objects each of them is, int32 `[n]` each."""
+    """The boxes of components and their numbers of objects, int32 `[n]` each."""
 
     x: jax.Array
     y: jax.Array
     w: jax.Array
     h: jax.Array
-    part_w: jax.Array  # size of one object of a component that is split
+    part_w: jax.Array  # size of one object, if the component is split
     part_h: jax.Array
     across: jax.Array  # objects side by side
     down: jax.Array  # objects one below the other
-    parts: jax.Array  # objects in all; 0: the component is none
+    parts: jax.Array  # number of objects; 0: the component is rejected
 
 
 def _quotient(a: jax.Array, b: jax.Array) -> jax.Array:
-    """`a // b` of int32 from 0 to 2**20.
+    """Compute `a // b` of int32 from 0 to 2**20.
 
-    XLA divides integers one at a time, and floats eight at a time: Berzerk takes 28 us a frame
-    instead of 33. Half more than a number is never so near to a multiple that rounding could
-    matter.
+    XLA divides integers one at a time, and floats eight at a time: Berzerk takes 28 us per frame
+    instead of 33. The added half keeps the quotient away from integers, so rounding is safe.
     """
     return ((a.astype(jnp.float32) + 0.5) / b.astype(jnp.float32)).astype(jnp.int32)
 
 
 def _to_cover(size: jax.Array, part: jax.Array) -> jax.Array:
-    """Parts that cover a size, 1 to `MAX_PARTS`."""
+    """Number of parts that cover a size, 1 to `MAX_PARTS`."""
     return sum(
         ((size > part * i).astype(jnp.int32) for i in range(1, MAX_PARTS)),
         start=jnp.ones_like(size),
@@ -52,7 +51,7 @@ def _to_cover(size: jax.Array, part: jax.Array) -> jax.Array:
 def accept(
     layout: Layout, found: Candidates, measured: Measured, entries: Entries, exists: jax.Array
 ) -> Accepted:
-    """Apply the limits of each candidate's search, whose entries in the tables are given."""
+    """Apply the limits of each candidate's search, given the table entries of its mask."""
     w, h = measured.right - measured.left + 1 - entries.gap_x, measured.height - entries.gap_y
     part_w = part_h = jnp.full_like(w, UNLIMITED)
     good = jnp.zeros_like(exists)
@@ -81,7 +80,7 @@ def accept(
 
 
 def boxes(layout: Layout, a: Accepted) -> jax.Array:
-    """The boxes of each component's objects, evenly spaced from edge to edge: words `[parts, n]`."""
+    """Space each component's objects evenly from edge to edge: boxes as words `[parts, n]`."""
     if not layout.splits:
         return words(a.x, a.y, a.w, a.h)[None]
     part = jnp.broadcast_to(jnp.arange(MAX_PARTS, dtype=jnp.int32)[:, None], (MAX_PARTS, len(a.x)))
@@ -101,7 +100,7 @@ def parted(
     filled: jax.Array,
     entries: Entries,
 ) -> tuple[Accepted, jax.Array]:
-    """The same, with two boxes for each component that is larger than its search's pictures and in which one of them fits."""
+    """Split components in two if they are larger than their search's pictures and one fits."""
     begin = found.column - layout.window.before
     edges = Edges(
         entries.left - found.column, entries.right - found.column, entries.bottom - found.row

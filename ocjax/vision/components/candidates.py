@@ -1,4 +1,4 @@
-"""Second stage: candidates, the pixels at which components may begin."""
+"""Second stage: candidates, the pixels where components may begin."""
 
 from __future__ import annotations
 
@@ -17,49 +17,46 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components.layout import BLOCK, Layout
 
-STARTS_BITS = 5  # of a number of candidates in a word, at most 16
-ROWS = 4  # whose counts share a word
+STARTS_BITS = 5  # bits of a word's number of candidates, which is at most 16
+ROWS = 4  # rows per word of counts
 ROW_BITS = 8
 
 
 class Candidates(NamedTuple):
-    """Some candidates, int32 `[n]` each."""
+    """Candidates, int32 `[n]` each."""
 
     segment: jax.Array  # mask * lanes + lane
-    row: jax.Array  # of the board
+    row: jax.Array  # row of the board
     column: jax.Array
 
 
 def starts(
     here: Sequence[jax.Array], above: Sequence[jax.Array], corners: np.ndarray | jax.Array = bm.ALL
 ) -> list[jax.Array]:
-    """First pixels of runs that nothing in the row above touches, judged word by word.
+    """Find the first pixels of runs that touch no pixel in the row above, word by word.
 
     Args:
         here: the words of rows from left to right, uint32 of any shape.
-        above: those of the rows above them.
-        corners: words with all bits set where pixels touch at their corners, too, uint32 that
-            broadcasts to each of them.
+        above: the words of the rows above.
+        corners: words with all bits set if pixels that touch at a corner connect, uint32;
+            broadcasts to each of the other words.
     """
     found = []
     for word, over, left in zip(here, above, [None, *here], strict=False):
         free = word & ~(over | (((over << 1) | (over >> 1)) & corners))
-        total = free + (
-            free & ~(word << 1)
-        )  # the carry goes from the last pixel of a free run to the left of its first
+        # The carry goes from the last pixel of a free run to the left of its first.
+        total = free + (free & ~(word << 1))
         first = ((total & ~word) >> 1) | jnp.where(total < free, U(1 << 31), U(0))
         found.append(first if left is None else first & ~(left << 31))
     return found
 
 
 class Index:
-    """The numbers of candidates by word, by row, by block of rows, and by segment; they tell where
-    the k-th candidate is.
+    """Counts of candidates by word, row, block of rows and segment, to locate the k-th one.
 
-    Candidates are counted without being stored, and computed again around each one that is located:
-    Gravitar takes 37 us a frame instead of
-    40. Counts of words and rows are packed, so that half as many are looked up: Private Eye takes
-    38 us instead of 43, Berzerk 26 instead of 32.
+    Candidates are counted but not stored; `locate` computes them again around each position:
+    Gravitar takes 37 us per frame instead of 40. Counts of words and rows are packed, which halves
+    the look-ups: Private Eye takes 38 us instead of 43, Berzerk 26 instead of 32.
     """
 
     def __init__(self, layout: Layout, board: Bitmap) -> None:
@@ -69,7 +66,7 @@ class Index:
         self._corners = layout.corners_by_row()[:searched]
 
         def in_rows(board: Bitmap) -> jax.Array:
-            """The candidates in each word of a row, in a word."""
+            """Count the candidates in each word of a row, packed in a word."""
             here, above = board[:words, 1:searched], board[:words, : searched - 1]
             found = starts(list(here), list(above), self._corners[1:, None])
             return functools.reduce(
@@ -88,9 +85,8 @@ class Index:
         )
         above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.board.begins // BLOCK]
-        self.segments = jnp.pad(
-            jnp.cumsum((ends[1:] - ends[:-1]).ravel()), (1, 0)
-        )  # candidates before each segment
+        # candidates before each segment
+        self.segments = jnp.pad(jnp.cumsum((ends[1:] - ends[:-1]).ravel()), (1, 0))
         self.total = self.segments[-1]
         self.n_blocks = len(blocks)
         self._board, self._words, self._counts, self._above, self._ends = (
@@ -98,7 +94,7 @@ class Index:
         )
 
     def locate(self, k: jax.Array) -> Candidates:
-        """The k-th candidates; in range even where there are fewer."""
+        """Locate the k-th candidates; beyond the last one, the result is any position in range."""
         lanes = self.layout.board.lanes
         mask = jnp.sum(self.segments[lanes:-1:lanes, None] <= k[None], axis=0, dtype=jnp.int32)
         first = mask * lanes
@@ -110,7 +106,11 @@ class Index:
     def _row(
         self, mask: jax.Array, lane: jax.Array, rest: jax.Array
     ) -> tuple[jax.Array, jax.Array]:
-        """The row of the board with the candidate before which there are `rest` in its lane, and how many of those are in that row."""
+        """Find the row of the candidate that follows `rest` others in its lane.
+
+        Returns:
+            The row of the board, and the number of those others that are in this row.
+        """
         lanes = self.layout.board.lanes
         begin = bm.at(jnp.asarray(self.layout.board.begins // BLOCK, jnp.int32), mask)
         most = int(np.diff(self.layout.board.begins).max()) // BLOCK  # of a mask
@@ -129,9 +129,9 @@ class Index:
         return block * BLOCK + row + 1, rest
 
     def _column(self, lane: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
-        """The column of the candidate before which there are `rest` in its row.
+        """Find the column of the candidate that follows `rest` others in its row.
 
-        What is looked at are the words around it alone.
+        Only the words around the candidate are read.
         """
         lanes, n_rows = self.layout.board.lanes, self.layout.board.rows
         word, rest = _which(
@@ -155,7 +155,7 @@ class Index:
 
 
 def _fields(words: jax.Array, bits: int, n: int) -> list[jax.Array]:
-    """The first n numbers of so many bits in words, the lowest first, int32."""
+    """Unpack the first n numbers of `bits` bits from words, lowest first, int32."""
     return [(words >> bits * i & (1 << bits) - 1).astype(jnp.int32) for i in range(n)]
 
 
@@ -164,13 +164,16 @@ def _total(numbers: Sequence[jax.Array]) -> jax.Array:
 
 
 def _packed(counts: jax.Array) -> jax.Array:
-    """The counts of four rows in a word, uint32 `[rows / 4, lanes]`."""
+    """Pack the counts of four rows in a word, uint32 `[rows / 4, lanes]`."""
     rows = counts.astype(U).reshape(-1, ROWS, counts.shape[1])
     return functools.reduce(operator.or_, (rows[:, i] << ROW_BITS * i for i in range(ROWS)))
 
 
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:
-    """The largest i < n where `table(i) <= k`; the table is ascending and begins with nothing larger."""
+    """Find the largest i < n with `table(i) <= k`.
+
+    The table is ascending, and `table(0) <= k`.
+    """
     i = jnp.zeros_like(k)
     for bit in reversed(range((n - 1).bit_length())):
         ahead = i + (1 << bit)
@@ -179,7 +182,7 @@ def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array)
 
 
 def _which(counts: Sequence[jax.Array], rest: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The index at which counts `[n]` add up to more than `rest` `[n]`, and what is left of it there."""
+    """Find the index at which the sum of counts `[n]` exceeds `rest` `[n]`, and the remainder."""
     index, beyond = jnp.zeros_like(rest), jnp.ones_like(rest, bool)
     for count in counts[:-1]:
         beyond = beyond & (rest >= count)

@@ -13,17 +13,19 @@ from ocjax.vision.bitmap import Bitmap, U
 def fill(
     mask: jax.Array, seed: jax.Array, corners: jax.Array | np.ndarray = bm.ALL, reach: int = 31
 ) -> jax.Array:
-    """The components of `mask` that hold pixels of `seed`, a part of it; all uint32 `[rows, words,
-    ...]`.
+    """Fill the components of `mask` that hold pixels of `seed`, a part of the mask.
 
-    `corners` has all bits set where pixels touch at their corners, too; runs are filled to both
-    sides at least as far as `reach`.
+    Args:
+        mask: uint32 `[rows, words, ...]`.
+        seed: of the same shape.
+        corners: all bits set if pixels that touch at a corner connect.
+        reach: minimum distance that a sweep fills runs to both sides, in pixels.
     """
     words = mask.shape[1]
     rows = _depth(mask)
 
     def touched(filled: jax.Array, mask: jax.Array, *above: jax.Array) -> list[jax.Array]:
-        """The pixels of a row that are filled or touch those of the row before, an array for each word."""
+        """Select a row's pixels that are filled or touch the row before, one array per word."""
         return [
             f | (m & near)
             for f, m, near in zip(filled, mask, bm.spread_words(above, corners), strict=True)
@@ -38,17 +40,17 @@ def fill(
             return jnp.minimum(step, 2 * rows - 1 - step)  # down and up again
 
         m, f = (lax.dynamic_index_in_dim(a, at(step), keepdims=False) for a in (mask, filled))
-        # The row before is handed on in the loop's state. A single word would be replaced there in
-        # place, which XLA does not vectorise, so it is read again; at the first step and at the
-        # turn that is the row itself, whose neighbours are filled anyway.
+        # The loop's state carries the row before. XLA would replace a single word there in place,
+        # which it does not vectorise, so a single word is read again. At the first step and at the
+        # turn this reads the row itself, whose neighbours are filled anyway.
         if words == 1:
             seeds = touched(
                 f,
                 m,
                 *lax.dynamic_index_in_dim(filled, at(jnp.maximum(step - 1, 0)), keepdims=False),
             )
-        # stored, as each word would be computed again for all that are filled from it: 109 instead
-        # of 62 us a frame for James Bond
+        # Materialized, because XLA would compute each word again for every word filled from it:
+        # James Bond takes 109 us per frame instead of 62.
         else:
             seeds = materialize(touched, f, m, *before, small=0)
         now = bm.fill_rows(m, seeds, reach)
@@ -71,17 +73,17 @@ def fill(
 
 
 def _depth(mask: jax.Array) -> jax.Array:
-    """How many rows from the first one on a component may have: those above an empty row; the most of all masks, int32."""
+    """Maximum number of rows of a component: those above the first empty row, int32."""
     empty = bm.any_of(jnp.moveaxis(mask, 1, 0)) == 0
     rows = jnp.arange(len(mask), dtype=jnp.int32).reshape(-1, *([1] * (empty.ndim - 1)))
     return jnp.max(jnp.min(jnp.where(empty, rows, len(mask)), axis=0))
 
 
 def fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
-    """`fill` on the whole board, with one array for all words of a row: a fifth of the code to
-    compile, and slower.
+    """Apply `fill` to the whole board, with one array for all words of a row.
 
-    A sweep fills a run no further than into the next word.
+    This is slower, but compiles a fifth of the code. A sweep fills a run no further than into the
+    next word.
     """
     shape = 1, board.shape[1], 1
     rows = (
@@ -108,7 +110,7 @@ def fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bit
 
 
 def extent(filled: jax.Array) -> tuple[jax.Array, ...]:
-    """First and last column, first and last row of components, uint32 `[words, rows, ...]`."""
+    """Find first and last column, first and last row of components, uint32 `[words, rows, ...]`."""
     used = bm.any_of(filled) != 0
     rows = jnp.arange(len(used), dtype=jnp.int32).reshape(-1, *([1] * (used.ndim - 1)))
     bottom = jnp.max(jnp.where(used, rows, -1), axis=0)

@@ -1,4 +1,4 @@
-"""Where the masks of a game lie on the board, and what the stages look up for each of them; all static."""
+"""Static layout of the masks on the board, and each mask's table entries for the stages."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ocjax.vision.components.search import UNLIMITED, Search, words_across
 from ocjax.vision.pictures import Picture
 from ocjax.vision.shapes import Shape, limits
 
-BLOCK = 8  # rows whose candidates are counted together
-CANDIDATES_PER_FRAME = 8  # of a round
-# Words of a window from which a round has half as many candidates: Pitfall takes 32 us a frame
-# instead of 38, James Bond 34 instead of 38.
+BLOCK = 8  # rows per count of candidates
+CANDIDATES_PER_FRAME = 8  # per round
+# Words of a window above which a round halves its number of candidates: Pitfall takes 32 us per
+# frame instead of 38, James Bond 34 instead of 38.
 LARGE_WINDOW = 120
-WORD = 32  # the number of candidates of a round is a multiple of it
+WORD = 32  # the number of candidates per round is a multiple of it
 ANY_SIZE = UNLIMITED, UNLIMITED
 ANY_PIXELS = 0, 2**30
 WITHOUT_CORNERS, WITH_CORNERS = 0, -1  # words with no bits set, or all
@@ -35,28 +35,28 @@ class Limits(NamedTuple):
     max_h: Any
     min_pixels: Any
     max_pixels: Any
-    part_w: Any  # size of one object of a component that is split
+    part_w: Any  # size of one object, if a component is split
     part_h: Any
 
 
 class Entries(NamedTuple):
-    """What the stages look up for a mask: integers, or arrays of them."""
+    """Table entries of a mask: integers, or arrays of them."""
 
-    corners: Any  # a word with all bits set where corners connect, or none
+    corners: Any  # a word with all bits set if corners connect, or none
     unlimited: Any  # whether components of any size may be objects
     gap_x: Any
     gap_y: Any
     up: Any  # rows from the board to the screen
-    limits: tuple[Limits, ...]  # of each shape, the first one first
-    pictures: (
-        Any  # index into the layout's pictures, or -1; None if no mask has pictures, as those below
-    )
+    limits: tuple[Limits, ...]  # of each shape in order
+    # Index into the layout's pictures, or -1. If no mask has pictures, this and the fields below
+    # are None.
+    pictures: Any
     left: Any  # edges of the region on the board
     right: Any
     bottom: Any
 
 
-NO_SHAPE = Limits(UNLIMITED, UNLIMITED, 0, 0, 0, 0, UNLIMITED, UNLIMITED)  # no component has it
+NO_SHAPE = Limits(UNLIMITED, UNLIMITED, 0, 0, 0, 0, UNLIMITED, UNLIMITED)  # fits no component
 
 
 class BoardSize(NamedTuple):
@@ -65,9 +65,8 @@ class BoardSize(NamedTuple):
     words: int
     rows: int
     lanes: int  # frames
-    begins: (
-        np.ndarray
-    )  # int [masks + 1]: the first row of each mask's part, and the end of the last one
+    # int [masks + 1]: first row of each mask's part, and the end of the last part
+    begins: np.ndarray
     mask_words: int  # words of a mask; gaps are bridged to the right of them
 
     @property
@@ -77,7 +76,7 @@ class BoardSize(NamedTuple):
 
 
 class WindowSize(NamedTuple):
-    """The windows in which components are filled."""
+    """Windows for filling components."""
 
     words: int
     reach_x: int  # width and height of the largest component
@@ -88,8 +87,7 @@ class WindowSize(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """The sizes and tables that follow from what is searched for. Masks are in the order of the
-    board.
+    """Sizes and tables that follow from the searches. Masks are in the board's order.
 
     Args:
         order: the number of the search of each mask.
@@ -97,12 +95,12 @@ class Layout:
         gaps: of each mask.
         board: sizes of the board.
         window: sizes of windows.
-        n_candidates: of a round.
+        n_candidates: per round.
         table: the entries of each mask, int32 `[masks]` each.
         pictures: of all searches.
         reads_pixels: for each shape of the tables, whether a search limits its pixels.
         splits: whether a search splits components.
-        unlimited: whether a search has components of any size.
+        unlimited: whether a search accepts components of any size.
     """
 
     order: tuple[int, ...]
@@ -119,8 +117,8 @@ class Layout:
 
     @classmethod
     def of(cls, masks: Sequence[Bitmap], searches: Sequence[Search]) -> Layout:
-        """The layout of some masks, each with its search."""
-        # Masks of equal gaps, which are bridged together, come one after the other.
+        """Lay out masks and their searches."""
+        # Masks with equal gaps are bridged together, so they must be adjacent.
         order = sorted(range(len(searches)), key=lambda i: searches[i].gap)
         ordered = [searches[i] for i in order]
         heights = [masks[i].shape[1] for i in order]
@@ -148,7 +146,7 @@ class Layout:
         )
 
     def look_up(self, mask: jax.Array) -> Entries:
-        """The entries of each candidate's mask, int32 `[n]` each, in one gather."""
+        """Look up the entries of each candidate's mask, int32 `[n]` each, in one gather."""
         tables, structure = jax.tree.flatten(self.table)
         differ = [i for i, table in enumerate(tables) if (table != table[0]).any()]
         rows = (
@@ -168,16 +166,19 @@ class Layout:
         )
 
     def corners_by_row(self) -> np.ndarray:
-        """Whether corners connect in each row of the board: words with all bits set, or none, uint32 `[rows]`."""
+        """Flag the rows of the board in which corners connect.
+
+        uint32 `[rows]`, all bits set or none.
+        """
         heights = np.diff([*self.board.begins[:-1], self.board.rows])
         return np.repeat(self.table.corners.view(np.uint32), heights)
 
 
 def _window_size(searches: Sequence[Search]) -> WindowSize:
-    """Windows that hold the largest component of every search.
+    """Size windows to hold the largest component of every search.
 
-    To see that a component goes on to the left of its window takes an eighth more time than a blank
-    column there. So a window lacks this column only if the column would need another word.
+    Detecting that a component continues to the left of its window takes an eighth more time than a
+    blank column there. Windows lack this column only if it would need another word.
     """
     reach_x, reach_y = (
         max(side) for side in zip(*(search.reach for search in searches), strict=True)
@@ -194,7 +195,7 @@ def _board_size(
     window: WindowSize,
     searches: Sequence[Search],
 ) -> BoardSize:
-    """The board of masks of these heights."""
+    """Size the board for masks of these heights."""
     parts = [
         -(-(height + s.gap[1] + 1) // BLOCK) * BLOCK
         for height, s in zip(heights, searches, strict=True)
@@ -211,7 +212,7 @@ def _candidates_of_a_round(window: WindowSize, lanes: int) -> int:
 
 
 def _reads_pixels(searches: Sequence[Search], i: int) -> bool:
-    """Whether the shape with number i of any search limits its pixels."""
+    """Return whether the shape with number i of any search limits its pixels."""
     return any(
         len(search.shapes) > i and search.shapes[i].pixels is not None for search in searches
     )
@@ -220,7 +221,7 @@ def _reads_pixels(searches: Sequence[Search], i: int) -> bool:
 def _entries(
     search: Search, height: int, begin: int, n_shapes: int, pictures: Sequence[tuple[Picture, ...]]
 ) -> Entries:
-    """The entries of a mask of some height that begins in a row of the board, integers."""
+    """Table entries of a mask that begins at row `begin` of the board, as integers."""
     shapes = [_limits(shape) for shape in search.shapes]
     region: tuple[int | None, ...] = (None,) * 4
     if pictures:
@@ -237,7 +238,7 @@ def _entries(
 
 
 def _limits(shape: Shape) -> Limits:
-    """The limits of a shape as integers."""
+    """Return the limits of a shape as integers."""
     pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
     return Limits(
         *shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE)

@@ -1,4 +1,4 @@
-"""Third stage: the component of each candidate is filled and measured."""
+"""Third stage: fill and measure the component of each candidate."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ from ocjax.vision.components.layout import Layout
 def _windows(
     layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array
 ) -> tuple[jax.Array, jax.Array]:
-    """The board from the row above each candidate down, `before` columns to the left of it and as
-    wide as the layout's windows.
+    """Cut out windows that begin `before` columns left of each candidate and one row above it.
 
     Returns:
-        uint32 `[rows, words, candidates]`; and for each row, in the highest bit of uint32 `[rows,
-        candidates]`, the column left of those.
+        The windows, uint32 `[rows, words, candidates]`, and the column left of each window, in the
+        highest bit of uint32 `[rows, candidates]`.
     """
     left = column - layout.window.before - 1
     word, shift = (
@@ -38,7 +37,7 @@ def _windows(
 
 
 def offsets(layout: Layout, found: Candidates) -> jax.Array:
-    """Where on the flat board the words of each window's first row are, int32 `[words, candidates]`."""
+    """Offsets of each window's first row on the flat board, int32 `[words, candidates]`."""
     word = ((found.column - layout.window.before - 1) >> 5)[None] + jnp.arange(
         layout.window.words + 1
     )[:, None]
@@ -47,17 +46,20 @@ def offsets(layout: Layout, found: Candidates) -> jax.Array:
 
 
 def _leaves_left(filled: jax.Array, outside: jax.Array, corners: jax.Array) -> jax.Array:
-    """Whether a component goes on in the column to the left of its window, given the highest bits of both, uint32 `[rows, n]`."""
+    """Return whether components continue in the column left of their window.
+
+    Both columns are the highest bits of uint32 `[rows, n]`.
+    """
     beside = jnp.pad(filled, ((1, 1), (0, 0)))
     touched = filled | ((beside[:-2] | beside[2:]) & corners[None])
     return bm.or_rows((touched & outside)[None])[0] >> 31 != 0
 
 
 class Measured(NamedTuple):
-    """The components of some candidates, `[n]` each."""
+    """The components of candidates, `[n]` each."""
 
     own: jax.Array  # bool: the candidate is the component's first pixel
-    inside: jax.Array  # bool: the component has been filled completely
+    inside: jax.Array  # bool: the component is filled completely
     left: jax.Array  # int32: first and last column, and height
     right: jax.Array
     height: jax.Array
@@ -67,10 +69,17 @@ class Measured(NamedTuple):
 def measure(
     layout: Layout, board: Bitmap, found: Candidates, offset: jax.Array, corners: jax.Array
 ) -> tuple[Measured, jax.Array]:
-    """Fill each candidate's component in its window, which is returned, too, uint32 `[words, rows,
-    n]`.
+    """Fill each candidate's component in its window.
 
-    `corners` are words with all bits set where corners connect, or none.
+    Args:
+        layout: of the board.
+        board: uint32 `[words, rows, lanes]`.
+        found: candidates.
+        offset: as returned by `offsets`.
+        corners: words with all bits set if corners connect, or none.
+
+    Returns:
+        The measured components, and the filled windows, uint32 `[words, rows, n]`.
     """
     reach, before = layout.window.reach_x, layout.window.before
     cut, outside = _windows(layout, board, offset, found.column)
@@ -93,14 +102,13 @@ def measure(
 def measure_large(
     layout: Layout, board: Bitmap, found: Candidates, measured: Measured, wanted: jax.Array
 ) -> Measured:
-    """Fill the wanted candidates' components on the whole board, one candidate of each frame at a
-    time.
+    """Fill the wanted components on the whole board, one candidate per frame at a time.
 
     Args:
         layout: of the board.
         board: uint32 `[words, rows, lanes]`.
         found: candidates.
-        measured: their components, as `measure` returns them.
+        measured: their components, as returned by `measure`.
         wanted: bool `[n]`.
     """
     large = wanted & ~measured.inside
@@ -124,7 +132,7 @@ def measure_large(
 
 
 def _component_at(layout: Layout, board: Bitmap, row: jax.Array, column: jax.Array) -> Measured:
-    """The component of one pixel of each frame, `[lanes]` each, without its area."""
+    """Find the component of one pixel per frame, `[lanes]` each, without its area."""
     bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
     words = jnp.arange(layout.board.words)[:, None, None] == (column >> 5)[None, None]
     rows = jnp.arange(layout.board.rows)[None, :, None] == row[None, None]

@@ -1,4 +1,4 @@
-"""What to look for in a mask: which of its connected components are objects."""
+"""`Search`: which connected components of a mask are objects."""
 
 from __future__ import annotations
 
@@ -9,36 +9,33 @@ from ocjax.console.boxes import WIDTH
 from ocjax.vision.pictures import Picture
 from ocjax.vision.shapes import ANY_SHAPE, Shape
 
-WINDOW = (31, 32)  # width and height of the first window where a rule sets no limit
-MAX_PARTS = 4  # objects that one component is split into at most
+WINDOW = (31, 32)  # width and height of the first window if a rule sets no limit
+MAX_PARTS = 4  # maximum number of objects in one component
 UNLIMITED = 256  # pixels: more than any width or height
 
 
 @dataclass(frozen=True)
 class Search:
-    """What to look for in one mask; sizes are (width, height) in pixels."""
+    """The search of one mask; sizes are (width, height) in pixels."""
 
-    count: int  # boxes at most; further objects are only counted
-    shapes: tuple[Shape, ...] = (ANY_SHAPE,)  # the first that a component has applies
+    count: int  # maximum number of boxes; further objects are only counted
+    shapes: tuple[Shape, ...] = (ANY_SHAPE,)  # the first one that fits a component applies
     connectivity: int = 8  # or 4, which needs gap (0, 0)
     gap: tuple[int, int] = (0, 0)  # parts at most (dx, dy) blank pixels apart are one component
-    pictures: tuple[
-        Picture, ...
-    ] = ()  # a larger component is split where one of these fits at its first pixel
-    top: int = 0  # row of the screen that is the mask's first one
-    columns: tuple[int, int] = (
-        0,
-        WIDTH,
-    )  # left and right edge of the part of the mask that may have pixels
+    # A larger component is split if one of these fits at its first pixel.
+    pictures: tuple[Picture, ...] = ()
+    top: int = 0  # row of the screen of the mask's first row
+    # left and right edge of the columns that may have pixels
+    columns: tuple[int, int] = (0, WIDTH)
 
     @property
     def splits(self) -> bool:
-        """Whether a component may be several objects."""
+        """True if a component may be several objects."""
         return bool(self.pictures) or any(shape.split is not None for shape in self.shapes)
 
     @property
     def unlimited(self) -> bool:
-        """Whether components of any size may be objects."""
+        """True if components of any size may be objects."""
         return any(shape.max_size is None for shape in self.shapes)
 
     @property
@@ -52,16 +49,19 @@ class Search:
 
     @property
     def reach(self) -> tuple[int, int]:
-        """Width and height of the first window where parts are joined."""
+        """Width and height of the first window after parts are joined."""
         return self.window[0] + self.gap[0], self.window[1] + self.gap[1]
 
 
 def words_across(reach: int) -> int:
-    """Words of a row of windows that hold components up to so wide; the first pixel of a component may be at its left or its right."""
+    """Words per row of windows for components of width `reach`.
+
+    A component's first pixel may be at its left or its right edge.
+    """
     return -(-2 * reach // 32)
 
 
 def window_words(reaches: Sequence[tuple[int, int]]) -> int:
-    """Words of a window for components of several searches, with the row below, given the reach of each search."""
+    """Words per window for components of several searches, including the row below."""
     widths, heights = zip(*reaches, strict=True) if reaches else ((0,), (0,))
     return words_across(max(widths)) * (max(heights) + 1)

@@ -1,11 +1,11 @@
-"""Objects of known pictures that touch: where a component is parted.
+"""Split components of touching objects by their pictures.
 
-A component's first pixel in raster order is the first pixel of the picture that is drawn there. So
-pictures are tried at this place only: one fits if its pixels are in the component, or beyond an
-edge of the region, where they cannot be seen.
+A component's first pixel in raster order is the first pixel of the picture drawn there, so pictures
+are tried only at this position. A picture fits if its pixels are in the component, or beyond an
+edge of the region, where they are invisible.
 
-Windows are uint32 `[words, rows, n]`, one for each of `n` components, whose first pixel is in the
-first row, in column `reach`.
+Windows are uint32 `[words, rows, n]` for `n` components. The first pixel of each component is in
+the first row, in column `reach`.
 """
 
 from __future__ import annotations
@@ -24,13 +24,12 @@ from ocjax.vision.components.fill import extent
 from ocjax.vision.detected import words
 from ocjax.vision.pictures import PICTURE_WIDTH, Picture
 
-PIVOT = (
-    PICTURE_WIDTH - 1
-)  # column of a component's first pixel in words that hold any picture there
+# Column of a component's first pixel in words that can hold any picture.
+PIVOT = PICTURE_WIDTH - 1
 
 
 class Edges(NamedTuple):
-    """How far a region reaches from each component's first pixel, int32 `[n]` each."""
+    """Distances from each component's first pixel to a region's edges, int32 `[n]` each."""
 
     left: jax.Array  # to the region's first column: 0 or less
     right: jax.Array  # to the column after its last one
@@ -38,7 +37,10 @@ class Edges(NamedTuple):
 
 
 class Extent(NamedTuple):
-    """First and last column, first and last row of some pixels in their windows, int32; the last row is -1 where there are none."""
+    """First and last column and row of pixels in their windows, int32.
+
+    The last row is -1 in windows without pixels.
+    """
 
     left: jax.Array
     right: jax.Array
@@ -47,23 +49,21 @@ class Extent(NamedTuple):
 
 
 def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture]) -> Extent:
-    """The extents, `[2, n]`, of the picture that fits at each component's first pixel, and of what
-    is left of the component.
+    """Find the extents `[2, n]` of each component's first picture and of its remaining pixels.
 
     Args:
         filled: windows, at least as high as the pictures and as wide to both sides of column
             `reach`.
         reach: column of the components' first pixels.
         edges: of each component's region.
-        pictures: they are tried in this order, and the first one that fits counts.
+        pictures: tried in this order; the first one that fits applies.
     """
     height, begin = max(map(len, pictures)), reach - PIVOT
     near = _columns(filled[:, :height], begin)
     ink = _first_picture(near, edges, pictures)
     first = _in_windows(ink, begin, filled.shape)
-    return Extent(
-        *extent(jnp.stack([first, filled & ~first], axis=2))
-    )  # one call for both compiles in half the time
+    # One call for both compiles in half the time.
+    return Extent(*extent(jnp.stack([first, filled & ~first], axis=2)))
 
 
 def in_two(
@@ -74,7 +74,11 @@ def in_two(
     top: jax.Array,
     *extents: jax.Array,
 ) -> tuple[jax.Array, jax.Array]:
-    """Numbers of objects and their boxes, with the two boxes of `part` where these are wanted and there are pixels of both."""
+    """Replace objects by the two boxes of `part` if they are eligible and both have pixels.
+
+    Returns:
+        The numbers of objects, and their boxes.
+    """
     both = Extent(*extents)
     two = eligible & (both.bottom[0] >= 0) & (both.bottom[1] >= 0)
     boxes = words(
@@ -89,7 +93,7 @@ def in_two(
 
 
 def _first_picture(near: jax.Array, edges: Edges, pictures: Sequence[Picture]) -> jax.Array:
-    """The pixels of the picture that fits in words `[rows, n]` around the components' first pixels."""
+    """Select the pixels of the picture that fits in words `[rows, n]` around the first pixels."""
     inside = bm.columns_between(PIVOT + edges.left[None], PIVOT + edges.right[None], 1)[0]
     above = np.arange(len(near), dtype=np.int32)[:, None] < edges.bottom[None]
     blank = ~near & jnp.where(above, inside, U(0))
@@ -102,7 +106,7 @@ def _first_picture(near: jax.Array, edges: Edges, pictures: Sequence[Picture]) -
 
 
 def _drawn(picture: Picture, height: int) -> np.ndarray:
-    """A picture whose first pixel is in column `PIVOT` of the first of some rows, uint32 `[height, 1]`."""
+    """Draw a picture, uint32 `[height, 1]`, with its first pixel in column `PIVOT`."""
     shift = 32 - PIVOT - picture[0].bit_length()
     return np.array(
         [row << shift for row in (*picture, *[0] * (height - len(picture)))], np.uint32
@@ -110,7 +114,7 @@ def _drawn(picture: Picture, height: int) -> np.ndarray:
 
 
 def _columns(windows: jax.Array, begin: int) -> jax.Array:
-    """32 columns of windows, uint32 `[rows, n]`."""
+    """Return 32 columns of windows, uint32 `[rows, n]`."""
     word, shift = divmod(begin, 32)
     return (
         (windows[word] << shift) | (windows[word + 1] >> (32 - shift)) if shift else windows[word]
@@ -118,7 +122,7 @@ def _columns(windows: jax.Array, begin: int) -> jax.Array:
 
 
 def _in_windows(columns: jax.Array, begin: int, shape: tuple[int, ...]) -> jax.Array:
-    """The windows of a shape that have these pixels in 32 columns of their first rows, see `_columns`, and no others."""
+    """Expand 32 columns (see `_columns`) of the first rows to windows, with zeros elsewhere."""
     words, rows, _ = shape
     word, shift = divmod(begin, 32)
     pieces = [columns >> shift, columns << (32 - shift)] if shift else [columns]
