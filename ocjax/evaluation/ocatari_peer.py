@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import platformdirs
@@ -114,12 +115,17 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
         raise OcatariError(f"OCAtari failed on {recording.game.name}:\n{done.stderr[-END_OF_LOG:]}")
     out = {}
     for method, answer in json.loads(done.stdout.splitlines()[-1]).items():
-        objects = (
-            matching.from_records(answer["objects"], recording.game)
-            if "objects" in answer
-            else None
-        )
+        frames = answer.get("objects")
+        objects = None if frames is None else matching.from_records(_sized(frames), recording.game)
         out[method] = OcatariMethod(
             objects, np.array(answer.get("us", ())), answer.get("error", "")
         )
     return out
+
+
+def _sized(frames: list[list[list[Any]]]) -> list[list[list[Any]]]:
+    """The records with sizes of at least 0.
+
+    OCAtari's REM gives negative heights in some states, such as flags of Skiing at the upper edge.
+    """
+    return [[[name, x, y, max(w, 0), max(h, 0)] for name, x, y, w, h in frame] for frame in frames]

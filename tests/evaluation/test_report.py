@@ -155,7 +155,7 @@ with np.load(samples) as file:
     assert file["screens"].shape == (n, 210, 160, 3) and file["resets"].shape == (n,)
 if game != "Pong":
     sys.exit("no module for " + game)
-frame = [["Ball", 80, 100, 2, 4], ["Ghost", 1, 2, 3, 4]]
+frame = [["Ball", 80, 100, 2, 4], ["Ghost", 1, 2, 3, -4]]  # OCAtari gives negative sizes, too
 print("a warning")
 print(json.dumps({{"rem": {{"objects": [frame] * n, "us": [7.0] * n}}, "vem": {vem}}}))
 """
