@@ -119,7 +119,7 @@ def make_vec(
             every emulated frame; see `AlePool`. The name of a variation in
             `ocjax.emulators.variations` also works: "stop_all_cars" or "Freeway:stop_all_cars".
         worker_timeout: seconds that a worker process of backend "ale" may take to reply before an
-            error is raised; None for no limit.
+            error is raised, or None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
         reward_fn: a function that returns one environment's reward from the objects before a step,

@@ -24,7 +24,7 @@ from ocjax.vision.unknown import UNKNOWN
 
 
 class Snapshot(NamedTuple):
-    """The current state of a batch of environments, from which observations are computed."""
+    """The current state of a batch of environments, the input of observations."""
 
     rem: Objects | None  # of batch shape [B]
     vem: Objects | None  # of batch shape [B]
@@ -190,7 +190,7 @@ class Masks(Computed):
 
     Args:
         kind: the kind of mask.
-        size: (height, width); None for the size of the screen.
+        size: (height, width), or None for the size of the screen.
         draw: "output" or "screen".
         pixels: whether the grey frame is appended as a plane.
         stack: number of steps, the latest last; all are the same at the start of an episode.

@@ -25,7 +25,7 @@ def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     Args:
         name: a game's name in any spelling, such as "PongNoFrameskip-v4".
         preset: the caller's preset, or None.
-        explicit: the caller's settings; None marks a setting that the caller did not give.
+        explicit: the caller's settings, with None for missing ones.
 
     Raises:
         ValueError: ids never end this way, or the preset or a setting contradicts the id.

@@ -84,7 +84,7 @@ class EnvShard:
     rows: slice  # the block's environments
     arrays: dict[str, np.ndarray]  # views of these rows of the emulators' arrays
     memory: dict[str, Any]  # of computed observations, by name
-    computed: dict[str, Any] | None = None  # observations by name; None before the first reset
+    computed: dict[str, Any] | None = None  # observations by name, or None before the first reset
     objects: dict[str, Objects] = field(default_factory=dict)  # by method
     previous: dict[str, Objects] = field(default_factory=dict)  # of the previous step, by method
 

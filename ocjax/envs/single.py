@@ -54,7 +54,7 @@ class ObjectEnv(Uncopied, gym.Env):
         """Start an episode.
 
         Args:
-            seed: a number >= 0; None continues with the current random state.
+            seed: a number >= 0; with None, the current random state continues.
             options: None; a single environment has no options.
 
         Returns:
@@ -91,7 +91,7 @@ class ObjectEnv(Uncopied, gym.Env):
         )
 
     def render(self) -> Any:
-        """The last frame, uint8 `[H, 160, 3]`; None without a render mode.
+        """The last frame, uint8 `[H, 160, 3]`, or None without a render mode.
 
         In render mode "objects" the frame is enlarged, with the objects drawn over it.
         """

@@ -68,7 +68,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         ram_info: whether `info` contains the RAM.
         reward_fn: a function that returns one environment's reward from its objects before and
             after a step and its action.
-        continuous: maps continuous actions to the pool's 18 actions; None for discrete actions.
+        continuous: maps continuous actions to the pool's 18 actions, or None for discrete actions.
 
     Attributes:
         tensors: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
@@ -116,7 +116,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._observer = make_observer(self.game, mode, self.kinds)
         self._shards = [self._make_shard(rows) for rows in pool.shards]
         self._ended = np.zeros(self.num_envs, bool)  # episodes that ended in the last step
-        # Whether the shards match the emulators, or matched them before a pending step.
+        # True if the shards match the emulators, or matched them before a pending step.
         self._current = False
         self._steps = pool.steps  # number of the pool's steps in the shards
         # The actions of the last step; float32 [N, 3] if they are continuous.
@@ -272,8 +272,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """Reset all environments.
 
         Args:
-            seed: environment i gets `seed + i`, or the i-th of a sequence; None continues with the
-                current random state.
+            seed: environment i gets `seed + i`, or the i-th of a sequence; with None, the current
+                random state continues.
             options: may contain `reset_mask`, bool `[N]`, the environments to reset.
 
         Returns:
@@ -578,7 +578,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return [shard.carry() for shard in self._shards]
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """The last frame of every environment, uint8 `[H, 160, 3]`; None without a render mode.
+        """The last frame of every environment, uint8 `[H, 160, 3]`, or None without a render mode.
 
         In render mode "objects" the frames are enlarged, with the objects drawn over them.
         """
