@@ -53,9 +53,7 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
     """
     name = as_game(game).name
     if name not in addresses():
-        raise ValueError(
-            f"AtariARI has no labels of {name}; it has those of {', '.join(addresses())}"
-        )
+        raise ValueError(f"AtariARI has no labels for {name}; it labels {', '.join(addresses())}")
     if not hasattr(ram, "dtype") or ram.dtype != np.uint8:
         raise TypeError(
             f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"

@@ -54,11 +54,11 @@ class Recording:
         screens: uint8 `[n, H, 160]` of palette indices or `[n, H, 160, 3]` of RGB, the last
             emulated frame.
         previous: the previous emulated frame, like `screens`.
-        shown: uint8 `[n, H, 160]`, the TIA's graphics object at each pixel (1 and 4 players, 2 and
-            8 missiles, 16 ball, 32 playfield, 0 none).
+        shown: uint8 `[n, H, 160]`, the TIA's visible graphics object at each pixel (1 and 4
+            players, 2 and 8 missiles, 16 ball, 32 playfield, 0 none).
         previous_shown: the same on the previous frame.
-        drawn: bool `[n, H, 160]`, the pixels with a graphics object on the frame or the previous
-            one; excerpts have it instead of `shown`.
+        drawn: bool `[n, H, 160]`, the pixels with a visible graphics object on the frame or the
+            previous one; excerpts have it instead of `shown`.
         rewards: `[n]`, sum of rewards since the start of the episode.
         lives: int `[n]`, the emulator's lives.
         resets: bool `[n]`, first sample of an episode.
@@ -163,7 +163,7 @@ def read(path: str | Path, game: str | None = None) -> Recording:
         if name in arrays:
             if other not in arrays or arrays[other].shape != arrays[name].shape:
                 raise RecordingError(
-                    f"{path}: {name} is stored as exclusive or with {other}, which must be there "
+                    f"{path}: {name} is stored as exclusive or with {other}, which must exist "
                     "and have the same shape"
                 )
             arrays[name] = arrays[other] ^ arrays[name]

@@ -140,8 +140,8 @@ class Config:
             difficulty or field.
         TrainingError: the preset draws the number of emulated frames of each step.
         TypeError: the game's name is not a string.
-        RomError: a mode or difficulty is given, and the ROM is missing or differs from the ROM of
-            the game's decoder; a ValueError.
+        RomError: a mode or difficulty is given, and the ROM is missing or the wrong one; a
+            ValueError.
     """
 
     game: str

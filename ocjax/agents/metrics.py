@@ -185,12 +185,12 @@ def _read(path: Path, count: int) -> _Kept:
         for i in range(count):
             row = _cells(file.readline(MOST_LINE))
             if row is None:
-                raise ValueError(f"metrics.csv has {i:,} rows, the checkpoint is of row {count:,}")
+                raise ValueError(f"metrics.csv has {i:,} rows, but the checkpoint needs {count:,}")
             if len(set(names)) < len(names) or not {"frames", "return"} <= set(names):
                 raise ValueError(f"metrics.csv has the columns {', '.join(names)[:200]}")
             if len(row) != len(names):
                 raise ValueError(
-                    f"row {i + 1} of metrics.csv has another number of columns than its heading"
+                    f"row {i + 1} of metrics.csv and its heading differ in the number of columns"
                 )
             frames = dict(zip(names, map(float, row), strict=True))["frames"]
         return _Kept(names, frames, file.tell())

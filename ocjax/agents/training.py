@@ -265,7 +265,7 @@ class Trainer:
         state = {"pending": self._pending.result(), "acting": self._acting}
         saved = checkpoints.restore(step, state)
         if jax.tree.map(_form, saved["state"]) != jax.tree.map(_form, state):
-            raise ValueError("its arrays have other shapes or types than those of this training")
+            raise ValueError("its arrays have the wrong shapes or types for this training")
         updates = integer("the number of updates", saved["progress"]["updates"], step, step)
         self._pending, self._acting = (
             _completed(saved["state"]["pending"]),

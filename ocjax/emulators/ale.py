@@ -52,8 +52,7 @@ from ocjax.extraction.game import Game
 WORKER_TIMEOUT = 60.0  # seconds
 
 _MOST = 2**31 - 1
-# Environments. In smaller shards, calls cost more than the overlap of extraction with emulation
-# saves.
+# Environments; in smaller shards, calls cost more than overlapped extraction saves.
 _MIN_SHARD = 64
 _SLOW_START = 1.0  # seconds after which the start of the emulators is reported
 _REPORT_EVERY = 0.25  # seconds
@@ -87,7 +86,7 @@ class AlePool(EmulatorPool):
             before the pool raises an error and closes, or None for no limit.
 
     Raises:
-        RomError: the ROM is missing, or differs from the ROM of the game's decoder; a ValueError.
+        RomError: the ROM is missing or the wrong one; a ValueError.
         ValueError: an argument is out of range.
         TypeError: a hook is not a function or a name, a hook cannot be sent to a worker, or a mode
             or difficulty is not an integer.
@@ -282,12 +281,12 @@ class AlePool(EmulatorPool):
             numbers = np.flatnonzero(self._commands.rejected).tolist()
             raise ValueError(
                 f"the emulators of environments {numbers} rejected their states: reset all "
-                "environments, then go on"
+                "environments before the next step"
             )
         self._ready = True
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write the RAM of emulators, only the bytes that differ; see `EmulatorPool.set_ram`."""
+        """Write the changed bytes of the RAM; see `EmulatorPool.set_ram`."""
         if not isinstance(ram, np.ndarray) or ram.dtype != np.uint8:
             raise TypeError(
                 f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"
@@ -310,15 +309,15 @@ class AlePool(EmulatorPool):
         """
         if self._local is None:
             raise ValueError(
-                "the emulators are in worker processes, or the environments are closed: make it "
-                "with num_workers=0"
+                "the emulators are in worker processes, or the environments are closed: make "
+                "the environments with num_workers=0"
             )
         if not self._ready:
             raise ValueError(NOT_RESET)
         return self._local.emulators[i].ale
 
     def send(self, actions: np.ndarray, *, strengths: np.ndarray | None = None) -> None:
-        """Start a step without waiting for it; see `EmulatorPool.send`."""
+        """See `EmulatorPool.send`."""
         actions = action_array(actions, self.num_envs, len(self.actions))
         self._prepare()
         self._require_ready()
@@ -329,15 +328,12 @@ class AlePool(EmulatorPool):
         self._start(interface.STEP)
 
     def wait(self) -> None:
-        """Wait for the step of all emulators; see `EmulatorPool.wait`."""
+        """See `EmulatorPool.wait`."""
         for _ in self.as_completed():
             pass
 
     def as_completed(self) -> Iterator[int]:
-        """Yield the index of each shard as soon as its emulators have finished the step.
-
-        See `EmulatorPool.as_completed`.
-        """
+        """See `EmulatorPool.as_completed`."""
         self.require_open()
         if self._local:
             yield 0
@@ -358,7 +354,7 @@ class AlePool(EmulatorPool):
 
     @property
     def executed_action(self) -> np.ndarray:
-        """The action of the last emulated frame; see `EmulatorPool.executed_action`."""
+        """See `EmulatorPool.executed_action`."""
         return self.action_index(self.arrays.executed)
 
     @property
@@ -401,7 +397,7 @@ class AlePool(EmulatorPool):
             self._finish()
 
     def _start(self, command: bytes) -> None:
-        """Give a command to the workers, or execute it here."""
+        """Start a command in the workers, or execute it here."""
         if self._local:
             self._execute_here(self._local, command)
             return
@@ -425,12 +421,12 @@ class AlePool(EmulatorPool):
         self._ready, self._local_steps = ready, self._local_steps + (command == interface.STEP)
 
     def _execute(self, command: bytes, report: StartReport | None = None) -> None:
-        """Give a command and wait for it."""
+        """Execute a command and wait for its end."""
         self._start(command)
         self._finish(report)
 
     def _execute_all(self, command: bytes, report: StartReport | None = None) -> None:
-        """Give a command that makes the emulators ready, and wait for it."""
+        """Execute a command that makes the emulators ready."""
         self._ready = False
         self._execute(command, report)
         self._ready = True
@@ -460,7 +456,7 @@ class AlePool(EmulatorPool):
             raise
 
     def require_open(self) -> None:
-        """Check that the pool can be used in this process; see `EmulatorPool.require_open`."""
+        """See `EmulatorPool.require_open`."""
         if self.closed:
             raise WorkerError("the environments are closed: create new ones")
         if self._workers.forked:
@@ -475,7 +471,7 @@ class AlePool(EmulatorPool):
         return not self._finalizer.alive
 
     def close(self) -> None:
-        """End the workers. Further calls have no effect."""
+        """See `EmulatorPool.close`."""
         self._local = None
         self._finalizer()
 

@@ -48,7 +48,7 @@ class EnvpoolPool(EmulatorPool):
         options: further options of `envpool.make`.
 
     Raises:
-        RomError: the ROM is missing, or differs from the ROM of the game's decoder; a ValueError.
+        RomError: the ROM is missing or the wrong one; a ValueError.
     """
 
     def __init__(
@@ -250,7 +250,7 @@ class EnvpoolPool(EmulatorPool):
         return self._steps != self._awaited_steps
 
     def require_open(self) -> None:
-        """Check that the pool can be used; see `EmulatorPool.require_open`."""
+        """See `EmulatorPool.require_open`."""
         if self._closed:
             raise WorkerError("the environments are closed: create new ones")
 
@@ -280,7 +280,7 @@ class EnvpoolPool(EmulatorPool):
             arrays.rgb[i, 0] = frames.transpose(0, 2, 3, 1)
 
     def close(self) -> None:
-        """Release the emulators."""
+        """See `EmulatorPool.close`."""
         if self.env is not None:
             self.env.close()
         self.env, self._closed = None, True

@@ -23,7 +23,7 @@ def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
 
     Raises:
         TypeError: a hook is not a function or a name.
-        ValueError: a hook is a variation of another game, or the game lacks a variation.
+        ValueError: a variation is unknown, or belongs to another game.
     """
     given: tuple[Any, ...] = (
         ()
@@ -51,7 +51,7 @@ def pickled_hooks(hook: Hooks, game: str) -> tuple[tuple[str, str], ...]:
 
     Raises:
         TypeError: a hook is not a function or a name, or cannot be pickled.
-        ValueError: a hook is a variation of another game, or the game lacks a variation.
+        ValueError: a variation is unknown, or belongs to another game.
     """
     return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
 

@@ -60,7 +60,7 @@ def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
             raise MemoryError(
                 f"the environments need {size / _GIGABYTE:.4f} GB in {folder}, where "
                 f"{free / _GIGABYTE:.4f} GB are free: make fewer "
-                "environments, or enlarge it (that of a container with --shm-size)"
+                "environments, or enlarge it (in a container with --shm-size)"
             ) from error
         yield file.fileno(), mmap.mmap(file.fileno(), size)
 

@@ -153,7 +153,7 @@ class WorkerProcess:
         return WorkerError(
             f"{self.name} (process {self.process.pid}) {self._state()} and has not replied for "
             f"{seconds:g} s, so the pool has been closed. "
-            "Make the environments anew; if their steps, resets or hooks may take this long, "
+            "Make new environments; if their steps, resets or hooks may take this long, "
             "give them a larger worker_timeout, or None"
         )
 
@@ -218,8 +218,8 @@ class Workers:
             worker = WorkerProcess(memory_fd, config, finished)
         except OSError as error:
             raise WorkerError(
-                f"worker {len(self) + 1} could not be started: {error}. Use fewer (num_workers), "
-                "or give this process more resources"
+                f"worker {len(self) + 1} could not be started: {error}. Use fewer workers "
+                "(num_workers), or give this process more resources"
             ) from error
         self._processes.append(worker)
         self._selector.register(worker.link, selectors.EVENT_READ, worker)

@@ -13,7 +13,8 @@ def check_rom(game: Game) -> Path:
     """Check a game's ROM and return its path.
 
     Raises:
-        RomError: the ROM is missing, or differs from the ROM of the game's decoder; a ValueError.
+        RomError: the ROM is missing, or is not the one that the decoder was written for; a
+            ValueError.
     """
     read_rom(game.rom, game.md5)
     return rom_path(game.rom)

@@ -69,8 +69,8 @@ class States:
         game = as_game(game)
         if game.md5 != self.md5:
             raise ValueError(
-                f"the states are of the ROM with md5 {self.md5}, but that of {game.name} has "
-                f"{game.md5}"
+                f"the states are of the ROM with md5 {self.md5}, but the ROM of {game.name} "
+                f"has md5 {game.md5}"
             )
         return dataclasses.replace(
             self, rows={**self.rows, "ram": edit(game, self.rows["ram"], category, slot, **wanted)}
@@ -109,7 +109,7 @@ class States:
         body = memoryview(data)[_HEADER.size :]
         if hashlib.sha256(body).digest() != checksum:
             raise ValueError(
-                "the states are damaged: their checksum is another one; save or copy them again"
+                "the states are damaged: their checksum is wrong; save or copy them again"
             )
         if not 0 <= size <= len(body):
             raise ValueError(

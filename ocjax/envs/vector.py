@@ -209,10 +209,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
 
     def _assemble(self, blocks: Sequence[tuple[Observed, Mapping[str, np.ndarray]]]) -> Any:
-        """The observation of all blocks in new arrays.
-
-        Each block has its results and the emulators' arrays.
-        """
+        """The observation of all blocks in new arrays."""
         out = {}
         for name, kind in self.kinds.items():
             if isinstance(kind, Computed):
@@ -397,7 +394,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         terminal: dict[str, Objects],
         ended: np.ndarray,
     ) -> np.ndarray:
-        """The reward function's rewards of a step; 0 if the step began a game.
+        """The reward function's rewards of a step; 0 if the step began an episode.
 
         `terminal` are the objects of ended games.
         """
@@ -483,7 +480,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             raise
 
     def get_ram(self) -> np.ndarray:
-        """The RAM of all environments, uint8 `[N, 128]`."""
+        """The RAM, uint8 `[N, 128]`."""
         return np.array(self.pool.ram)
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:

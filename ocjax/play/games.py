@@ -84,7 +84,7 @@ def play(
 
     Raises:
         PolicyError: the policy does not exist or does not fit the game; a ValueError.
-        RomError: the ROM is missing, or differs from the ROM of the game's decoder; a ValueError.
+        RomError: the ROM is missing or the wrong one; a ValueError.
         ValueError: the preset is unknown, or a number is out of range.
     """
     n = min(episodes, MOST_ENVS)

@@ -247,7 +247,7 @@ def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | No
         )
     slots = [_slots_entry(entry) for entry in entries]
     if slots and hud != any(own.hud for own in slots):
-        raise ValueError(f"hud must be {not hud}, as of the slots, got {hud}")
+        raise ValueError(f"hud must be {not hud}, as in the slots, got {hud}")
     return slots or None, hud
 
 

@@ -66,7 +66,7 @@ def rollout(
 
     Raises:
         PolicyError: the policy does not exist or does not fit the game; a ValueError.
-        RomError: the ROM is missing, or differs from the ROM of the game's decoder; a ValueError.
+        RomError: the ROM is missing or the wrong one; a ValueError.
         ValueError: an argument is out of range.
     """
     if samples < num_envs:

@@ -26,8 +26,8 @@ MEMBER = "policy.pth"
 MOST_PICKLED = 2**20  # bytes of the description of the tensors
 SUPPORTED = (
     'PPO, A2C and DQN with CnnPolicy on obs="dqn" or with MlpPolicy on obs="vector", with '
-    "discrete actions, and without features or "
-    "layers of their own after the convolutions"
+    "discrete actions, without custom feature extractors "
+    "and without additional layers after the convolutions"
 )
 _EXTRACTOR = r"features_extractor\.(cnn\.[024]|linear\.0)"
 _ACTOR_CRITIC = re.compile(

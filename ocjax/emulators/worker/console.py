@@ -11,7 +11,7 @@ from .sticky import generator_state
 
 BYTE, WORD, ANY = range(2**8), range(2**16), range(-(2**31), 2**31)
 COUNT = range(2**31)
-_BOOLS = (0xFAB1FAB2 - 2**32, 0xBAD1BAD2 - 2**32)  # ALE's True and False
+_BOOLS = (0xFAB1FAB2 - 2**32, 0xBAD1BAD2 - 2**32)  # True and False
 _STOPPED = 1  # bit of the processor's status for a complete last frame
 _TRUE = _BOOLS[:1]
 _LINE = 228  # clocks of a scan line

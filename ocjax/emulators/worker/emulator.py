@@ -24,7 +24,7 @@ from .interface import (
 from .snapshot import EmulatorState
 from .sticky import ExecutedAction
 
-# ROMs where ALE's reset presses a button, for one frame skip of ALE.
+# ROMs where ALE's reset presses a button. The number of frames is ALE's frame skip.
 PRESSING = ("berzerk", "double_dunk")
 NOOP = 0  # index in every action set
 FULL = 1.0  # strength of an action that is not continuous

@@ -83,7 +83,7 @@ class ObservedArrays:
     episode.
     """
 
-    ram: np.ndarray = field(metadata=_array("uint8", 128))  # the console's RAM
+    ram: np.ndarray = field(metadata=_array("uint8", 128))
     lives: np.ndarray = field(metadata=_array("int32"))
     # Since the game began: emulated frames, unclipped rewards, and agent steps.
     frame_number: np.ndarray = field(metadata=_array("int64"))
