@@ -265,8 +265,8 @@ class AlePool(EmulatorPool):
         Raises:
             TypeError: `states` is not of type `States`.
             ValueError: the states are damaged, belong to another game, have the wrong number, or
-                lack frames that this pool records. Then nothing has changed. If the message says
-                that an emulator rejected its state, the emulators must be reset.
+                lack frames that this pool records. Nothing has changed, unless the message says
+                that an emulator rejected its state: then reset the emulators.
         """
         chosen = self._chosen(mask)
         saved.check(

@@ -28,7 +28,7 @@ def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
         explicit: the caller's settings, with None for missing ones.
 
     Raises:
-        ValueError: ids never end this way, or the preset or a setting contradicts the id.
+        ValueError: no environment id ends this way, or the preset or a setting contradicts the id.
     """
     found = _ID.fullmatch(name)
     if found is None:

@@ -66,8 +66,8 @@ def play(
     """Play complete games.
 
     By default a policy plays under the settings of its training. A game counts from its start to
-    its end, even if the policy was trained with episodes of one life. The numbers of games per
-    instance differ by at most one, so that short games do not count more often.
+    its end, even if the policy was trained with episodes of one life. Instances play equally many
+    games (plus or minus one), so that short games do not count more often.
 
     Args:
         game: the game.

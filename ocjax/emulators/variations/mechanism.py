@@ -36,7 +36,9 @@ def _numbers(ram: np.ndarray, moment: Moment, name: str) -> Iterator[int]:
 class Variation:
     """A variation of a game, which is a hook.
 
-    All mappings have addresses as keys.
+    All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame and the
+    seed. Saved states contain these and the RAM before the last frame, so that a restored state
+    continues identically.
 
     Args:
         game: the game's name.
@@ -60,9 +62,6 @@ class Variation:
     Raises:
         ValueError: an address is not from 0 to 127, a value or a mask is not from 0 to 255, or an
             address of `draws` has no values.
-
-    Random numbers are a hash of the RAM, the frame and the seed. Saved states contain these and the
-    RAM before the last frame, so that a restored state continues identically.
     """
 
     takes_moment: ClassVar[bool] = True  # requests the moment from the emulator

@@ -112,9 +112,8 @@ class Emulator:
         config: the worker's configuration.
         shown: arrays for the results.
         commands: arguments of the commands.
-        hooks: names and functions; all are called with the RAM, in order, before every emulated
-            frame.
-        starts: names and functions that are called at the start of every game.
+        hooks: names and functions, called in order with the RAM before every emulated frame.
+        starts: names and functions, called at the start of every game.
     """
 
     def __init__(
