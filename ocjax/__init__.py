@@ -3,9 +3,8 @@
 import ocjax
 
 game = ocjax.load("Pong")
-objects = game.rem(ram)        # uint8 [..., 128] -> Objects, from the console's RAM
-objects = game.vem(frames)     # uint8 [..., 210, 160] palette indices or [..., 210, 160, 3] RGB ->
-Objects, from the pixels
+objects = game.rem(ram)     # uint8 [..., 128], the console's RAM -> Objects
+objects = game.vem(frames)  # uint8 [..., 210, 160] palette indices, or [..., 210, 160, 3] RGB
 """
 
 import importlib
@@ -91,7 +90,7 @@ names.register()
 
 
 def __getattr__(name: str) -> Any:
-    """Import on first use what is public."""
+    """Import public names on first use."""
     if name in _MODULES:
         return importlib.import_module(f"ocjax.{name}")
     if name in _MODULE_OF:

@@ -1,8 +1,8 @@
 """The setuptools command that collects the packages of a wheel or an editable install.
 
-In the repository, `ocjax/extractors` is a symbolic link to the folder `extractors`. Zip archives
-that code hosts create, pip and `python -m zipfile` turn it into a text file, and setuptools then
-finds no games. The build restores the link.
+In the repository, `ocjax/extractors` is a symbolic link to the folder `extractors`. Zip archives of
+code hosts, pip and `python -m zipfile` turn the link into a text file, and setuptools then finds no
+games. The build restores the link.
 """
 
 from pathlib import Path
@@ -11,14 +11,12 @@ from setuptools import find_packages
 from setuptools.command.build_py import build_py
 from setuptools.errors import FileError
 
-LINK, TARGET = (
-    Path("ocjax/extractors"),
-    Path("../extractors"),
-)  # relative to the repository, in which builds run
+# Relative to the repository, the working directory of builds.
+LINK, TARGET = (Path("ocjax/extractors"), Path("../extractors"))
 
 
 class BuildPy(build_py):
-    """`build_py` that never leaves out the games."""
+    """`build_py` that always includes the games."""
 
     def finalize_options(self) -> None:
         """Restore the link, and find the packages behind it."""

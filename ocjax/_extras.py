@@ -1,6 +1,6 @@
-"""Packages that ocjax needs for some functions only.
+"""Optional packages.
 
-A missing one is an error that says what to install.
+The error for a missing package says how to install it.
 """
 
 import contextlib
@@ -8,7 +8,7 @@ import importlib
 from collections.abc import Iterator
 from typing import Any
 
-INSTALL = {  # what installs each package
+INSTALL = {  # argument of `pip install` for each package
     "cv2": "opencv-python-headless",
     "envpool": "'ocjax[envpool]'",
     "h5py": "'ocjax[data]'",
@@ -37,7 +37,7 @@ def extras() -> Iterator[None]:
     """A block that imports packages of extras.
 
     Raises:
-        MissingExtraError: one of them is not installed.
+        MissingExtraError: a package is not installed.
     """
     try:
         yield
@@ -51,10 +51,10 @@ def extras() -> Iterator[None]:
 
 
 def require(module: str) -> Any:
-    """Import a module of a package of an extra.
+    """Import a module of an optional package.
 
     Raises:
-        MissingExtraError: it is not installed.
+        MissingExtraError: the package is not installed.
     """
     with extras():
         return importlib.import_module(module)

@@ -1,4 +1,4 @@
-"""The observations of JAXtari's games: which of ocjax's objects each field shows."""
+"""The observations of JAXtari's games: the mapping from ocjax's objects to their fields."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -11,17 +11,17 @@ class ObservedField:
     """A field of JAXtari's observation of a game.
 
     Args:
-        categories: whose objects it shows; none if ocjax has no such objects, so that the field is
-            empty, or 0.
-        count: how many, or the shape of numbers; None for one object without a dimension of its
-            own.
-        constants: contents of `visual_id` and `orientation` that JAXtari has in every state.
-        size: width and height that JAXtari has in every state, also when the edge of the field
-            covers a part of the object.
-        absent: left and top while there is no such object: JAXtari keeps it there, and active.
-        value: whether it is a number instead of an `ObjectObservation`: the value of the one object
-            of the category, or the number of its objects if it has several slots.
-        slot: the first slot of the category that it shows.
+        categories: the categories of the objects. Without any, ocjax has no such objects, and the
+            field is empty or 0.
+        count: number of objects, or the shape of numbers, or None for one object without a
+            dimension.
+        constants: JAXtari's constant contents of `visual_id` and `orientation`.
+        size: JAXtari's constant width and height, even if the edge of the field covers a part of
+            the object.
+        absent: left and top of a missing object: JAXtari keeps it at this position, and active.
+        value: whether the field is a number instead of an `ObjectObservation`: the value of the
+            category's only object, or the number of objects if the category has several slots.
+        slot: the field's first slot of the category.
     """
 
     categories: tuple[str, ...] = ()
@@ -49,8 +49,8 @@ def _numbers(*count: int) -> ObservedField:
     return ObservedField((), count, value=True)
 
 
-# In the order of the fields of JAXtari 0.2.0's `jax_<game>.py`. Directions are those of Freeway's
-# lanes, the top one first.
+# In the order of the fields in JAXtari 0.2.0's `jax_<game>.py`. The directions of Freeway's lanes
+# begin with the top lane.
 FIELDS: Mapping[str, Mapping[str, ObservedField]] = {
     "Amidar": {
         "player_gorilla": _one("Player"),

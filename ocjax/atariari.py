@@ -1,8 +1,8 @@
-"""The state labels of AtariARI (Anand et al., "Unsupervised State Representation Learning in
-Atari", 2019) for batches of RAM.
+"""The state labels of AtariARI for batches of RAM.
 
-A label is a named byte of the RAM, as the game keeps it: `player_x` of Pong is not a position in
-pixels. `Game.rem` gives those. Names and bytes are those of AtariARI's `ram_annotations.py`.
+Source: Anand et al., "Unsupervised State Representation Learning in Atari", 2019. A label is a
+named byte of the RAM in the game's own coding: `player_x` of Pong is not a position in pixels
+(`Game.rem` gives those). Names and bytes come from AtariARI's `ram_annotations.py`.
 """
 
 import functools
@@ -25,7 +25,7 @@ _NOT_IN_PAPER = ("BattleZone", "Skiing")
 
 @functools.cache
 def addresses() -> Mapping[str, Mapping[str, int]]:
-    """The byte of each label, by game, of all 24 games that AtariARI's code labels."""
+    """The byte of each label, by game, for all 24 games in AtariARI's code."""
     return json.loads(resources.files("ocjax").joinpath("atariari.json").read_text())
 
 
@@ -41,21 +41,19 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
     Args:
         game: the game, or its name in any of the usual spellings: one of `games`, "BattleZone" or
             "Skiing".
-        ram: uint8 `[..., 128]`, a numpy array or an array of JAX.
+        ram: uint8 `[..., 128]`, a NumPy or JAX array.
 
     Returns:
-        The value of each label by its name in AtariARI, uint8 `[...]`, views or arrays of the same
-        kind as `ram`.
+        The value of each label by its name in AtariARI, uint8 `[...]`: views of `ram`, or arrays of
+        its type.
 
     Raises:
-        ValueError: AtariARI has no labels of the game, or the last dimension of `ram` is not 128.
+        ValueError: AtariARI has no labels for the game, or the last dimension of `ram` is not 128.
         TypeError: `ram` is not uint8.
     """
     name = as_game(game).name
     if name not in addresses():
-        raise ValueError(
-            f"AtariARI has no labels of {name}; it has those of {', '.join(addresses())}"
-        )
+        raise ValueError(f"AtariARI has no labels for {name}; it labels {', '.join(addresses())}")
     if not hasattr(ram, "dtype") or ram.dtype != np.uint8:
         raise TypeError(
             f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"

@@ -1,14 +1,13 @@
-"""Real ROMs behind the interface of JAXAtari, now called JAXtari, so that a policy trained there
-can be tested on them.
+"""Real ROMs behind the interface of JAXAtari (now JAXtari), to test policies trained there.
 
     env = ocjax.jaxatari.Environment("Pong")
     observation, state = env.reset(key)
     observation, state, reward, done, info = env.step(state, action)
 
-The emulator runs on the host, in `jax.pure_callback`. The state holds the whole emulator as bytes,
-so that `reset` and `step` are pure functions of their arguments and work under `jit`, `vmap`,
-`scan` and `cond`. A step takes some 0.3 ms to restore and save the emulator and 0.05 ms for each
-emulated frame, in one thread: use `ocjax.make_vec` for speed.
+The emulator runs on the host, in `jax.pure_callback`. The state contains the whole emulator as
+bytes, so that `reset` and `step` are pure functions of their arguments and work under `jit`,
+`vmap`, `scan` and `cond`. A step takes about 0.3 ms to restore and save the emulator and 0.05 ms
+per emulated frame, in one thread: use `ocjax.make_vec` for speed.
 """
 
 import contextlib
@@ -49,26 +48,27 @@ __all__ = [
     "observation",
 ]
 
-CAPACITY = 16_384  # bytes of a saved emulator; they are 14.4 kB and fill up to a few hundred more
+CAPACITY = 16_384  # bytes for a saved emulator, which takes 14.4 kB plus up to a few hundred bytes
 _MAX_EPISODE_FRAMES = Settings().max_episode_frames
-_DEGREES = 22.5  # of a compass point
-_KEEP = -1  # in the place of a number of no-ops: a game that is over stays over
-_LENGTH = np.dtype("<u4")  # of a saved emulator, in front of it
+_DEGREES = 22.5  # per compass point
+_KEEP = -1  # instead of a number of no-ops: an ended game stays over
+_LENGTH = np.dtype("<u4")  # the length in front of a saved emulator
 
 
 class ObjectObservation(NamedTuple):
-    """Objects of one kind, with the fields of JAXAtari's class in its order; each is `[...]` for one object, `[..., n]` for n of them."""
+    """Objects of one kind, with the fields of JAXAtari's class in its order.
+
+    Each field is `[...]` for one object and `[..., n]` for n objects.
+    """
 
     x: jax.Array  # int32: left edge in pixels
     y: jax.Array  # int32: top edge in pixels
     width: jax.Array  # int32: in pixels
     height: jax.Array  # int32: in pixels
     active: jax.Array  # int32: 1 if the slot holds an object
-    visual_id: jax.Array  # int32: 0, or what JAXAtari has there in every state
+    visual_id: jax.Array  # int32: 0, or JAXAtari's constant
     state: jax.Array  # int32: 0
-    # float32: degrees clockwise from north; 0 where unknown, or what JAXAtari has there in every
-    # state
-    orientation: jax.Array
+    orientation: jax.Array  # float32: degrees clockwise from north; 0 if unknown, or a constant
 
 
 class State(NamedTuple):
@@ -87,7 +87,10 @@ def _observation_type(name: str, fields: tuple[str, ...]) -> Any:
 
 
 def fields(game: Declaration) -> Mapping[str, ObservedField]:
-    """The fields of a game's observation: those of `FIELDS`, or else a field for each category, by its name in lower case."""
+    """The fields of a game's observation, from `FIELDS`.
+
+    Other games have a field per category, with its name in lower case.
+    """
     named = {
         constant(c.name): ObservedField((c.name,), None if c.count == 1 else c.count)
         for c in game.categories
@@ -96,18 +99,18 @@ def fields(game: Declaration) -> Mapping[str, ObservedField]:
 
 
 def observation(objects: Objects) -> Any:
-    """The observation of JAXAtari's environment of the game, a named tuple of `ObjectObservation`
-    and values.
+    """JAXAtari's observation of a game: a named tuple of `ObjectObservation` and values.
 
-    Its fields are those of JAXtari in the games of `FIELDS`, so that it flattens to a vector of the
-    same layout. Fields that ocjax has no objects for are empty. In Pong and Freeway, boxes are
-    those of whole objects where the edge of the field covers a part, and Pong's ball and enemy are
-    where JAXtari keeps them while they are not in play. In other games, there is a field for each
-    category, such as `player_missile`. Where JAXtari's slots differ from ocjax's, the valid objects
-    come first.
+    In the games of `FIELDS` it has JAXtari's fields, so that it flattens to a vector of the same
+    layout. Fields without objects in ocjax are empty. Other games have a field per category, such
+    as `player_missile`.
+
+    In Pong and Freeway, boxes cover whole objects, even if the edge of the field covers a part.
+    Pong's ball and enemy have JAXtari's positions while they are not in play. If JAXtari's slots
+    differ from ocjax's, the valid objects come first.
 
     Args:
-        objects: what `game.rem` or `game.vem` returned, of any batch shape.
+        objects: the result of `game.rem` or `game.vem`, of any batch shape.
 
     Raises:
         ValueError: the objects do not know their game, or lack the display that the observation
@@ -121,7 +124,7 @@ def observation(objects: Objects) -> Any:
 
 
 def _shape(field: ObservedField) -> tuple[int, ...]:
-    """The shape of the numbers that a field shows."""
+    """The shape of a field's numbers."""
     return (
         field.count
         if isinstance(field.count, tuple)
@@ -132,7 +135,7 @@ def _shape(field: ObservedField) -> tuple[int, ...]:
 
 
 def _number(objects: Objects, field: ObservedField, game: Declaration) -> jax.Array:
-    """The number that a field shows, int32 of shape `[...]` and `_shape`."""
+    """A field's number, int32 of shape `[...]` and `_shape`."""
     count = _shape(field)
     if not field.categories:
         return jnp.zeros((*objects.batch_shape, *count), jnp.int32)
@@ -154,7 +157,10 @@ def _slots(field: ObservedField, game: Declaration) -> np.ndarray:
 
 
 def _shown(objects: Objects, field: ObservedField, game: Declaration) -> Objects:
-    """The objects that a field shows, in as many slots as it has: in ocjax's order, or the valid ones first if ocjax has more slots."""
+    """The objects of a field, in its number of slots.
+
+    They have ocjax's order; if ocjax has more slots, the valid objects come first.
+    """
     slots, count = _slots(field, game), field.count if isinstance(field.count, int) else 1
     part = objects.take(jnp.broadcast_to(slots, (*objects.batch_shape, len(slots))))
     order = (
@@ -196,7 +202,10 @@ def _field(objects: Objects, field: ObservedField, game: Declaration) -> Any:
 def _whole(
     start: jax.Array, length: jax.Array, active: jax.Array, full: int, screen: int
 ) -> tuple[jax.Array, jax.Array]:
-    """Start and length, along one axis of the screen, of objects of which the nearer edge of the field may cover a part."""
+    """Start and length of whole objects along one axis of the screen.
+
+    The nearer edge of the field may cover a part of the object.
+    """
     begin = jnp.where(start < screen // 2, start + length - full, start)
     return begin * active, full * active
 
@@ -219,7 +228,7 @@ class _Console:
     ) -> tuple[np.ndarray, ...]:
         """Step saved games `[...]`.
 
-        Games that end, and games whose `last` step this is, begin again after the given number of
+        Games that end, and games in their `last` step, begin again after the given number of
         no-ops, unless it is `_KEEP`.
         """
         rows = np.reshape(emulator, (-1, CAPACITY))
@@ -243,9 +252,8 @@ class _Console:
         return 0.0, False, self._ale.getRAM()
 
     def _restore(self, saved: bytes) -> None:
-        if not facts(
-            saved
-        ).frames:  # ALE's state lacks the incomplete frame that a reset leaves in Q*bert
+        # ALE's state lacks the incomplete frame that a reset leaves in Q*bert.
+        if not facts(saved).frames:
             self._ale.reset_game()
         self._ale.restoreState(ale_py.ALEState(saved))
 
@@ -275,7 +283,11 @@ class _Console:
 
 
 def _results(batch: tuple[int, ...]) -> tuple[np.ndarray, ...]:
-    """Emulators, RAM, lives and frames; rewards, whether a game is over, and the RAM before a new game begins."""
+    """Arrays for results.
+
+    They are emulators, RAM, lives and frames; rewards, flags of ended games, and the RAM before a
+    new game begins.
+    """
     ram = (RAM_SIZE,), np.uint8
     kinds = (
         ((CAPACITY,), np.uint8),
@@ -295,24 +307,24 @@ def _console(game: Game, frame_skip: int) -> _Console:
 
 
 class Environment:
-    """A game with the interface of JAXAtari's environments; its wrappers `AtariWrapper` and
-    `ObjectCentricWrapper` take it.
+    """A game with the interface of JAXAtari's environments.
 
-    There are no sticky actions and no lost lives that end episodes: JAXAtari's wrappers add both.
-    Stepping a game that is over leaves it as it is. Pixels and `render` are not supported.
+    JAXAtari's wrappers `AtariWrapper` and `ObjectCentricWrapper` accept it. Sticky actions and
+    episodes that end with a life are left to these wrappers. A step after the end of a game changes
+    nothing. Pixels and `render` are not supported.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game` with its display.
-        frame_skip: emulated frames of a step; JAXAtari's environments have 1, and its wrappers skip
+        frame_skip: emulated frames per step. JAXAtari's environments have 1, and its wrappers skip
             frames.
-        noop_max: the largest number of random no-ops with which games begin.
+        noop_max: the largest number of random no-ops at the start of a game.
 
     Attributes:
-        ACTION_SET: the console's action of each action, int32 `[A]`.
+        ACTION_SET: ale-py's number of each action, int32 `[A]`.
 
     Raises:
-        ValueError: there is no such game, the ROM is missing or the wrong one, or a number is out
-            of range.
+        ValueError: the game is unknown, the ROM is missing or the wrong one, or a number is out of
+            range.
     """
 
     def __init__(self, game: str | Game, *, frame_skip: int = 1, noop_max: int = 30) -> None:
@@ -336,7 +348,11 @@ class Environment:
         return jax.random.randint(key, (), 0, self.noop_max + 1, jnp.int32)
 
     def reset(self, key: jax.Array) -> tuple[Any, State]:
-        """Begin a game after a random number of no-ops; returns the observation (see `observation`) and the state."""
+        """Begin a game after a random number of no-ops.
+
+        Returns:
+            The observation (see `observation`) and the state.
+        """
         out = _on_host(self._console.begin, self._noops(key))
         state = State(*out[:4], time=jnp.int32(0))
         return observation(self.game.rem(state.ram)), state
@@ -344,14 +360,14 @@ class Environment:
     def step(
         self, state: State, action: Any
     ) -> tuple[Any, State, jax.Array, jax.Array, dict[str, jax.Array]]:
-        """One step.
+        """Take one step.
 
         Args:
-            state: of one game.
+            state: the state of one game.
             action: an index into `ACTION_SET`.
 
         Returns:
-            The observation, the new state, the reward float32, whether the game is over, bool, and
+            The observation, the new state, the reward (float32), the end of the game (bool), and
             `lives` and `frame` as `info`.
         """
         state, reward, done, _ = self._step(state, action, jnp.int32(_KEEP), jnp.bool_(False))
@@ -366,14 +382,16 @@ class Environment:
     def _step(
         self, state: State, action: Any, noops: jax.Array, last: jax.Array
     ) -> tuple[State, jax.Array, jax.Array, jax.Array]:
-        """The new state, the reward, whether the game is over, and the RAM before a new game begins; see `_Console.step`."""
+        """The new state, the reward, the end of the game, and the RAM before a new game begins.
+
+        See `_Console.step`.
+        """
         chosen = jnp.take(self.ACTION_SET, jnp.asarray(action).astype(jnp.int32), mode="clip")
         *new, reward, done, ram = _on_host(self._console.step, state.emulator, chosen, noops, last)
         return State(*new, time=state.time + 1), reward, done, ram
 
     def observation_space(self) -> Any:
-        """The space of observations as JAXAtari's wrappers need it, a `Dict` of its module
-        `spaces`.
+        """The space of observations for JAXAtari's wrappers, a `Dict` of its module `spaces`.
 
         Raises:
             ModuleNotFoundError: JAXAtari is not installed.
@@ -400,16 +418,16 @@ class Environment:
 
 
 def _spaces() -> Any:
-    """JAXAtari's module `spaces`, under the package's present name or the one that it had until 2026."""
+    """JAXAtari's module `spaces`, under the package's current name or its name until 2026."""
     for package in ("jaxtari", "jaxatari"):
-        # A package `jaxatari` without this module is on PyPI, too.
+        # PyPI also has a package `jaxatari` without this module.
         with contextlib.suppress(ModuleNotFoundError):
             return importlib.import_module(f"{package}.spaces")
     raise ModuleNotFoundError("JAXAtari is not installed: pip install jaxtari", name="jaxtari")
 
 
 def _on_host(function: Any, *arguments: jax.Array) -> Any:
-    """Call a function of the console; the results are those of one game, or under `vmap` of a batch."""
+    """Call a function of the console for one game, or under `vmap` for a batch."""
     shapes = [jax.ShapeDtypeStruct(a.shape, a.dtype) for a in _results(())]
     return jax.pure_callback(
         lambda *a: function(*map(np.asarray, a)), shapes, *arguments, vmap_method="broadcast_all"
@@ -435,11 +453,11 @@ class GymnaxParams:
 
 
 class GymnaxEnvironment(Environment):
-    """A game with the interface of gymnax 1.0, whose wrappers take it.
+    """A game with the interface of gymnax 1.0, for its wrappers.
 
     Keys and parameters are explicit, a game that ends begins again in the same step, and
-    observations are flat. For programs written for gymnax 0.0.9 or older, such as PureJaxRL, gymnax
-    has `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
+    observations are flat. For programs written for gymnax 0.0.9 or older, such as PureJaxRL, use
+    `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
     """
 
     @property
@@ -454,29 +472,35 @@ class GymnaxEnvironment(Environment):
 
     @property
     def default_params(self) -> GymnaxParams:
-        """Episodes are truncated after half an hour, as in ALE."""
+        """The default parameters: episodes are truncated after half an hour, as in ALE."""
         return GymnaxParams(_MAX_EPISODE_FRAMES // self.frame_skip)
 
     def reset(self, key: jax.Array, params: GymnaxParams | None = None) -> tuple[jax.Array, State]:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Begin a game; returns the observation, float32 `[n]`, all fields one after the other, and the state."""
+        """Begin a game.
+
+        Returns:
+            The observation, float32 `[n]`, with all fields concatenated, and the state.
+        """
         seen, state = super().reset(key)
         return _flat(seen), state
 
     def step(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, key: jax.Array, state: State, action: Any, params: GymnaxParams | None = None
     ) -> tuple[jax.Array, State, jax.Array, jax.Array, jax.Array, dict[str, Any]]:
-        """One step; when an episode ends, the observation and the state are those of the next game.
+        """Take one step.
+
+        After the end of an episode, the observation and the state belong to the next game.
 
         Args:
-            key: of the no-ops with which a new game begins.
-            state: of one game.
+            key: the key for the no-ops at the start of a new game.
+            state: the state of one game.
             action: an index into `ACTION_SET`.
-            params: by default those of `default_params`.
+            params: the parameters; by default `default_params`.
 
         Returns:
-            The observation float32 `[n]`, the new state, the reward float32, whether the game is
-            over and whether the episode is truncated, both bool, and a dict of `terminated`,
-            `truncated`, `final_observation` (of the last step, also if a new game has begun), and
+            The observation (float32 `[n]`), the new state, the reward (float32), the end of the
+            game and the truncation of the episode (both bool), and a dict of `terminated`,
+            `truncated`, `final_observation` (of the last step, even if a new game has begun), and
             `lives` and `frame` of the new state.
         """
         limit = (params or self.default_params).max_steps_in_episode

@@ -1,14 +1,13 @@
-"""Layouts of the flat object tensors of other projects, so that their policies and logic rules read
-ocjax's objects.
+"""Flat object tensors in the layouts of other projects.
 
-Each function takes what `game.rem` or `game.vem` returned, with or without display objects, of any
-batch shape. It is a pure function that works under `jit`, `vmap` and `scan`. A slot of a layout
-whose object is missing is zero.
+With these, their policies and logic rules read ocjax's objects. Each function takes the result of
+`game.rem` or `game.vem`, with or without display objects, of any batch shape. The functions are
+pure and work under `jit`, `vmap` and `scan`. Slots without an object are zero.
 
-OCAtari's slots are used, so every layout has its categories, in its order and with its numbers of
-slots. If ocjax has fewer slots of a category, they are the first ones; if it has more, the valid
-objects are moved to the front. Categories that ocjax does not have are missing in every state.
-Positions are ocjax's exact boxes, and orientations its compass points 0-15.
+The layouts use OCAtari's slots: its categories, in its order, with its numbers of slots. If ocjax
+has fewer slots of a category, they come first; if it has more, the valid objects move to the front.
+Categories that ocjax lacks are always missing. Positions are ocjax's exact boxes, and orientations
+its compass points 0-15.
 """
 
 import functools
@@ -29,17 +28,18 @@ __all__ = ["blendrl", "blendrl_slots", "declared_slots", "nudge", "ocatari", "oc
 
 _FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
 
-# BlendRL's slots of games that it defines for OCAtari 1, in the order of the rows.
+# BlendRL's slots for games of OCAtari 1, in the order of the rows.
 _BLENDRL_SLOTS: Mapping[str, Mapping[str, int]] = {
-    "Kangaroo": {"Player": 1, "Child": 1, "Fruit": 3, "Bell": 1, "Platform": 20, "Ladder": 6, "Monkey": 4, "FallingCoconut": 1,
-                 "ThrownCoconut": 3, "Lives": 8, "Time": 1},
-    "Seaquest": {"Player": 1, "Diver": 4, "Shark": 12, "Submarine": 12, "SurfaceSubmarine": 1, "PlayerMissile": 1, "EnemyMissile": 4,
-                 "Lives": 1, "OxygenBar": 1, "CollectedDiver": 6},
+    "Kangaroo": {"Player": 1, "Child": 1, "Fruit": 3, "Bell": 1, "Platform": 20, "Ladder": 6,
+                 "Monkey": 4, "FallingCoconut": 1, "ThrownCoconut": 3, "Lives": 8, "Time": 1},
+    "Seaquest": {"Player": 1, "Diver": 4, "Shark": 12, "Submarine": 12, "SurfaceSubmarine": 1,
+                 "PlayerMissile": 1, "EnemyMissile": 4, "Lives": 1, "OxygenBar": 1,
+                 "CollectedDiver": 6},
 }  # fmt: skip
-_BLENDRL_VALUES = ("OxygenBar", "Time")  # categories whose row is (visible, value, 0, 0)
+_BLENDRL_VALUES = ("OxygenBar", "Time")  # categories with the row (visible, value, 0, 0)
 
-# NUDGE's categories of each game, in the order of its rows, with the column that tells the category
-# and the number of rows.
+# NUDGE's categories of each game, in the order of its rows: (column of the category, number of
+# rows).
 _NUDGE_ROWS: Mapping[str, Mapping[str, tuple[int, int]]] = {
     "Asterix": {"Player": (0, 1), "Enemy": (1, 8), "Reward": (2, 8), "Consumable": (3, 8)},
     "Freeway": {"Chicken": (0, 1), "Car": (1, 10)},
@@ -49,24 +49,26 @@ _NUDGE_OBJECTS, _NUDGE_KINDS = 11, 4
 
 @functools.cache
 def _tables() -> dict[str, dict[str, dict[str, int]]]:
-    """The categories of each game with their numbers of objects, in OCAtari's order; `benchmarks/ocatari_slots.py` reads them."""
+    """The number of objects per category of each game, in OCAtari's order.
+
+    `benchmarks/ocatari_slots.py` reads them from OCAtari.
+    """
     return json.loads(
         resources.files("ocjax").joinpath("ocatari_slots.json").read_text(encoding="utf-8")
     )
 
 
 def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
-    """The number of slots of each category, in OCAtari's order; None if OCAtari declares none for
-    the game.
+    """The number of slots of each category, in OCAtari's order, or None without a table.
 
     Args:
         game: the game, with or without its HUD.
-        hud: whether what OCAtari counts as display is included.
+        hud: whether OCAtari's display objects are included.
     """
     table = _tables().get(game.name.lower(), {"objects": {}, "hud": {}})
-    if not table["objects"].keys() & game.slices.keys():  # some of its tables are of another game
+    if not table["objects"].keys() & game.slices.keys():  # OCAtari's table belongs to another game
         return None
-    # With the HUD, OCAtari lists the objects without it first, whatever the order of its table.
+    # With the HUD, OCAtari lists the other objects first, independent of the order in its table.
     extra = {name: n for name, n in table["hud"].items() if name not in table["objects"]}
     return table["objects"] | (extra if hud else {})
 
@@ -76,12 +78,12 @@ def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str,
 
     Args:
         game: the game, or its name.
-        hud: whether what OCAtari counts as display is included; by default if the game includes its
+        hud: whether OCAtari's display objects are included; by default if the game includes its
             display.
 
     Raises:
-        ValueError: OCAtari declares no slots of the game, or there is no such game.
-        TypeError: `game` is neither a game nor a name.
+        ValueError: the game is unknown, or OCAtari declares no slots for it.
+        TypeError: `game` is not a game or a name.
     """
     game = as_game(game)
     slots = declared_slots(game, game.hud if hud is None else hud)
@@ -91,27 +93,31 @@ def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str,
 
 
 def blendrl_slots(game: Declaration | str) -> dict[str, int]:
-    """The number of rows of each category in `blendrl`, in their order; in BlendRL's code,
-    `MAX_NB_OBJECTS` of the game.
+    """The number of rows of each category in `blendrl`, in their order.
+
+    BlendRL's code calls it `MAX_NB_OBJECTS` of the game.
 
     Args:
         game: the game, or its name.
 
     Raises:
-        ValueError: OCAtari declares no slots of the game, or there is no such game.
-        TypeError: `game` is neither a game nor a name.
+        ValueError: the game is unknown, or OCAtari declares no slots for it.
+        TypeError: `game` is not a game or a name.
     """
     game = as_game(game)
     return dict(_BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False))
 
 
 def _front(valid: jax.Array) -> jax.Array:
-    """The slots with the valid ones first, otherwise in their order, int32 `[..., n]`."""
+    """Indices that sort valid slots to the front, in stable order, int32 `[..., n]`."""
     return jnp.argsort(~valid, axis=-1, stable=True).astype(jnp.int32)
 
 
 def _arranged(objects: Objects, slots: Mapping[str, int], *, packed: bool) -> Objects:
-    """The objects in the slots of a layout; `packed` moves the valid ones of every category to its front."""
+    """The objects in the slots of a layout.
+
+    `packed` moves the valid objects of every category to its front.
+    """
     game, batch, parts = whose(objects), objects.valid.shape[:-1], []
     for name, count in slots.items():
         ours = game.slices.get(name, slice(0, 0))
@@ -127,7 +133,7 @@ def _arranged(objects: Objects, slots: Mapping[str, int], *, packed: bool) -> Ob
 
 
 def _known(orientation: jax.Array) -> jax.Array:
-    """Orientations, with 0 for those that VEM does not tell."""
+    """Orientations, with 0 for VEM's unknown ones."""
     return jnp.maximum(orientation, jnp.int8(0))
 
 
@@ -139,13 +145,13 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
 
     Args:
         objects: the objects.
-        hud: whether what OCAtari counts as display is included; by default if the game includes its
-            display. With `hud=False`, load the game with its display all the same where OCAtari
-            counts an object as part of the scene, such as Seaquest's OxygenBar.
+        hud: whether OCAtari's display objects are included; by default if the game includes its
+            display. OCAtari counts some display objects as part of the scene, such as Seaquest's
+            OxygenBar: load these games with their display even for `hud=False`.
 
     Raises:
-        TypeError: `objects` are no `Objects`.
-        ValueError: OCAtari declares no slots of the game, or the objects do not know their game.
+        TypeError: `objects` is not of type `Objects`.
+        ValueError: OCAtari declares no slots for the game, or the objects do not know their game.
     """
     whose(objects)
     return _ocatari(objects, hud)
@@ -176,14 +182,14 @@ def _ocatari(objects: Objects, hud: bool | None) -> jax.Array:
 def blendrl(objects: Objects) -> jax.Array:
     """BlendRL's logic state: visible, centre x, centre y, orientation, int32 `[..., n, 4]`.
 
-    The rows of Kangaroo (49) and Seaquest (43) are those of the published agents; in other games
-    they are OCAtari's slots without the display. The visible objects of a category come first. The
-    rows of Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0); like Lives, they are
-    missing if the game is loaded without its display. Centres are rounded down.
+    The rows of Kangaroo (49) and Seaquest (43) match the published agents; other games have
+    OCAtari's slots without the display. The visible objects of a category come first. The rows of
+    Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0); like Lives, they are missing if
+    the game is loaded without its display. Centres are rounded down.
 
     Raises:
-        TypeError: `objects` are no `Objects`.
-        ValueError: OCAtari declares no slots of the game, or the objects do not know their game.
+        TypeError: `objects` is not of type `Objects`.
+        ValueError: OCAtari declares no slots for the game, or the objects do not know their game.
     """
     whose(objects)
     return _blendrl(objects)
@@ -203,15 +209,15 @@ def _blendrl(objects: Objects) -> jax.Array:
 
 
 def nudge(objects: Objects) -> jax.Array:
-    """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`: four columns that tell
-    the category, left and top.
+    """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`.
 
-    The columns stand for the player, enemies or cars, rewards, and consumables. In Freeway, row 0
-    is the left chicken, and the other rows are the cars. In Asterix, the visible objects come
-    first, in the order of the columns; those after the eleventh are left out.
+    The first four columns are a one-hot code of the category: player, enemies or cars, rewards, and
+    consumables. The last two are left and top. In Freeway, row 0 is the left chicken, and the other
+    rows are the cars. In Asterix, the visible objects come first, in the order of the columns;
+    objects after the eleventh are dropped.
 
     Raises:
-        TypeError: `objects` are no `Objects`.
+        TypeError: `objects` is not of type `Objects`.
         ValueError: NUDGE does not define the layout for the game, or the objects do not know their
             game.
     """

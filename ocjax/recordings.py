@@ -28,40 +28,42 @@ ARRAYS = (
     "resets",
     "ends",
 )
-_NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; all other arrays are uint8 or bool
+_NUMBERS = {"rewards": "if", "lives": "iu"}  # kinds of dtype; the other arrays are uint8 or bool
 _BOOLS = ("resets", "ends")
+# Arrays that are stored as exclusive or with another one: nearly all zero, a tenth of the size.
 _XOR = {
     "previous": "screens",
     "previous_shown": "shown",
-}  # stored as exclusive or with the other: nearly all zero, a tenth of the size
+}
 _FACTS = ("game", "md5", "frame_skip", "settings")
 
 
 class RecordingError(ValueError):
-    """A file is not a recording, or is one of another game; the message says what is wrong with it."""
+    """A file is not a readable recording, or belongs to another game."""
 
 
 @dataclasses.dataclass(frozen=True)
 class Recording:
-    """The RAM of `n` samples of one game, and optional arrays that were recorded with it. Arrays
-    that were not recorded are None.
+    """The RAM of `n` samples of one game, and optional arrays.
+
+    Arrays that were not recorded are None.
 
     Args:
         game: the game.
         rams: uint8 `[n, 128]`.
         screens: uint8 `[n, H, 160]` of palette indices or `[n, H, 160, 3]` of RGB, the last
             emulated frame.
-        previous: the emulated frame before, like `screens`.
-        shown: uint8 `[n, H, 160]`, the graphics object of the video chip that is visible at each
-            pixel (1 and 4 players, 2 and 8 missiles, 16 ball, 32 playfield, 0 none).
-        previous_shown: the same on the frame before.
-        drawn: bool `[n, H, 160]`, whether any graphics object is visible at each pixel on the frame
-            or the one before; excerpts have it instead of `shown`.
-        rewards: `[n]`, sum of rewards since the episode began.
+        previous: the previous emulated frame, like `screens`.
+        shown: uint8 `[n, H, 160]`, the TIA's visible graphics object at each pixel (1 and 4
+            players, 2 and 8 missiles, 16 ball, 32 playfield, 0 none).
+        previous_shown: the same on the previous frame.
+        drawn: bool `[n, H, 160]`, the pixels with a visible graphics object on the frame or the
+            previous one; excerpts have it instead of `shown`.
+        rewards: `[n]`, sum of rewards since the start of the episode.
         lives: int `[n]`, the emulator's lives.
         resets: bool `[n]`, first sample of an episode.
         ends: bool `[n]`, last sample of an episode that was terminated or truncated.
-        frame_skip: emulated frames between successive samples of an episode; None if the samples
+        frame_skip: emulated frames between successive samples of an episode, or None if the samples
             are not successive.
         settings: the settings of the environments, the fields of `ocjax.envs.Settings` as a dict.
     """
@@ -90,12 +92,13 @@ class Recording:
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
-        """The arrays that were recorded, by name."""
+        """The recorded arrays, by name."""
         return {name: array for name in ARRAYS if (array := getattr(self, name)) is not None}
 
     def write(self, path: str | Path) -> None:
-        """Write an .npz file that `read` reads. An existing file is replaced atomically, or left as
-        it was if writing fails.
+        """Write an .npz file for `read`.
+
+        An existing file is replaced atomically; if writing fails, it stays unchanged.
 
         Raises:
             OSError: the file cannot be written.
@@ -115,7 +118,7 @@ class Recording:
 
 
 def join(parts: Sequence[Recording]) -> Recording:
-    """Join recordings of one game end to end. The result has the arrays that all of them have."""
+    """Concatenate recordings of one game; the result has the arrays that all of them have."""
     if len(parts) == 1:
         return parts[0]
     joined: dict[str, Any] = {
@@ -143,14 +146,14 @@ def read(path: str | Path, game: str | None = None) -> Recording:
             `previous_shown` are stored as their exclusive or with `screens` and `shown`, `drawn` as
             bits packed along rows, and `settings` as JSON. The file may also contain the name of
             the `game` and the `md5` of the ROM.
-        game: the game's name; needed if neither the file's contents nor its name (`Pong.npz`) give
-            it.
+        game: the game's name; only needed if the file's contents and its name (`Pong.npz`) do not
+            give it.
 
     Raises:
-        FileNotFoundError: there is no such file.
-        RecordingError: a ValueError; the file is unreadable, lacks an array, has one of the wrong
-            dtype or shape, or was made with another ROM.
-        UnknownGameError: a ValueError; there is no game of that name.
+        FileNotFoundError: the file does not exist.
+        RecordingError: the file is unreadable, lacks an array, has an array of the wrong dtype or
+            shape, or was made with another ROM; a ValueError.
+        UnknownGameError: the game is unknown; a ValueError.
     """
     path = Path(path)
     facts = _facts(path)
@@ -160,7 +163,7 @@ def read(path: str | Path, game: str | None = None) -> Recording:
         if name in arrays:
             if other not in arrays or arrays[other].shape != arrays[name].shape:
                 raise RecordingError(
-                    f"{path}: {name} is stored as exclusive or with {other}, which must be there "
+                    f"{path}: {name} is stored as exclusive or with {other}, which must exist "
                     "and have the same shape"
                 )
             arrays[name] = arrays[other] ^ arrays[name]
@@ -174,7 +177,7 @@ def read(path: str | Path, game: str | None = None) -> Recording:
 
 
 def _facts(path: Path) -> dict[str, np.ndarray]:
-    """The facts of a file, as they are stored."""
+    """The stored metadata of a file."""
     if not path.exists():
         raise FileNotFoundError(f"no recording {path}")
     with _damage_named(path):
@@ -188,9 +191,9 @@ def _facts(path: Path) -> dict[str, np.ndarray]:
 
 
 def _arrays(path: Path, game: Game) -> dict[str, np.ndarray]:
-    """The arrays of a file, as they are stored.
+    """The stored arrays of a file.
 
-    Their dtypes and shapes are checked before they are read.
+    Dtypes and shapes are checked before reading.
     """
     with _damage_named(path):
         headers = npz.headers(path, ARRAYS.__contains__)
@@ -248,7 +251,7 @@ def _game_of(path: Path, facts: Mapping[str, np.ndarray], name: str | None) -> G
 
 
 def _shapes(name: str, n: int, game: Game) -> list[tuple[int, ...]]:
-    """The shapes that a stored array may have."""
+    """The allowed shapes of a stored array."""
     height, width = game.screen
     if name in ("screens", "previous"):
         return [(n, height, width), (n, height, width, 3)]

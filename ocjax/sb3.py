@@ -1,8 +1,7 @@
-"""Environments for Stable-Baselines3: a `VecEnv` whose instances are stepped by ocjax's worker
-processes.
+"""Environments for Stable-Baselines3: a `VecEnv` on ocjax's worker processes.
 
-    PPO("MlpPolicy", ocjax.sb3.make_vec_env("Pong", 16, preset="dqn"),
-    device="cpu").learn(1_000_000)
+    envs = ocjax.sb3.make_vec_env("Pong", 16, preset="dqn")
+    PPO("MlpPolicy", envs, device="cpu").learn(1_000_000)
 
 Needs the extra `sb3`.
 """
@@ -37,13 +36,13 @@ def make_vec_env(
     Args:
         game: the game's name in any of the usual spellings, or a `Game`.
         n_envs: number of instances.
-        seed: instance i gets `seed + i` at the first reset; None for random seeds.
-        options: options of `ocjax.make_vec`, except for `autoreset_mode` and `batch_size`. The
-            default observation is "vector".
+        seed: instance i gets `seed + i` at the first reset; by default a random seed.
+        options: options of `ocjax.make_vec`, except `autoreset_mode` and `batch_size`. The default
+            observation is "vector".
 
     Raises:
         ValueError: the game or an option's value is unknown.
-        TypeError: there is no such option, or environments of Stable-Baselines3 do not have it.
+        TypeError: an option does not exist, or not for Stable-Baselines3.
     """
     for name in ("num_envs", "autoreset_mode", "batch_size"):
         if name in options:
@@ -62,7 +61,7 @@ def make_vec_env(
 
 
 class _Instance:
-    """What `get_attr` and `env_method` find in one of the environments."""
+    """The object behind `get_attr` and `env_method` for one of the environments."""
 
     def __init__(self, envs: ObjectVectorEnv, i: int) -> None:
         self._envs, self._i = envs, i
@@ -111,20 +110,20 @@ class ObjectVecEnv(VecEnv):
     """A vector environment of ocjax with the interface of Stable-Baselines3.
 
     The `infos` of a step contain `lives`, `frame_number`, `episode_return`, `episode_length` and
-    `game_over`, as those of `ObjectVectorEnv`, `reward` (unclipped) if rewards are clipped, `ram`
-    if `ram_info` is set, and `TimeLimit.truncated`. At the end of an episode they describe the
-    terminal state, and contain `terminal_observation`. At the end of a complete game they also
-    contain `episode`, as Stable-Baselines3's `Monitor` adds it: the unclipped return `r`, the
-    number of agent steps `l`, and the seconds `t` since the environments were made.
+    `game_over` as in `ObjectVectorEnv`, `reward` (unclipped) if rewards are clipped, `ram` with
+    `ram_info`, and `TimeLimit.truncated`. At the end of an episode they describe the terminal
+    state, and contain `terminal_observation`. At the end of a complete game they also contain
+    `episode`, as from Stable-Baselines3's `Monitor`: the unclipped return `r`, the number of agent
+    steps `l`, and the seconds `t` since the environments were made.
 
     Args:
-        envs: a vector environment whose autoreset mode is same-step.
+        envs: a vector environment with same-step autoreset.
 
     Attributes:
         envs: the vector environment.
 
     Raises:
-        ValueError: the autoreset mode is another one.
+        ValueError: the environment has another autoreset mode.
     """
 
     def __init__(self, envs: ObjectVectorEnv) -> None:
@@ -138,11 +137,12 @@ class ObjectVecEnv(VecEnv):
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
 
     def reset(self) -> Any:
-        """Start new games in all environments, with the seeds that `seed` has set, and return the
-        observations. A pending step is lost.
+        """Start new games in all environments, and return the observations.
+
+        The seeds come from `seed`. A pending step is lost.
 
         Raises:
-            ValueError: `set_options` has set options; there are none.
+            ValueError: `set_options` has set options; resets have none.
         """
         if any(self._options):
             raise ValueError(f"unknown options {self._options}: resets have none")
@@ -161,8 +161,7 @@ class ObjectVecEnv(VecEnv):
         """Wait for the step.
 
         Returns:
-            Observations, rewards float32 `[N]`, whether episodes have ended, bool `[N]`, and the
-            infos.
+            Observations, rewards float32 `[N]`, ends of episodes bool `[N]`, and the infos.
         """
         observation, reward, terminated, truncated, info = self.envs.step_wait()
         ended, infos = terminated | truncated, self._infos(info)
@@ -199,7 +198,10 @@ class ObjectVecEnv(VecEnv):
         self.envs.close()
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """The last frame of each environment; None unless the render mode is "rgb_array"."""
+        """The last frame of each environment.
+
+        Frames are None unless the render mode is "rgb_array".
+        """
         frames = self.envs.render() if self.render_mode == "rgb_array" else None
         return [None] * self.num_envs if frames is None else list(frames)
 
@@ -207,18 +209,20 @@ class ObjectVecEnv(VecEnv):
         return [self._instances[i] for i in self._get_indices(indices)]
 
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
-        """An attribute of some environments: their spaces, `spec`, `metadata`, `render_mode`,
-        `game`, `mode`, `features` or `objects`.
+        """An attribute of some environments.
+
+        Attributes are the spaces, `spec`, `metadata`, `render_mode`, `game`, `mode`, `features` and
+        `objects`.
 
         Raises:
-            AttributeError: there is no such attribute.
+            AttributeError: the attribute does not exist.
         """
         return [getattr(one, attr_name) for one in self._selected(indices)]
 
     def set_attr(
         self, attr_name: str, value: Any, indices: int | Iterable[int] | None = None
     ) -> None:
-        """Not supported.
+        """Raise an error: attributes cannot be set.
 
         Raises:
             AttributeError: always: the emulators run in worker processes, and options are set when
@@ -238,12 +242,15 @@ class ObjectVecEnv(VecEnv):
         """Call a method of some environments: `get_ram`, `get_action_meanings` or `render`.
 
         Raises:
-            AttributeError: there is no such method.
+            AttributeError: the method does not exist.
         """
         return [getattr(one, method_name)(*args, **kwargs) for one in self._selected(indices)]
 
     def env_is_wrapped(
         self, wrapper_class: type, indices: int | Iterable[int] | None = None
     ) -> list[bool]:
-        """Whether environments have a wrapper: only `Monitor`, because the infos contain the episodes that it adds."""
+        """True for the wrapper `Monitor`, False for others.
+
+        The infos contain the episodes that `Monitor` adds.
+        """
         return [wrapper_class is Monitor for _ in self._selected(indices)]

@@ -47,7 +47,7 @@ def test_labels_under_jit():
 
 
 def test_misuse():
-    with pytest.raises(ValueError, match="no labels of Alien; it has those of Asteroids"):
+    with pytest.raises(ValueError, match="no labels for Alien; it labels Asteroids"):
         atariari.labels("Alien", PATTERN)
     with pytest.raises(TypeError, match="must be a uint8 array, got int64"):
         atariari.labels("Pong", PATTERN.astype(np.int64))

@@ -1,4 +1,4 @@
-"""Agents that learn from objects, and games that they play.
+"""Agents that learn from objects, and the games that they play.
 
 Training needs the extra `rl`; playing does not.
 """

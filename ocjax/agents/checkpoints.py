@@ -1,4 +1,4 @@
-"""The latest checkpoint of a training, which Orbax writes and reads."""
+"""The latest checkpoint of a training, in Orbax's format."""
 
 import os
 import shutil
@@ -9,16 +9,16 @@ import jax
 import numpy as np
 import orbax.checkpoint as ocp
 
-UNFINISHED = "*.orbax-checkpoint-tmp*"  # what Orbax calls a checkpoint that it writes
+UNFINISHED = "*.orbax-checkpoint-tmp*"  # Orbax's name of an unfinished checkpoint
 RESERVE = "space.orbax-checkpoint-tmp"
-OVERHEAD = 2**20  # bytes of a checkpoint beside its arrays, at most: some fifty small files
+OVERHEAD = 2**20  # maximal bytes of a checkpoint besides its arrays: about fifty small files
 
 
 class Checkpoints:
     """Checkpoints in a folder. A new one is complete before the previous one is deleted.
 
     Args:
-        folder: is created if necessary. What interrupted writers left there is deleted.
+        folder: created if necessary. Remains of interrupted writes are deleted.
 
     Raises:
         OSError: the folder is a file, or cannot be created.
@@ -33,20 +33,20 @@ class Checkpoints:
 
     @property
     def latest(self) -> int | None:
-        """The number of the latest checkpoint; None if there is none."""
+        """The number of the latest checkpoint, or None without a checkpoint."""
         return self._manager.latest_step()
 
     def save(self, number: int, state: Any, environments: Any, progress: Any) -> None:
         """Write a checkpoint.
 
         Args:
-            number: of the checkpoint.
+            number: the checkpoint's number.
             state: a pytree of arrays.
             environments: a pytree of numbers and arrays.
-            progress: ready for JSON.
+            progress: values for JSON.
 
         Raises:
-            OSError: it cannot be written; the previous checkpoint is still there.
+            OSError: writing failed; the previous checkpoint still exists.
         """
         items = {
             "state": ocp.args.StandardSave(state),  # pyright: ignore[reportCallIssue]
@@ -65,10 +65,9 @@ class Checkpoints:
             self._delete_unfinished()
 
     def _try_space(self, size: int) -> None:
-        """Check that the disk has space for so many bytes.
+        """Check that the disk has `size` free bytes.
 
-        On a full disk, Orbax's threads would log pages of errors until long after the first one is
-        raised.
+        On a full disk, Orbax's threads would log pages of errors long after raising the first one.
         """
         path = self._folder / RESERVE
         try:
@@ -83,11 +82,11 @@ class Checkpoints:
         """Read a checkpoint: a mapping with the arguments of `save`.
 
         Args:
-            number: of the checkpoint.
+            number: the checkpoint's number.
             state: a pytree of arrays with the same structure, shapes and dtypes.
 
         Raises:
-            Exception: it is damaged, which can fail anywhere in Orbax, TensorStore and JSON.
+            Exception: the checkpoint is damaged; Orbax, TensorStore and JSON raise many types.
         """
         items = {
             "state": ocp.args.StandardRestore(state),  # pyright: ignore[reportCallIssue]
@@ -97,7 +96,7 @@ class Checkpoints:
         return self._manager.restore(number, args=ocp.args.Composite(**items))
 
     def close(self) -> None:
-        """Release what Orbax needs."""
+        """Release Orbax's resources."""
         self._manager.close()
 
     def _delete_unfinished(self) -> None:

@@ -1,4 +1,7 @@
-"""Rollouts of two halves of the environments: while the emulators of one half step, the policy acts in the other."""
+"""Rollouts of two halves of the environments.
+
+While the emulators of one half step, the policy acts in the other.
+"""
 
 import dataclasses
 import time
@@ -13,45 +16,43 @@ from ocjax.emulators.checks import integer
 from ocjax.emulators.states import States
 from ocjax.envs.vector import ObjectVectorEnv
 
-# (observations [n, *D], number of the step) -> actions int [n], log probabilities float32 [n]
 MOST_STEPS = 2**31 - 1  # random numbers are drawn with an int32 number of the step
+# (observations [n, *D], number of the step) -> actions int [n], log probabilities float32 [n]
 Act = Callable[[np.ndarray, int], tuple[Any, Any]]
 
 
 @dataclasses.dataclass
 class _Half:
-    """Half of the environments, and what they showed last."""
+    """Half of the environments, and their last observation."""
 
     envs: ObjectVectorEnv
-    columns: slice  # of a rollout
+    columns: slice  # the half's columns of a rollout
     obs: np.ndarray
-    ended: (
-        np.ndarray
-    )  # bool [n], whether the episode ended in the last step, so that the next one only resets
+    ended: np.ndarray  # bool [n]: the episode ended in the last step, so the next step only resets
 
 
 class Collector:
-    """Steps two vector environments in turn and collects rollouts.
+    """Steps two vector environments alternately and collects rollouts.
 
     Episodes end as in Gymnasium's next-step autoreset: the observation after an episode's last step
-    is its own last one, and the step after that ignores the action and shows the first observation
-    of a new episode.
+    is the last one of that episode, and the next step ignores the action and shows the first
+    observation of a new episode.
 
-    Each of the first rollouts begins with a new episode in one of the environments: the second in
+    Each of the first rollouts begins with a new episode in one environment: the second rollout in
     environment 1, the third in environment 2, and so on. Otherwise games of a fixed length, such as
-    Freeway's, would begin at the same time in all environments during the whole training, and every
+    Freeway, would begin at the same time in all environments during the whole training, and every
     rollout would show one short part of a game.
 
     Args:
         first: half of the environments.
         second: the other half.
         horizon: steps of a rollout.
-        seed: of the environments.
+        seed: seed of the environments.
 
     Attributes:
         games: the returns of the games that ended in the last rollout.
-        seconds: how long the last rollout waited for the environments (emulators and extraction),
-            and for the policy.
+        seconds: the time that the last rollout waited for the environments (emulators and
+            extraction) and for the policy.
     """
 
     def __init__(
@@ -91,7 +92,10 @@ class Collector:
         return out
 
     def _restart_one(self) -> None:
-        """Begin a new episode in the environment whose number is that of the rollout, if there is one."""
+        """Begin a new episode in one environment.
+
+        Its number equals the number of the rollout; later rollouts do nothing.
+        """
         rollout = self.steps // (len(self._halves) * self.horizon)
         for half in self._halves:
             mask = np.arange(self.num_envs)[half.columns] == rollout
@@ -100,7 +104,7 @@ class Collector:
                 half.ended = half.ended & ~mask
 
     def _begin(self, half: _Half, out: Rollout, i: int, act: Act) -> None:
-        """Choose actions and start the step i of a rollout."""
+        """Choose actions and start step i of a rollout."""
         start = time.perf_counter()
         action, log_prob = jax.tree.map(np.asarray, act(half.obs, self.steps))
         self.seconds["policy"] += time.perf_counter() - start
@@ -110,7 +114,7 @@ class Collector:
         out.action[i, half.columns], out.log_prob[i, half.columns] = action, log_prob
 
     def _finish(self, half: _Half, out: Rollout, i: int) -> None:
-        """Wait for the step i of a rollout."""
+        """Wait for step i of a rollout."""
         start = time.perf_counter()
         half.obs, reward, terminated, truncated, info = half.envs.step_wait()
         self.seconds["environments"] += time.perf_counter() - start
@@ -120,7 +124,7 @@ class Collector:
         out.terminated[i, half.columns], out.truncated[i, half.columns] = terminated, truncated
 
     def save(self) -> dict[str, Any]:
-        """Everything that later rollouts depend on, as a pytree of numbers and arrays."""
+        """All values that later rollouts depend on, as a pytree of numbers and arrays."""
         halves = [
             {
                 "states": np.frombuffer(half.envs.clone_state().to_bytes(), np.uint8),
@@ -131,14 +135,14 @@ class Collector:
         return {"steps": self.steps, "halves": halves}
 
     def restore(self, saved: Mapping[str, Any], rollouts: int) -> None:
-        """Continue from what `save` returned, as if there had been no interruption.
+        """Continue from the result of `save`, as if without an interruption.
 
         Args:
-            saved: by `save`.
-            rollouts: that had been collected.
+            saved: the result of `save`.
+            rollouts: number of collected rollouts at that time.
 
         Raises:
-            ValueError: a number or an array is not one that `save` returns after so many rollouts.
+            ValueError: a number or an array does not match `rollouts` and these environments.
         """
         steps = rollouts * len(self._halves) * self.horizon
         self.steps = integer(

@@ -1,6 +1,6 @@
-"""What a training run is: its game, inputs, environments and hyperparameters.
+"""The configuration of a training run: game, inputs, environments and hyperparameters.
 
-Nothing here needs the extra `rl`.
+This module does not need the extra `rl`.
 """
 
 import dataclasses
@@ -21,11 +21,11 @@ from ocjax.extraction.registry import load
 from ocjax.play.networks import Groups, groups_of
 
 FEATURES = ("x", "y", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "valid")
-# Positions on a fixed grid say nothing, and those relative to the player change all at once: in
-# Breakout, 108 bricks hide the ball.
+# Positions on a fixed grid are constant, and relative to the player they all change at once: in
+# Breakout, 108 bricks would hide the ball.
 GRID_FEATURES = ("valid",)
 PRESET = "dqn"
-MOST = 2**31 - 1  # of seeds and hyperparameters
+MOST = 2**31 - 1  # limit of seeds and hyperparameters
 MOST_HISTORY = 1_000
 
 Inputs = Literal["objects", "pixels"]
@@ -33,7 +33,7 @@ ObjectNetwork = Literal["shared", "mlp"]
 
 
 class TrainingError(ValueError):
-    """A training cannot be started or continued; the message says why."""
+    """A training cannot be started or continued."""
 
 
 def _hyperparameter(default: float, meaning: str) -> Any:
@@ -42,14 +42,15 @@ def _hyperparameter(default: float, meaning: str) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class Hyperparameters:
-    """Hyperparameters of PPO, the same for all games. The `help` in a field's metadata is its
-    meaning.
+    """Hyperparameters of PPO, the same for all games.
+
+    The metadata entry `help` of each field explains it.
 
     The OCAtari paper's values (`EXPERIMENTS["paper"]`) learn more slowly per frame: after 1.3
     million frames, they reach -18.4 points in Pong, and the defaults -17.0. Learning rate, clipping
-    range and entropy coefficient fall linearly to 0 over the training. The entropy bonus lets the
-    policy explore at first; later it would keep it from choosing between actions whose values
-    differ little.
+    range and entropy coefficient fall linearly to 0 over the training. At first the entropy bonus
+    makes the policy explore; later it would keep the policy from choosing between actions with
+    similar values.
 
     Raises:
         ValueError: a number is out of range, the number of environments is odd, or the minibatch
@@ -98,7 +99,7 @@ def _positive(name: str, value: Any) -> float:
     """A positive number; the entropy coefficient may be 0.
 
     Raises:
-        ValueError: it is not one.
+        ValueError: the number is out of range.
     """
     or_zero = name == "entropy_coefficient"
     known = isinstance(value, int | float) and not isinstance(value, bool) and value <= MOST
@@ -111,35 +112,36 @@ def _positive(name: str, value: Any) -> float:
 
 @dataclasses.dataclass(frozen=True)
 class Config:
-    """What a training is.
+    """The configuration of a training.
 
     Args:
         game: the game's name in any of the usual spellings.
-        seed: of the environments, the network and the actions.
+        seed: seed of the environments, the network and the actions.
         inputs: "objects" (from RAM, without the display) or "pixels" (the last four grey frames).
-        preset: the settings of the environments. Rewards are not clipped, whatever it says, but
-            scaled by the spread of the returns.
-        hyperparameters: of PPO.
-        features: of each slot, as `ocjax.envs.Vector` names them, in pixels; for "objects".
-        grid_features: likewise, for the slots of fixed grids; None for the same as others.
-        history: number of states of which the policy sees the features; for "objects".
+        preset: the settings of the environments. Rewards are never clipped, but scaled by the
+            spread of the returns.
+        hyperparameters: the hyperparameters of PPO.
+        features: the features of each slot, by their names in `ocjax.envs.Vector`, in pixels; for
+            "objects".
+        grid_features: the features of slots of fixed grids; with None, the same as for others.
+        history: number of states that the policy sees; for "objects".
         network: "shared" (the slots of a category share weights; it takes one state) or "mlp" (a
             multilayer perceptron); for "objects".
         variations: names of variations of the game, which apply together; see
             `ocjax.emulators.variations`.
-        game_mode: as ale-py numbers it; None for the game's default.
-        game_difficulty: likewise.
-        starts: values that are written to the RAM when a game begins, by the name of a field of the
-            game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
-            environments take turns; an empty start writes nothing.
+        game_mode: ale-py's number of the mode; by default the game's own.
+        game_difficulty: ale-py's number of the difficulty; by default the game's own.
+        starts: values to write to the RAM when a game begins, by the name of a field of the game's
+            `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The starts
+            are assigned to the environments in rotation; an empty start writes nothing.
 
     Raises:
-        ValueError: an argument is malformed or out of range, or the game has no such variation,
-            mode, difficulty or field.
+        ValueError: an argument is malformed or out of range, or the game lacks a variation, mode,
+            difficulty or field.
         TrainingError: the preset draws the number of emulated frames of each step.
         TypeError: the game's name is not a string.
-        RomError: a ValueError; a mode or difficulty is given, and the ROM is missing or is not the
-            one that the game's decoder was written for.
+        RomError: a mode or difficulty is given, and the ROM is missing or the wrong one; a
+            ValueError.
     """
 
     game: str
@@ -184,9 +186,7 @@ class Config:
             raise ValueError(
                 f"network must be {' or '.join(get_args(ObjectNetwork))}, got {self.network!r}"
             )
-        _ = (
-            self.groups
-        )  # raises ValueError for unknown features, and for those that the network cannot take
+        _ = self.groups  # raises ValueError for unknown or unsupported features
 
     @classmethod
     def of(
@@ -201,11 +201,11 @@ class Config:
         Args:
             experiment: a name in `EXPERIMENTS`.
             game: the game's name.
-            hyperparameters: those that differ from the experiment's, by name.
-            changes: other fields that differ.
+            hyperparameters: changed hyperparameters, by name.
+            changes: other changed fields.
 
         Raises:
-            ValueError: there is no such experiment, or an argument is wrong; see `Config`.
+            ValueError: the experiment is unknown, or an argument is wrong; see `Config`.
         """
         if experiment not in EXPERIMENTS:
             raise ValueError(f"experiment must be {' or '.join(EXPERIMENTS)}, got {experiment!r}")
@@ -253,7 +253,10 @@ def _check_preset(preset: Any) -> None:
 
 
 def _variant(game: Game, mode: Any, difficulty: Any) -> dict[str, int | None]:
-    """The mode and the difficulty. Only if one is given, the ROM is loaded."""
+    """The mode and the difficulty, after a check.
+
+    The ROM is only loaded if one of them is given.
+    """
     given = {"game_mode": mode, "game_difficulty": difficulty}
     if mode is None and difficulty is None:
         return given
@@ -275,7 +278,7 @@ def _names(field: str, value: Any) -> tuple[str, ...]:
 
 
 def _variations(game: Game, value: Any) -> tuple[str, ...]:
-    """The names of variations without the game's."""
+    """The names of variations without the prefix of the game."""
     names = _names("variations", value)
     named_hooks(names, game.name)
     return tuple(name.rpartition(":")[2] for name in names)
@@ -293,9 +296,9 @@ def _starts(game: Game, value: Any) -> tuple[Start, ...]:
     return starts
 
 
-# By name, the fields of `Config` that differ from its defaults. The paper is Delfosse et al.
-# (2024), whose table of hyperparameters has all of them but `max_grad_norm`; that of CleanRL's
-# ppo_atari.py, 0.5, is the default.
+# Experiments by name, with the fields of `Config` that differ from its defaults. The paper is
+# Delfosse et al. (2024). Its table of hyperparameters has all values except `max_grad_norm`, which
+# is 0.5 as in CleanRL's ppo_atari.py.
 EXPERIMENTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "default": {},

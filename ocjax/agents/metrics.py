@@ -18,26 +18,25 @@ from tensorboardX.proto.event_pb2 import Event, SessionLog  # pyright: ignore[re
 
 from ocjax.emulators.checks import integer
 
-LARGEST = 1e15  # of numbers in a checkpoint
-MOST_LINE = 10_000  # bytes of a line of `metrics.csv`, which has some 200
-RECENT_GAMES = 100  # of which the mean return is reported
+LARGEST = 1e15  # limit of numbers in a checkpoint
+MOST_LINE = 10_000  # bytes; lines of `metrics.csv` have about 200
+RECENT_GAMES = 100  # number of games in the reported mean return
 
 
 class Metrics:
-    """One row per update, which is in the files as soon as `add` returns. `restore` drops rows that
-    are later than the checkpoint.
+    """Metrics with one row per update; `add` writes it to the files at once.
 
-    Events are written in this thread. tensorboardX's own writer has a thread: after an error in it,
-    `add_scalar` waits for ever.
+    `restore` drops rows that are later than the checkpoint. This thread writes the events:
+    tensorboardX's own writer uses a thread, and after an error in it `add_scalar` waits forever.
 
     Args:
-        folder: of the training; gets `metrics.csv` and `tensorboard/`.
+        folder: the folder of the training, for `metrics.csv` and `tensorboard/`.
 
     Attributes:
         rows: the number of rows.
         recent: the returns of the last games.
-        seconds: of training so far.
-        frames_per_second: of the last update.
+        seconds: the duration of the training so far.
+        frames_per_second: the speed of the last update.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -51,7 +50,7 @@ class Metrics:
 
     @property
     def mean_return(self) -> float:
-        """Of the last games; nan before the first game has ended."""
+        """The mean return of the last games; nan before the end of the first game."""
         return float(np.mean(self.recent)) if self.recent else float("nan")
 
     def add(self, frames: int, seconds: float, games: list[float], **numbers: float) -> None:
@@ -59,7 +58,7 @@ class Metrics:
 
         Args:
             frames: emulated frames so far.
-            seconds: that the update and its rollout took.
+            seconds: duration of the update and its rollout.
             games: returns of the games that ended in its rollout.
             numbers: the other columns.
 
@@ -84,7 +83,7 @@ class Metrics:
     def _write_row(self, row: dict[str, Any]) -> None:
         """Append a row.
 
-        The first one replaces the file, which a run without a checkpoint may have left.
+        The first row replaces the file: a run without a checkpoint may have left one.
         """
         first = self.rows == 0
         self._names = list(row) if first else self._names
@@ -106,7 +105,7 @@ class Metrics:
         if self._writer is None:
             (self._folder / "tensorboard").mkdir(exist_ok=True)
             self._writer = EventsWriter(str(self._folder / "tensorboard" / "events"))
-            # TensorBoard drops events from this step on that an earlier run wrote after its latest
+            # TensorBoard then drops later events, which an earlier run wrote after its last
             # checkpoint.
             self._writer.write_event(
                 Event(step=frames, session_log=SessionLog(status=SessionLog.START))
@@ -125,15 +124,15 @@ class Metrics:
                 self._writer.close()
 
     def save(self) -> dict[str, Any]:
-        """What `restore` needs besides the file, ready for JSON."""
+        """The values that `restore` needs besides the file, ready for JSON."""
         return {"seconds": self.seconds, "recent": list(self.recent), "rows": self.rows}
 
     def restore(self, saved: dict[str, Any], updates: int) -> None:
         """Continue after a checkpoint, and delete the later rows of the file.
 
         Args:
-            saved: by `save`.
-            updates: the number of updates, and so of rows.
+            saved: the result of `save`.
+            updates: the number of updates, which equals the number of rows.
 
         Raises:
             ValueError: a number is out of range, or the file is damaged or lacks rows.
@@ -153,7 +152,7 @@ class Metrics:
         path = self._folder / "metrics.csv"
         kept = _read(path, updates)
         if kept.size < path.stat().st_size:
-            os.truncate(path, kept.size)  # in one step, and also on a full disk
+            os.truncate(path, kept.size)  # atomic, and works on a full disk
         self._names, self._frames, self.rows = kept.names, kept.frames, updates
         self.seconds = float(seconds)
         self.recent.extend(map(float, recent))
@@ -174,7 +173,9 @@ class _Kept(NamedTuple):
 
 
 def _read(path: Path, count: int) -> _Kept:
-    """Check the heading and the first rows of `metrics.csv`. A row counts if its line has its end.
+    """Check the heading and the first rows of `metrics.csv`.
+
+    A row only counts if its line ends with a newline.
 
     Raises:
         ValueError: the file is damaged or lacks rows.
@@ -184,19 +185,19 @@ def _read(path: Path, count: int) -> _Kept:
         for i in range(count):
             row = _cells(file.readline(MOST_LINE))
             if row is None:
-                raise ValueError(f"metrics.csv has {i:,} rows, the checkpoint is of row {count:,}")
+                raise ValueError(f"metrics.csv has {i:,} rows, but the checkpoint needs {count:,}")
             if len(set(names)) < len(names) or not {"frames", "return"} <= set(names):
                 raise ValueError(f"metrics.csv has the columns {', '.join(names)[:200]}")
             if len(row) != len(names):
                 raise ValueError(
-                    f"row {i + 1} of metrics.csv has another number of columns than its heading"
+                    f"row {i + 1} of metrics.csv and its heading differ in the number of columns"
                 )
             frames = dict(zip(names, map(float, row), strict=True))["frames"]
         return _Kept(names, frames, file.tell())
 
 
 def _cells(line: bytes) -> list[str] | None:
-    """The cells of a line of `metrics.csv`; None if the line is cut off, or there is none."""
+    """The cells of a line of `metrics.csv`, or None if the line is missing or cut off."""
     return line.decode("utf-8").removesuffix("\n").split(",") if line.endswith(b"\n") else None
 
 
@@ -204,8 +205,8 @@ class Bar:
     """A progress bar with speed and mean return; use it in a `with` statement.
 
     Args:
-        console: where it is shown.
-        name: of the game.
+        console: the console to print to.
+        name: the game's name.
         total: emulated frames.
     """
 

@@ -1,4 +1,4 @@
-"""Running means and variances, by which inputs and rewards are scaled."""
+"""Running means and variances, to scale inputs and rewards."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ocjax.play.policies import MAX_INPUT
 
-LEAST_VARIANCE = 1e-4  # below which an input is taken for a constant
+LEAST_VARIANCE = 1e-4  # inputs with a smaller variance count as constant
 
 
 class Moments(NamedTuple):
@@ -20,12 +20,15 @@ class Moments(NamedTuple):
 
 
 def initial_moments(shape: tuple[int, ...]) -> Moments:
-    """The moments before the first sample, by which nothing is changed."""
+    """The moments before the first sample, which leave inputs unchanged."""
     return Moments(jnp.zeros(shape, jnp.float32), jnp.ones(shape, jnp.float32), jnp.float32(0))
 
 
 def merge_moments(moments: Moments, samples: jax.Array | np.ndarray) -> Moments:
-    """The moments with samples `[n, ...]` added, by the parallel algorithm of Chan et al. (1979)."""
+    """Add samples `[n, ...]` to the moments.
+
+    It uses the parallel algorithm of Chan et al. (1979).
+    """
     samples = jnp.asarray(samples)
     mean, variance, count = (
         jnp.mean(samples, axis=0),
@@ -43,12 +46,12 @@ def merge_moments(moments: Moments, samples: jax.Array | np.ndarray) -> Moments:
 
 
 def deviation(moments: Moments) -> jax.Array:
-    """The standard deviation of each input; 1 for those that have hardly varied so far."""
+    """The standard deviation of each input; 1 for nearly constant inputs."""
     return jnp.where(moments.variance > LEAST_VARIANCE, jnp.sqrt(moments.variance), jnp.float32(1))
 
 
 def standardized(moments: Moments, x: jax.Array | np.ndarray) -> jax.Array:
-    """Inputs with mean 0 and variance 1; those that have hardly varied so far are only centred."""
+    """Inputs with mean 0 and variance 1; nearly constant inputs are only centred."""
     lead = (1,) * (np.ndim(x) - moments.mean.ndim)
     centered = jnp.asarray(x) - moments.mean.reshape(*lead, *moments.mean.shape)
     return jnp.clip(

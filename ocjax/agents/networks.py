@@ -1,4 +1,4 @@
-"""The networks of agents: parameters are pytrees of arrays, and applying a network is a pure function."""
+"""The networks of agents, as pure functions of pytrees of parameters."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -22,7 +22,7 @@ Params = dict[str, list[dict[str, jax.Array]]]
 
 HIDDEN = (64, 64)
 DENSE = 512
-# The scales of initial weights as in the PPO implementations that Huang et al. (2022) compare.
+# Scales of initial weights, as in the PPO implementations that Huang et al. (2022) compare.
 GAIN, ACTOR_GAIN, CRITIC_GAIN = 2**0.5, 0.01, 1.0
 
 
@@ -30,9 +30,8 @@ class Network(NamedTuple):
     """An actor and a critic."""
 
     init: Callable[[jax.Array], Params]  # random key -> parameters
-    apply: Callable[
-        [Params, jax.Array], tuple[jax.Array, jax.Array]
-    ]  # observations [B, ...] -> logits [B, A], values [B]
+    # Parameters, observations [B, ...] -> logits [B, A], values [B].
+    apply: Callable[[Params, jax.Array], tuple[jax.Array, jax.Array]]
 
 
 def _dense_layers(
@@ -60,7 +59,10 @@ def _pairs(layers: Sequence[dict[str, jax.Array]]) -> Layers:
 
 
 def mlp(num_inputs: int, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
-    """Separate multilayer perceptrons with tanh for actor and critic, on float32 `[B, num_inputs]`."""
+    """Separate multilayer perceptrons with tanh for actor and critic.
+
+    They take float32 `[B, num_inputs]`.
+    """
 
     def init(key: jax.Array) -> Params:
         actor, critic = jax.random.split(key)
@@ -76,7 +78,10 @@ def mlp(num_inputs: int, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Ne
 
 
 def shared(groups: Groups, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
-    """Separate networks for actor and critic, each as `ocjax.play.networks.shared`, on float32 `[B, num_inputs]`."""
+    """Separate networks `ocjax.play.networks.shared` for actor and critic.
+
+    They take float32 `[B, num_inputs]`.
+    """
     pooled = [group for group in groups if group.pooled]
     width = sum(group.width for group in groups)
 
@@ -107,14 +112,16 @@ def shared(groups: Groups, num_actions: int, hidden: Sequence[int] = HIDDEN) -> 
 
 
 def nature_cnn(stack: int, num_actions: int) -> Network:
-    """The convolutional network of Mnih et al. (2015) with heads for actor and critic, on uint8 `[B, stack, 84, 84]`."""
+    """The convolutional network of Mnih et al. (2015) with heads for actor and critic.
+
+    It takes uint8 `[B, stack, 84, 84]`.
+    """
 
     def init(key: jax.Array) -> Params:
         keys = jax.random.split(key, len(CONVOLUTIONS) + 3)
         channels = (stack, *(n for n, _, _ in CONVOLUTIONS))
-        initial = orthogonal(
-            GAIN, column_axis=0
-        )  # a filter's weights [channels out, in, height, width]
+        # A filter's weights are [channels out, in, height, width].
+        initial = orthogonal(GAIN, column_axis=0)
         torso = [
             {"w": initial(k, (n, before, size, size), jnp.float32), "b": jnp.zeros(n, jnp.float32)}
             for k, before, (n, size, _) in zip(keys, channels, CONVOLUTIONS, strict=False)

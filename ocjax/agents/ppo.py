@@ -17,7 +17,7 @@ from ocjax.agents.config import Hyperparameters
 from ocjax.agents.moments import Moments, initial_moments, merge_moments, scaled, standardized
 from ocjax.agents.networks import Network, Params
 
-MAX_REWARD = 10.0  # of scaled rewards
+MAX_REWARD = 10.0  # limit of scaled rewards
 
 
 class Rollout(NamedTuple):
@@ -25,7 +25,7 @@ class Rollout(NamedTuple):
 
     obs: np.ndarray  # [T + 1, B, *D]
     action: np.ndarray  # int32 [T, B]
-    log_prob: np.ndarray  # float32 [T, B], of the action when it was chosen
+    log_prob: np.ndarray  # float32 [T, B], of the action at its choice
     reward: np.ndarray  # float32 [T, B]
     terminated: np.ndarray  # bool [T, B]
     truncated: np.ndarray  # bool [T, B]
@@ -33,14 +33,14 @@ class Rollout(NamedTuple):
 
 
 class Learner(NamedTuple):
-    """Everything that an update changes."""
+    """The state that an update changes."""
 
     params: Params
     optimizer: optax.OptState
     inputs: Moments  # of observations; not used for frames
     returns: Moments  # of discounted sums of rewards
-    discounted: jax.Array  # float32 [B], the present sums
-    key: jax.Array  # uint32, random
+    discounted: jax.Array  # float32 [B], the current sums
+    key: jax.Array  # uint32, key data
 
 
 class Losses(NamedTuple):
@@ -50,8 +50,8 @@ class Losses(NamedTuple):
     value: jax.Array
     entropy: jax.Array
     kl: jax.Array  # approximate divergence from the policy that acted
-    clipped: jax.Array  # share of samples whose probability ratio was clipped
-    explained_variance: jax.Array  # of the returns by the values before the update
+    clipped: jax.Array  # fraction of samples with a clipped probability ratio
+    explained_variance: jax.Array  # of the returns, by the values before the update
 
 
 NO_LOSSES = Losses(*[jnp.float32(float("nan"))] * len(Losses._fields))  # before the first update
@@ -63,7 +63,7 @@ def _optimizer(h: Hyperparameters) -> optax.GradientTransformation:
 
 
 def init(network: Network, h: Hyperparameters, num_inputs: int, seed: int) -> Learner:
-    """The state before training."""
+    """The learner before training."""
     key, own = jax.random.split(jax.random.key(seed))
     params = network.init(own)
     moments = initial_moments((num_inputs,)), initial_moments(())
@@ -86,8 +86,8 @@ def advantages(
 ) -> jax.Array:
     """Generalised advantage estimation (Schulman et al., 2016), float32 `[T, B]`.
 
-    A truncated episode continues in the value of its last observation; a terminated one is worth
-    nothing from then on.
+    The end of a truncated episode is worth the value of its last observation, the end of a
+    terminated one 0.
 
     Args:
         reward: float32 `[T, B]`.
@@ -112,8 +112,8 @@ def compressed(reward: jax.Array) -> jax.Array:
     """sign(r) log(1 + |r|) (Hester et al., 2018), float32.
 
     Rewards of one game can differ by orders of magnitude. In Skiing, each step gives -7 points, and
-    the last one down to -10,000 for missed gates: with these rewards and a discount factor of 0.99,
-    an agent learns to delay the end of the game.
+    the last step down to -10,000 for missed gates. Without compression and with a discount factor
+    of 0.99, an agent learns to delay the end of the game.
     """
     return jnp.sign(reward) * jnp.log1p(jnp.abs(reward))
 
@@ -121,7 +121,10 @@ def compressed(reward: jax.Array) -> jax.Array:
 def _scaled_rewards(
     learner: Learner, rollout: Rollout, gamma: float
 ) -> tuple[jax.Array, Moments, jax.Array]:
-    """Compressed rewards in units of the standard deviation of their discounted sums, and the moments and present values of these."""
+    """Compressed rewards in units of the standard deviation of their discounted sums.
+
+    Also returns the moments and the current values of these sums.
+    """
 
     def add(total: jax.Array, step: tuple[jax.Array, ...]) -> tuple[jax.Array, jax.Array]:
         reward, over = step
@@ -153,7 +156,10 @@ def _mean(x: jax.Array, weight: jax.Array) -> jax.Array:
 def _loss(
     params: Params, network: Network, h: Hyperparameters, left: jax.Array, s: _Samples
 ) -> tuple[jax.Array, Losses]:
-    """The clipped surrogate objective with value loss and entropy bonus, when so much of the training is left."""
+    """The clipped surrogate objective with value loss and entropy bonus.
+
+    `left` is the remaining fraction of the training.
+    """
     clip, bonus = h.clip * left, h.entropy_coefficient * left
     logits, value = network.apply(params, s.obs)
     log_probs = jax.nn.log_softmax(logits)
@@ -199,9 +205,8 @@ def make_update(
     """The compiled update.
 
     Returns:
-        A function of the learner, the moments of inputs with which the actions were chosen, the
-        rollout and the share of the training that is left. It returns the new learner and the
-        losses.
+        A function of the learner, the moments of inputs at the choice of the actions, the rollout
+        and the remaining fraction of the training. It returns the new learner and the losses.
     """
     optimizer = _optimizer(h)
 

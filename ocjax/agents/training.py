@@ -1,4 +1,4 @@
-"""The training loop: rollouts and updates at the same time, checkpoints, and the saved policy."""
+"""The training loop: concurrent rollouts and updates, checkpoints, and the saved policy."""
 
 import contextlib
 import time
@@ -30,12 +30,12 @@ from ocjax.play.networks import NETWORKS
 from ocjax.play.policies import SavedPolicy
 
 CHECKPOINT_SECONDS = 120.0
-STACK = 4  # grey frames of an observation of pixels
-ACTION_SEED = 2**31 - 1  # distinguishes the random numbers of actions from those of updates
+STACK = 4  # grey frames per observation
+ACTION_SEED = 2**31 - 1  # separates the random numbers of actions and of updates
 
 
 class _Acting(NamedTuple):
-    """What the policy needs to act."""
+    """The parameters and moments that the policy acts with."""
 
     params: Any
     inputs: Moments
@@ -50,20 +50,21 @@ class _Updated(NamedTuple):
 
 
 class Trainer:
-    """A training in a folder, which gets `config.json`, `metrics.csv`, `tensorboard/`,
-    `checkpoints/` and `policy.npz`.
+    """A training in a folder.
 
-    While the emulators play a rollout, another thread computes the update from the rollout before.
-    So the policy that acts is behind by one update, always: what is computed does not depend on how
-    fast either is.
+    It writes `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`.
+
+    While the emulators play a rollout, another thread computes the update from the previous
+    rollout. The acting policy is therefore always one update behind, so results do not depend on
+    the speed of either.
 
     Args:
-        config: of the training. If the folder holds a training, it must be the same one, which goes
-            on from its latest checkpoint.
-        folder: is created if necessary.
+        config: the configuration. If the folder contains a training, it must be the same one, and
+            continues from its latest checkpoint.
+        folder: created if necessary.
 
     Raises:
-        TrainingError: the folder holds another training, or its checkpoint is damaged.
+        TrainingError: the folder contains another training, or its checkpoint is damaged.
     """
 
     def __init__(self, config: Config, folder: Path) -> None:
@@ -95,7 +96,7 @@ class Trainer:
         )
         self.updates, self.metrics = 0, Metrics(self.folder)
         self._checkpoints: Checkpoints | None = None
-        self._kept = 0  # the updates before the latest checkpoint
+        self._kept = 0  # number of updates before the latest checkpoint
         self._restore()
 
     @property
@@ -104,7 +105,7 @@ class Trainer:
         return self.updates * self.frames_per_update
 
     def _make_envs(self, start: int) -> ObjectVectorEnv:
-        """Half of the environments, whose first one has this number."""
+        """Half of the environments, which begins with number `start`."""
         c, num_envs = self.config, self.config.hyperparameters.num_envs // 2
         mode: Mode = "rem" if self._objects else "raw"
         obs = c.vector if self._objects else "dqn"
@@ -125,7 +126,7 @@ class Trainer:
         )
 
     def _make_network(self, inputs: int) -> networks.Network:
-        """Actor and critic; `inputs` is the number of inputs on objects."""
+        """Actor and critic; only networks on objects use `inputs`."""
         if not self._objects:
             return networks.nature_cnn(STACK, self.num_actions)
         if self.config.network == "shared":
@@ -133,14 +134,13 @@ class Trainer:
         return networks.mlp(inputs, self.num_actions)
 
     def run(self, frames: int, console: Console) -> None:
-        """Train until so many emulated frames have been played, counted from the start of the
-        training.
+        """Train up to a total number of emulated frames, counted from the start of the training.
 
         Learning rate, clipping range and entropy coefficient reach 0 at that number.
 
         Args:
             frames: emulated frames.
-            console: where progress is shown.
+            console: the console for the progress bar.
         """
         total, saved = -(-frames // self.frames_per_update), time.monotonic()
         with ThreadPoolExecutor(1) as executor, Bar(console, self.game.name, frames) as bar:
@@ -170,11 +170,14 @@ class Trainer:
         return _Updated(learner, losses, time.monotonic() - start)
 
     def _note(self, previous: _Updated, seconds: float) -> None:
-        """Add a row of metrics: games of the last rollout, and losses of the update that was computed meanwhile."""
+        """Add a row of metrics.
+
+        It has the games of the last rollout, and the losses of the concurrent update.
+        """
         shares = {
             f"{name}_share": value / seconds for name, value in self._collector.seconds.items()
         }
-        shares["update_share"] = previous.seconds / seconds  # at the same time as the others
+        shares["update_share"] = previous.seconds / seconds  # concurrent with the others
         losses = {name: float(value) for name, value in previous.losses._asdict().items()}
         with self._writing():
             self.metrics.add(self.frames, seconds, self._collector.games, **losses, **shares)
@@ -208,7 +211,7 @@ class Trainer:
         """Write the policy and a checkpoint.
 
         Raises:
-            TrainingError: a file cannot be written. The previous checkpoint is still there.
+            TrainingError: a file cannot be written. The previous checkpoint still exists.
         """
         assert self._checkpoints is not None
         state = {"pending": self._pending.result(), "acting": self._acting}
@@ -220,7 +223,7 @@ class Trainer:
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
-        """Explain errors of the system when files are written.
+        """Turn system errors of writing into `TrainingError`.
 
         Raises:
             TrainingError: a file cannot be written.
@@ -240,7 +243,7 @@ class Trainer:
             ) from error
 
     def _restore(self) -> None:
-        """Continue from the latest checkpoint, if there is one."""
+        """Continue from the latest checkpoint."""
         faulty = "the folder checkpoints"
         try:
             self._checkpoints = Checkpoints(self.folder / "checkpoints")
@@ -248,8 +251,7 @@ class Trainer:
             if step is not None:
                 faulty = f"the checkpoint checkpoints/{step} or metrics.csv"
                 self._restore_from(self._checkpoints, step)
-        # a damaged file can fail anywhere in Orbax, TensorStore, JSON, and the states of the
-        # emulators
+        # For damaged files, Orbax, TensorStore, JSON and the emulators' states raise many types.
         except Exception as error:
             self.close()
             raise TrainingError(
@@ -263,7 +265,7 @@ class Trainer:
         state = {"pending": self._pending.result(), "acting": self._acting}
         saved = checkpoints.restore(step, state)
         if jax.tree.map(_form, saved["state"]) != jax.tree.map(_form, state):
-            raise ValueError("its arrays have other shapes or types than those of this training")
+            raise ValueError("its arrays have the wrong shapes or types for this training")
         updates = integer("the number of updates", saved["progress"]["updates"], step, step)
         self._pending, self._acting = (
             _completed(saved["state"]["pending"]),
@@ -274,7 +276,10 @@ class Trainer:
         self.updates = self._kept = updates
 
     def close(self) -> None:
-        """Close the environments, the checkpoints and the files, each also if another cannot be closed."""
+        """Close the environments, the checkpoints and the files.
+
+        An error in one does not keep the others open.
+        """
         with contextlib.ExitStack() as stack:
             stack.callback(self._collector.close)
             stack.callback(self.metrics.close)
@@ -288,7 +293,7 @@ def _in_one_line(error: Exception) -> str:
 
 
 def _form(leaf: Any) -> str:
-    """The shape and the kind of numbers of an array or a number."""
+    """The kind of numbers and the shape of an array or a number."""
     array = np.asarray(leaf)
     return f"{array.dtype.kind} {list(array.shape)}"
 

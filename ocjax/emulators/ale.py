@@ -1,9 +1,9 @@
-"""The `ale` backend: worker processes, each of which steps a block of emulators into shared memory.
+"""The `ale` backend: worker processes that step blocks of emulators into shared memory.
 
 `ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not.
 The shared memory is an unnamed file, and a worker exits when its socket closes or its parent exits,
-so nothing is left behind however the pool ends. A call validates its arguments before it writes to
-the shared memory. After Ctrl-C interrupts a call, further calls are possible.
+so the pool always cleans up. A call validates its arguments before it writes to the shared memory.
+After Ctrl-C interrupts a call, further calls are possible.
 """
 
 import dataclasses
@@ -52,8 +52,7 @@ from ocjax.extraction.game import Game
 WORKER_TIMEOUT = 60.0  # seconds
 
 _MOST = 2**31 - 1
-# environments; smaller shards cost more in calls than they save by overlapping extraction with
-# emulation
+# Environments; in smaller shards, calls cost more than overlapped extraction saves.
 _MIN_SHARD = 64
 _SLOW_START = 1.0  # seconds after which the start of the emulators is reported
 _REPORT_EVERY = 0.25  # seconds
@@ -63,38 +62,36 @@ class AlePool(EmulatorPool):
     """Emulators of one game in worker processes.
 
     Args:
-        game: the game, whose ROM is checked.
+        game: the game; its ROM is checked.
         num_envs: number of emulators.
-        settings: what a step and an episode are; by default those of "v5".
+        settings: the emulation settings; by default the preset "v5".
         num_workers: number of processes; by default one per core that this process may use, at most
             `num_envs`. With 0 the emulators are stepped in this process.
-        screens: the pixel arrays to record, of "screen", "gray", "pooled" (with "gray") and "rgb"
-            (see `EmulatorPool`). Without any, no pixel is touched.
+        screens: the pixel arrays to record, of "screen", "gray", "pooled" (with "gray") and "rgb";
+            by default none. See `EmulatorPool`.
         autoreset: what happens after the step that ends an episode: "next step" (the next step
             starts an episode, and its action is ignored), "same step" (the same step starts an
             episode, and `arrays.final` preserves the end of the last one), or "disabled" (the
             environment must be reset; the next step is an error).
-        game_mode: game mode as ale-py numbers it, one for all emulators or one each; None for the
-            game's default.
-        game_difficulty: game difficulty, likewise.
+        game_mode: ale-py's number of the game mode, one for all emulators or one each; by default
+            the game's own.
+        game_difficulty: ale-py's number of the game difficulty, given in the same way.
         hook: a function that is called before every emulated frame with the RAM of one emulator,
             uint8 `[128]`. Its changes to the array are written to the console. Workers receive the
             function by value, so it may refer to modules and constants, but not to variables that
-            change. In a sequence of hooks, each one sees the changes of those before it.
-        starts: for each emulator, a function like a hook that is called once at the beginning of
-            every game, after the console's reset and before the no-ops, or None for no such
-            function.
-        worker_timeout: how many seconds a worker may take for a step, or for the start of one
-            emulator, before the pool raises an error and closes; None for no limit.
+            change. In a sequence of hooks, each hook sees the changes of the previous ones.
+        starts: for each emulator, a function like a hook, or None. It is called once at the start
+            of every game, after the console's reset and before the no-ops.
+        worker_timeout: seconds that a worker may take for a step, or for the start of one emulator,
+            before the pool raises an error and closes, or None for no limit.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
-            written for.
+        RomError: the ROM is missing or the wrong one; a ValueError.
         ValueError: an argument is out of range.
-        TypeError: a hook is neither a function nor a name, or cannot be sent to a worker; or a mode
+        TypeError: a hook is not a function or a name, a hook cannot be sent to a worker, or a mode
             or difficulty is not an integer.
-        MemoryError: there is not enough memory for so many emulators.
-        WorkerError: a worker could not be started.
+        MemoryError: the emulators do not fit into memory.
+        WorkerError: a worker failed to start.
     """
 
     def __init__(
@@ -117,9 +114,8 @@ class AlePool(EmulatorPool):
         )
         self.game, self.settings = game, settings or Settings()
         ale = load_emulator(game)
-        self._loaded_state = ale.cloneState(
-            include_rng=True
-        ).serialize()  # restored states must be like it
+        # The checks of restored states compare with this state.
+        self._loaded_state = ale.cloneState(include_rng=True).serialize()
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
@@ -134,12 +130,11 @@ class AlePool(EmulatorPool):
         config = self._config(_in_order(screens), autoreset, modes, difficulties, hooks, begin)
         size = interface.memory_size(config)
         self._workers = Workers(worker_timeout)
-        self._local: EmulatorBlock | None = None  # the emulators, where they are in this process
+        self._local: EmulatorBlock | None = None  # the emulators of this process
         self._finalizer = weakref.finalize(self, self._workers.end)
-        self._local_steps = self._awaited_steps = (
-            0  # how many steps were executed in this process, and how many `wait` has seen
-        )
-        # whether all emulators have been reset, and no call was interrupted that left them halfway
+        # The number of steps executed in this process, and of steps waited for.
+        self._local_steps = self._awaited_steps = 0
+        # All emulators have been reset, and no interrupted call has left them in between.
         self._ready = False
         self.shards = [slice(0, self.num_envs)]
         try:
@@ -190,7 +185,10 @@ class AlePool(EmulatorPool):
 
     @property
     def start_actions(self) -> tuple[int, ...]:
-        """The actions that each episode starts with: FIRE and the next one, in games whose second action is FIRE."""
+        """The first actions of each episode.
+
+        They are FIRE and the next action, in games with FIRE as the second action.
+        """
         needs_fire = self.actions[1] == ale_py.Action.FIRE and len(self.actions) > 2
         return (1, 2) if self.settings.fire_reset and needs_fire else ()
 
@@ -214,11 +212,9 @@ class AlePool(EmulatorPool):
         return tuple(None if v is None else int(v) for v in values)
 
     def _start_workers(self, config: WorkerConfig, size: int, num_workers: int) -> None:
-        """Make the shared memory, divide the emulators among workers, and start these."""
-        with shared_memory(size) as (
-            file,
-            memory,
-        ):  # workers inherit the descriptor, so the file may be closed afterwards
+        """Make the shared memory, and start workers for blocks of emulators."""
+        # Workers inherit the descriptor, so the file may be closed afterwards.
+        with shared_memory(size) as (file, memory):
             self.arrays, self._commands = interface.shared_arrays(memory, config)
             num_shards = _num_shards(self.num_envs, num_workers)
             self.shards = [slice(*pair) for pair in _even_blocks(self.num_envs, num_shards)]
@@ -236,9 +232,8 @@ class AlePool(EmulatorPool):
     ) -> None:
         """Start new episodes; see `EmulatorPool.reset`.
 
-        Seeds are used as in ale-py's Gymnasium environments: equal seeds give equal episodes. An
-        emulator that gets a seed, or is reset for the first time, is made anew, which takes about
-        0.1 s of its worker's time.
+        Seeds work as in ale-py's Gymnasium environments: equal seeds give equal episodes. A seed,
+        or the first reset, makes a new emulator, which takes about 0.1 s of its worker's time.
         """
         seed = (
             [-1] * self.num_envs
@@ -253,7 +248,7 @@ class AlePool(EmulatorPool):
         self._execute_all(interface.RESET, report)
 
     def clone_state(self) -> States:
-        """Save the state of every emulator, its random state included.
+        """Save the state of every emulator, including its random state.
 
         All emulators must have been reset.
         """
@@ -265,13 +260,13 @@ class AlePool(EmulatorPool):
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
         """Restore saved states; see `EmulatorPool.restore_state`.
 
-        From then on, the same actions give the same frames, also with sticky actions.
+        Afterwards, the same actions give the same frames, also with sticky actions.
 
         Raises:
-            TypeError: these are not `States`.
-            ValueError: the states are damaged, of another game or number, or were saved without
-                frames that this pool records. Nothing has changed then, unless the message says
-                that an emulator rejected its state: the emulators must be reset.
+            TypeError: `states` is not of type `States`.
+            ValueError: the states are damaged, belong to another game, have the wrong number, or
+                lack frames that this pool records. Nothing has changed, unless the message says
+                that an emulator rejected its state: then reset the emulators.
         """
         chosen = self._chosen(mask)
         saved.check(
@@ -286,12 +281,12 @@ class AlePool(EmulatorPool):
             numbers = np.flatnonzero(self._commands.rejected).tolist()
             raise ValueError(
                 f"the emulators of environments {numbers} rejected their states: reset all "
-                "environments, then go on"
+                "environments before the next step"
             )
         self._ready = True
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write the RAM of emulators, only the bytes that differ; see `EmulatorPool.set_ram`."""
+        """Write the changed bytes of the RAM; see `EmulatorPool.set_ram`."""
         if not isinstance(ram, np.ndarray) or ram.dtype != np.uint8:
             raise TypeError(
                 f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"
@@ -314,15 +309,15 @@ class AlePool(EmulatorPool):
         """
         if self._local is None:
             raise ValueError(
-                "the emulators are in worker processes, or the environments are closed: make it "
-                "with num_workers=0"
+                "the emulators are in worker processes, or the environments are closed: make "
+                "the environments with num_workers=0"
             )
         if not self._ready:
             raise ValueError(NOT_RESET)
         return self._local.emulators[i].ale
 
     def send(self, actions: np.ndarray, *, strengths: np.ndarray | None = None) -> None:
-        """Start a step without waiting for it; see `EmulatorPool.send`."""
+        """See `EmulatorPool.send`."""
         actions = action_array(actions, self.num_envs, len(self.actions))
         self._prepare()
         self._require_ready()
@@ -333,12 +328,12 @@ class AlePool(EmulatorPool):
         self._start(interface.STEP)
 
     def wait(self) -> None:
-        """Wait for the step of all emulators; see `EmulatorPool.wait`."""
+        """See `EmulatorPool.wait`."""
         for _ in self.as_completed():
             pass
 
     def as_completed(self) -> Iterator[int]:
-        """Wait for the step: yield the index of each shard as soon as its emulators have finished; see `EmulatorPool.as_completed`."""
+        """See `EmulatorPool.as_completed`."""
         self.require_open()
         if self._local:
             yield 0
@@ -359,21 +354,21 @@ class AlePool(EmulatorPool):
 
     @property
     def executed_action(self) -> np.ndarray:
-        """The action that the last emulated frame executed; see `EmulatorPool.executed_action`."""
+        """See `EmulatorPool.executed_action`."""
         return self.action_index(self.arrays.executed)
 
     @property
     def steps(self) -> int:
-        """How many steps have been started."""
+        """The number of started steps."""
         return self._local_steps + self._workers.steps
 
     @property
     def pending(self) -> bool:
-        """Whether a step has been started and not been waited for."""
+        """True if a step has started but not been waited for."""
         return self.steps != self._awaited_steps
 
     def _chosen(self, mask: np.ndarray | None) -> np.ndarray:
-        """The emulators that a reset or a restored state is for, bool `[N]`."""
+        """The emulators to reset or restore, bool `[N]`."""
         chosen = mask_array("mask", mask, self.num_envs)
         if not self._ready and not chosen.all():
             raise ValueError(
@@ -387,7 +382,10 @@ class AlePool(EmulatorPool):
             raise ValueError(NOT_RESET)
 
     def _prepare(self) -> None:
-        """Check that a command can be given now, before its arguments are written to the shared memory."""
+        """Check that the pool can take a command now.
+
+        Call it before writing the command's arguments to the shared memory.
+        """
         self.require_open()
         if self.pending and not self._local:
             raise AlreadyPendingCallError(
@@ -395,11 +393,11 @@ class AlePool(EmulatorPool):
                 "its results",
                 "step",
             )
-        if self._workers.busy:  # what an interrupted call has begun
+        if self._workers.busy:  # with the command of an interrupted call
             self._finish()
 
     def _start(self, command: bytes) -> None:
-        """Give a command to the workers, or execute it here."""
+        """Start a command in the workers, or execute it here."""
         if self._local:
             self._execute_here(self._local, command)
             return
@@ -412,7 +410,7 @@ class AlePool(EmulatorPool):
     def _execute_here(self, block: EmulatorBlock, command: bytes) -> None:
         """Execute a command in this process.
 
-        When it is interrupted, emulators may be anywhere, and the next command must be a reset.
+        An interrupt leaves the emulators in an unknown state, and the next command must be a reset.
         """
         ready, self._ready = self._ready, False
         try:
@@ -423,18 +421,21 @@ class AlePool(EmulatorPool):
         self._ready, self._local_steps = ready, self._local_steps + (command == interface.STEP)
 
     def _execute(self, command: bytes, report: StartReport | None = None) -> None:
-        """Give a command and wait for it."""
+        """Execute a command and wait for its end."""
         self._start(command)
         self._finish(report)
 
     def _execute_all(self, command: bytes, report: StartReport | None = None) -> None:
-        """Give a command that makes the emulators ready, and wait for it."""
+        """Execute a command that makes the emulators ready."""
         self._ready = False
         self._execute(command, report)
         self._ready = True
 
     def _finish(self, report: StartReport | None = None) -> None:
-        """Wait for a command. If it takes long, report how many emulators have loaded their ROM."""
+        """Wait for a command.
+
+        If it takes long, report the number of emulators that have loaded their ROM.
+        """
         for _ in self._completed(report):
             pass
 
@@ -455,7 +456,7 @@ class AlePool(EmulatorPool):
             raise
 
     def require_open(self) -> None:
-        """Check that the pool can be used in this process; see `EmulatorPool.require_open`."""
+        """See `EmulatorPool.require_open`."""
         if self.closed:
             raise WorkerError("the environments are closed: create new ones")
         if self._workers.forked:
@@ -466,11 +467,11 @@ class AlePool(EmulatorPool):
 
     @property
     def closed(self) -> bool:
-        """Whether the pool has been closed."""
+        """True if the pool has been closed."""
         return not self._finalizer.alive
 
     def close(self) -> None:
-        """End the workers. Further calls have no effect."""
+        """See `EmulatorPool.close`."""
         self._local = None
         self._finalizer()
 
@@ -482,7 +483,7 @@ def _check(
     autoreset: str,
     worker_timeout: float | None,
 ) -> tuple[int, int | None]:
-    """Check arguments; returns `num_envs` and `num_workers`."""
+    """Check arguments; return `num_envs` and `num_workers`."""
     num_envs = integer("num_envs", num_envs, 1, _MOST)
     check_memory(num_envs)
     if num_workers is not None:
@@ -504,7 +505,7 @@ def _check(
 
 
 def _in_order(screens: Sequence[str]) -> tuple[str, ...]:
-    """The pixel arrays in the order in which they are filled."""
+    """The pixel arrays in the order of filling."""
     needed = {*screens, GRAY} if POOLED in screens else screens
     return tuple(name for name in SCREENS if name in needed)
 
@@ -514,11 +515,17 @@ def _available_cores() -> int:
 
 
 def _even_blocks(n: int, num_blocks: int) -> Iterator[tuple[int, int]]:
-    """Divide n rows into consecutive blocks of nearly equal size: the first row of each, and one past the last."""
+    """Divide n rows into consecutive blocks of nearly equal size.
+
+    Yields the first row of each block, and one past the last.
+    """
     return itertools.pairwise(k * n // num_blocks for k in range(num_blocks + 1))
 
 
 def _num_shards(num_envs: int, num_workers: int) -> int:
-    """The largest number of shards with equal numbers of workers and at least `_MIN_SHARD` environments each."""
+    """The largest possible number of shards.
+
+    Shards have equal numbers of workers and of environments, at least `_MIN_SHARD`.
+    """
     divisors = [k for k in range(1, num_workers + 1) if num_workers % k == 0 and num_envs % k == 0]
     return max((k for k in divisors if num_envs // k >= _MIN_SHARD), default=1)

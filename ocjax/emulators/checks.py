@@ -1,4 +1,4 @@
-"""Validation of the arguments of environments and pools, before anything is changed."""
+"""Validation of the arguments of environments and pools, before any change."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeGuard
@@ -9,11 +9,11 @@ NOT_RESET = (
     "the environments have not been reset: call reset() before the first step, and after a call "
     "that was interrupted"
 )
-_LARGEST_SEED = 2**63 - 1  # seeds travel as int64
+_LARGEST_SEED = 2**63 - 1  # workers receive seeds as int64
 
 
 class Uncopied:
-    """Base of classes with emulators, which neither pickle nor copy."""
+    """Base of classes with emulators, which cannot be pickled or copied."""
 
     SAVED = (
         "clone_state() for restore_state(), States.to_bytes() for a file, and the arguments, "
@@ -21,7 +21,7 @@ class Uncopied:
     )
 
     def __reduce__(self) -> Any:
-        """Say what to save instead.
+        """Raise an error that names the alternatives.
 
         Raises:
             TypeError: always.
@@ -33,7 +33,7 @@ class Uncopied:
 
 
 def is_integer(value: Any) -> TypeGuard[int]:
-    """Whether a value is a Python or NumPy integer, and not a bool."""
+    """True for Python and NumPy integers, but not for bools."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
@@ -41,7 +41,7 @@ def integer(name: str, value: Any, least: int, most: int) -> int:
     """A numeric argument as an int.
 
     Raises:
-        ValueError: it is not an integer, or is out of range.
+        ValueError: the value is not an integer, or is out of range.
     """
     if not is_integer(value) or not least <= value <= most:
         raise ValueError(
@@ -54,7 +54,7 @@ def action_array(actions: Any, count: int, num_actions: int) -> np.ndarray:
     """Actions as an array, integers `[count]`.
 
     Raises:
-        ValueError: the dtype or shape is another one, or there is no such action.
+        ValueError: the dtype or shape is wrong, or an action does not exist.
     """
     actions = np.asarray(actions)
     if actions.shape != (count,) or not np.issubdtype(actions.dtype, np.integer):
@@ -72,7 +72,7 @@ def index_array(ids: Any, num_envs: int) -> np.ndarray:
     """Indices of environments as an array, integers `[n]`.
 
     Raises:
-        ValueError: they are not distinct indices.
+        ValueError: the indices are not distinct, or are out of range.
     """
     ids = np.asarray(ids)
     integers = ids.ndim == 1 and len(ids) and np.issubdtype(ids.dtype, np.integer)
@@ -82,10 +82,10 @@ def index_array(ids: Any, num_envs: int) -> np.ndarray:
 
 
 def mask_array(name: str, mask: Any, num_envs: int) -> np.ndarray:
-    """A mask as an array, bool `[num_envs]`; all environments where it is None.
+    """A mask as an array, bool `[num_envs]`, with None for all environments.
 
     Raises:
-        ValueError: it is not a bool array of this shape.
+        ValueError: the mask is not a bool array of this shape.
     """
     if mask is None:
         return np.ones(num_envs, bool)
@@ -95,11 +95,11 @@ def mask_array(name: str, mask: Any, num_envs: int) -> np.ndarray:
 
 
 def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray | None:
-    """Which environments to reset, bool `[num_envs]`; None for all.
+    """The environments to reset, bool `[num_envs]`; None for all.
 
     Raises:
-        ValueError: there is another option than `reset_mask`, or the mask is not a bool array of
-            this shape, or all False.
+        ValueError: `options` has a key other than `reset_mask`, or the mask is not a bool array of
+            this shape, or is all False.
     """
     options = dict(options or {})
     mask = options.pop("reset_mask", None)
@@ -120,8 +120,9 @@ def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray |
 
 
 def seeds_of(seed: Any, num_envs: int) -> list[int | None] | None:
-    """The seed of each environment: `seed + i` for environment i, or the i-th of a sequence; None:
-    no seed was given.
+    """The seed of each environment, or None without a seed.
+
+    Environment i gets `seed + i`, or the i-th entry of a sequence.
 
     Raises:
         ValueError: see `seed_list`.
@@ -132,10 +133,10 @@ def seeds_of(seed: Any, num_envs: int) -> list[int | None] | None:
 
 
 def seed_list(seeds: Any, num_envs: int) -> list[int | None]:
-    """Seeds as a list of `num_envs` numbers, each of which may be None.
+    """Seeds as a list of `num_envs` entries, which are numbers or None.
 
     Raises:
-        ValueError: there are more or fewer, or one is not an integer from 0 to 2**63 - 1.
+        ValueError: the number of seeds is wrong, or a seed is not an integer from 0 to 2**63 - 1.
     """
     values = list(seeds) if isinstance(seeds, Sequence | np.ndarray) else []
     wrong = [s for s in values if s is not None and not (is_integer(s) and 0 <= s <= _LARGEST_SEED)]

@@ -25,7 +25,7 @@ from ocjax.emulators.worker.interface import EmulatorArrays
 from ocjax.extraction.game import Game
 
 ROWS = 210  # of envpool's frames
-_SEEDS = 2**31  # how many seeds there are
+_SEEDS = 2**31  # number of seeds
 
 
 def _task_name(rom: str) -> str:
@@ -34,21 +34,21 @@ def _task_name(rom: str) -> str:
 
 
 class EnvpoolPool(EmulatorPool):
-    """Emulators of one game that envpool steps. Arrays are in the order of the environments.
+    """Emulators of one game that envpool steps.
 
-    Differences to `EmulatorPool`: `screen` and `rgb` are the same array, uint8 `[N, 1, 210, 160,
-    3]`, and `frame_number` excludes the no-ops at the beginning of a game.
+    Arrays are in the order of the environments. Differences from `EmulatorPool`: `screen` and `rgb`
+    are the same array, uint8 `[N, 1, 210, 160, 3]`, and `frame_number` excludes the no-ops at the
+    start of a game.
 
     Args:
-        game: the game, whose ROM is checked.
+        game: the game; its ROM is checked.
         num_envs: number of emulators.
-        settings: what a step and an episode are.
+        settings: the emulation settings.
         frames: whether frames are recorded.
         options: further options of `envpool.make`.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
-            written for.
+        RomError: the ROM is missing or the wrong one; a ValueError.
     """
 
     def __init__(
@@ -57,15 +57,14 @@ class EnvpoolPool(EmulatorPool):
         self.game, self.num_envs, self.settings = game, num_envs, settings
         self.actions = action_set(load_emulator(game), settings)
         self.shards = [slice(0, num_envs)]  # envpool's threads share all environments
-        self.env: Any = None  # envpool's environments, from the first reset on
+        self.env: Any = None  # envpool's environments, or None before the first reset
         self._batch_size = options["batch_size"]
-        self._busy = np.zeros(
-            num_envs, bool
-        )  # whose step or reset has begun, and its result has not been received
+        # Environments with a pending result: their step or reset has begun.
+        self._busy = np.zeros(num_envs, bool)
         self._steps = self._awaited_steps = 0
         self._closed = False
-        self.ids = np.arange(num_envs)  # the environments that the last results belong to
-        assert isinstance(settings.frame_skip, int)  # pairs are refused by `_refuse_unsupported`
+        self.ids = np.arange(num_envs)  # the environments of the last results
+        assert isinstance(settings.frame_skip, int)  # `_refuse_unsupported` rejects pairs
         self._frame_skip, self._frames, self._options = settings.frame_skip, frames, options
         frame = np.zeros((num_envs, 1, *game.screen, 3), np.uint8) if frames else None
         self.arrays = EmulatorArrays(
@@ -85,11 +84,11 @@ class EnvpoolPool(EmulatorPool):
         )
 
     def _start(self, seeds: Sequence[int | None] | None) -> None:
-        """Make envpool's environments, if this has not happened yet.
+        """Make envpool's environments at the first call.
 
         Raises:
-            ValueError: there are seeds after the start, for some environments only, or too large
-                ones.
+            ValueError: seeds are given after the start, for some environments only, or are too
+                large.
             AlreadyPendingCallError: a step or a reset is pending.
         """
         self.require_open()
@@ -145,7 +144,7 @@ class EnvpoolPool(EmulatorPool):
     ) -> None:
         """Start new episodes in all environments; see `EmulatorPool.reset`.
 
-        Seeds are possible the first time only; nothing is reported.
+        Only the first reset takes seeds. `report` is never called.
         """
         if mask is not None and not mask.all():
             raise ValueError(
@@ -167,12 +166,15 @@ class EnvpoolPool(EmulatorPool):
             self._expect_new_games()
 
     def _expect_new_games(self) -> None:
-        """Make the next result of each environment count as the beginning of a game."""
+        """Make the next result of each environment start a game."""
         self.terminated[:] = self.game_over[:] = True
 
     @contextmanager
     def _discarding(self) -> Iterator[None]:
-        """Discard envpool's environments if a call is interrupted, as pending results are unknown then. The next reset makes new ones."""
+        """Discard envpool's environments if a call is interrupted.
+
+        The pending results are unknown then. The next reset makes new environments.
+        """
         try:
             yield
         except BaseException:
@@ -187,13 +189,14 @@ class EnvpoolPool(EmulatorPool):
         *,
         strengths: np.ndarray | None = None,
     ) -> None:
-        """Start a step of all environments, or of those with the given indices, whose results have
-        been received.
+        """Start a step of all environments, or of the given ones.
 
-        Paddles have one speed, so there are no `strengths`.
+        The results of the given environments must have been received. envpool has a single paddle
+        speed and rejects `strengths`.
 
         Raises:
-            ValueError: an index or an action is wrong, or the environments have not been reset.
+            ValueError: an index or an action is wrong, the environments have not been reset, or
+                `strengths` are given.
             AlreadyPendingCallError: a step or reset of one of these environments is pending.
         """
         if strengths is not None:
@@ -214,15 +217,15 @@ class EnvpoolPool(EmulatorPool):
             self.env.send(actions.astype(np.int32), ids.astype(np.int32))
 
     def as_completed(self) -> Iterator[int]:
-        """Wait for the step; there is one shard."""
+        """Wait for the step of the only shard."""
         self.wait()
         yield 0
 
     def wait(self) -> None:
-        """Wait for the step, or for the environments that are ready first if there is a batch size.
+        """Wait for the step; with a batch size, for the first environments to finish.
 
         Raises:
-            NoAsyncCallError: fewer steps are pending than results are returned.
+            NoAsyncCallError: the number of pending steps is below the batch size.
         """
         self.require_open()
         if self._busy.sum() < self._batch_size:
@@ -238,16 +241,16 @@ class EnvpoolPool(EmulatorPool):
 
     @property
     def steps(self) -> int:
-        """How many steps have been started."""
+        """The number of started steps."""
         return self._steps
 
     @property
     def pending(self) -> bool:
-        """Whether a step has been started that has not been waited for."""
+        """True if a step has started but not been waited for."""
         return self._steps != self._awaited_steps
 
     def require_open(self) -> None:
-        """Check that the pool can be used; see `EmulatorPool.require_open`."""
+        """See `EmulatorPool.require_open`."""
         if self._closed:
             raise WorkerError("the environments are closed: create new ones")
 
@@ -277,25 +280,25 @@ class EnvpoolPool(EmulatorPool):
             arrays.rgb[i, 0] = frames.transpose(0, 2, 3, 1)
 
     def close(self) -> None:
-        """Release the emulators."""
+        """See `EmulatorPool.close`."""
         if self.env is not None:
             self.env.close()
         self.env, self._closed = None, True
 
     def clone_state(self) -> States:
-        """Refused: envpool cannot save states."""
+        """Raise ValueError: envpool cannot save states."""
         self._refuse("states")
 
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
-        """Refused: envpool cannot restore states."""
+        """Raise ValueError: envpool cannot restore states."""
         self._refuse("states")
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Refused: envpool cannot write RAM."""
+        """Raise ValueError: envpool cannot write RAM."""
         self._refuse("RAM")
 
     def emulator(self, i: int) -> ale_py.ALEInterface:
-        """Refused: envpool keeps its emulators to itself."""
+        """Raise ValueError: envpool cannot expose its emulators."""
         self._refuse("emulators")
 
     def _refuse(self, what: str) -> NoReturn:

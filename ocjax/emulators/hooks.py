@@ -1,4 +1,4 @@
-"""Hooks: functions that edit the RAM, and how worker processes and single emulators get them."""
+"""Hooks: functions that edit the RAM, for worker processes and for single emulators."""
 
 import contextlib
 import functools
@@ -22,9 +22,8 @@ def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
     """Hooks with their names.
 
     Raises:
-        TypeError: a hook is neither a function nor a name.
-        ValueError: a hook is a variation of another game, or the game has no variation of that
-            name.
+        TypeError: a hook is not a function or a name.
+        ValueError: a variation is unknown, or belongs to another game.
     """
     given: tuple[Any, ...] = (
         ()
@@ -51,15 +50,14 @@ def pickled_hooks(hook: Hooks, game: str) -> tuple[tuple[str, str], ...]:
     """The name of each hook, and the hook pickled in hexadecimal.
 
     Raises:
-        TypeError: a hook is neither a function nor a name, or cannot be pickled.
-        ValueError: a hook is a variation of another game, or the game has no variation of that
-            name.
+        TypeError: a hook is not a function or a name, or cannot be pickled.
+        ValueError: a variation is unknown, or belongs to another game.
     """
     return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
 
 
 def _core(hook: Any) -> Any:
-    """The function or class in a partial, a bound method or another object that can be called."""
+    """The function or class behind a partial, a bound method or another callable."""
     while isinstance(hook, functools.partial | types.MethodType):
         hook = hook.func if isinstance(hook, functools.partial) else hook.__func__
     return hook if hasattr(hook, "__qualname__") else type(hook)
@@ -71,7 +69,10 @@ def _name(hook: Hook) -> str:
 
 
 def _pickle_by_value(hook: Hook) -> bytes:
-    """Pickle a hook so that a process can load it without importing its module, as one in ocjax would import JAX."""
+    """Pickle a hook so that a process can load it without importing its module.
+
+    A module of ocjax would import JAX.
+    """
     try:
         with _by_value(sys.modules.get(_core(hook).__module__)):
             return cloudpickle.dumps(hook)
@@ -87,7 +88,7 @@ def _pickle_by_value(hook: Hook) -> bytes:
 def _by_value(module: types.ModuleType | None) -> Iterator[None]:
     """Pickle functions and classes of a module by value.
 
-    Built-in ones exist everywhere, and those of `__main__` are by value anyway.
+    Built-in modules exist in every process, and cloudpickle handles `__main__` by value anyway.
     """
     if module is None or module.__name__ == "__main__" or getattr(module, "__file__", None) is None:
         yield
@@ -100,21 +101,21 @@ def _by_value(module: types.ModuleType | None) -> Iterator[None]:
 
 
 class HookedState(NamedTuple):
-    """A state of ale-py, and the RAM before the last frame, as the hooks left it."""
+    """A state of ale-py, and the RAM before the last frame, after the hooks' edits."""
 
     ale: Any
     before: np.ndarray | None
 
 
 class HookedEmulator:
-    """An emulator whose RAM hooks edit before every frame; other attributes are the emulator's."""
+    """An emulator with hooks that edit the RAM before every frame."""
 
     def __init__(self, ale: Any, hooks: Sequence[tuple[str, Hook]]) -> None:
         self._ale, self._hooks = ale, hooks
         self._before: np.ndarray | None = None
 
     def act(self, *args: Any) -> float:
-        """Emulate one frame after the hooks have edited the RAM, and return its reward."""
+        """Let the hooks edit the RAM, emulate one frame, and return its reward."""
         self._before = apply_hooks(self._ale, self._hooks, self._before)
         return self._ale.act(*args)
 
@@ -123,7 +124,7 @@ class HookedEmulator:
         return HookedState(self._ale.cloneState(**options), self._before)
 
     def cloneSystemState(self) -> HookedState:  # noqa: N802  # ale-py's name
-        """Save the state with that of the random numbers."""
+        """Save the state, including ALE's random state."""
         return HookedState(self._ale.cloneSystemState(), self._before)
 
     def restoreState(self, state: HookedState) -> None:  # noqa: N802  # ale-py's name

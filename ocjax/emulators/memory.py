@@ -8,19 +8,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-EMULATOR_BYTES = 700_000  # that an emulator takes with its ROM, in ale-py 0.12
+EMULATOR_BYTES = 700_000  # memory of an emulator with its ROM, in ale-py 0.12
 _SHARED = Path("/dev/shm")
+# Errors of a full file system.
 _FULL = (
     errno.ENOSPC,
     errno.EDQUOT,
     errno.EFBIG,
     errno.ENOMEM,
-)  # what a file system says that has no room
+)
 _GIGABYTE = 1e9
 
 
 def check_memory(num_envs: int) -> None:
-    """Check that this machine can hold so many emulators.
+    """Check that this machine can hold `num_envs` emulators.
 
     Raises:
         MemoryError: it cannot.
@@ -39,12 +40,13 @@ def check_memory(num_envs: int) -> None:
 
 @contextmanager
 def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
-    """Shared memory in an unnamed file: the file descriptor, which is closed afterwards, and the
-    memory, which stays.
+    """Shared memory in an unnamed file: yields the file descriptor and the memory.
+
+    The descriptor is closed afterwards; the memory stays.
 
     Raises:
-        MemoryError: there is not enough. Without this check, the first access to a page that cannot
-            be allocated would kill a process.
+        MemoryError: the memory is too small. Without this check, the first access to a page that
+            cannot be allocated would kill a process.
     """
     folder = _SHARED if _SHARED.is_dir() else Path(tempfile.gettempdir())
     with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
@@ -58,13 +60,13 @@ def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
             raise MemoryError(
                 f"the environments need {size / _GIGABYTE:.4f} GB in {folder}, where "
                 f"{free / _GIGABYTE:.4f} GB are free: make fewer "
-                "environments, or enlarge it (that of a container with --shm-size)"
+                "environments, or enlarge it (in a container with --shm-size)"
             ) from error
         yield file.fileno(), mmap.mmap(file.fileno(), size)
 
 
 def _allocate(file: int, size: int) -> None:
-    """Make a file that has all its pages."""
+    """Allocate all pages of a file."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(file, 0, size)
         return

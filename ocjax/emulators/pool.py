@@ -1,4 +1,4 @@
-"""The interface that backends implement: a pool of emulators of one game that are stepped together."""
+"""The interface of backends: a pool of emulators of one game."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -12,7 +12,7 @@ from ocjax.emulators.states import States
 from ocjax.emulators.worker.interface import EmulatorArrays
 from ocjax.extraction.game import Game
 
-StartReport = Callable[[int], None]  # called with the number of emulators that have started
+StartReport = Callable[[int], None]  # called with the number of started emulators
 
 
 class EmulatorPool(Uncopied, ABC):
@@ -24,12 +24,12 @@ class EmulatorPool(Uncopied, ABC):
     Attributes:
         game: the game.
         num_envs: N.
-        settings: what a step and an episode are.
+        settings: the emulation settings.
         actions: the action set; actions are indices into it.
-        arrays: the state of the emulators after the last call. The properties below return its
-            arrays one by one.
-        shards: consecutive blocks that together contain all emulators. Each block finishes a step
-            at its own time.
+        arrays: the state of the emulators after the last call. The properties below return single
+            arrays.
+        shards: consecutive blocks that together contain all emulators. Blocks finish a step
+            independently.
     """
 
     game: Game
@@ -49,17 +49,16 @@ class EmulatorPool(Uncopied, ABC):
         """Start new episodes, and wait until they have started.
 
         Args:
-            seeds: one per emulator, not negative. None continues with the present random state.
+            seeds: one per emulator, not negative. With None, the current random state continues.
             mask: bool `[N]`, the emulators to reset; by default all.
-            report: called from time to time with the number of emulators that have started, if
-                starting them takes long.
+            report: during a long start, called repeatedly with the number of started emulators.
 
         Raises:
-            ValueError: the number of seeds or a seed is wrong, the mask is wrong or the first one,
-                or the backend cannot use them.
+            ValueError: a seed, the number of seeds or the mask is wrong, the first reset has a
+                mask, or the backend does not support the arguments.
             AlreadyPendingCallError: a step is pending.
             WorkerError: the environments are closed, or a worker failed, died or did not reply in
-                time. The methods below raise it, too.
+                time. The methods below also raise it.
         """
 
     @abstractmethod
@@ -67,13 +66,13 @@ class EmulatorPool(Uncopied, ABC):
         """Start a step without waiting for it.
 
         Args:
-            actions: integers `[N]`, indices into `self.actions`. Emulators whose episode has ended
-                ignore theirs and start the next one.
-            strengths: float32 `[N]`, from 0 to 1, the part of its full speed with which a paddle
-                moves; by default 1.
+            actions: integers `[N]`, indices into `self.actions`. If an emulator's episode has
+                ended, its action is ignored and the next episode starts.
+            strengths: float32 `[N]`, from 0 to 1: the speed of a paddle as a fraction of its full
+                speed; by default 1.
 
         Raises:
-            ValueError: the actions have another shape or dtype, there is no such action, or the
+            ValueError: the actions have the wrong shape or dtype, an action does not exist, or the
                 emulators have not been reset.
             AlreadyPendingCallError: a step is pending.
         """
@@ -82,8 +81,8 @@ class EmulatorPool(Uncopied, ABC):
     def as_completed(self) -> Iterator[int]:
         """Wait for the step: yield the index of each shard as soon as its emulators have finished.
 
-        The step is pending until the iterator is exhausted. If it is interrupted, another one can
-        be made.
+        The step is pending until the iterator is exhausted. After an interrupt, make a new
+        iterator.
 
         Raises:
             NoAsyncCallError: no step is pending.
@@ -91,33 +90,35 @@ class EmulatorPool(Uncopied, ABC):
 
     @abstractmethod
     def wait(self) -> None:
-        """Wait for the step of all emulators. If this is interrupted, it can be called again.
+        """Wait for the step of all emulators.
+
+        An interrupted call can be repeated.
 
         Raises:
             NoAsyncCallError: no step is pending.
         """
 
     def step(self, actions: np.ndarray) -> None:
-        """One step of all emulators: `send`, then `wait`."""
+        """Step all emulators: `send`, then `wait`."""
         self.send(actions)
         self.wait()
 
     @property
     @abstractmethod
     def steps(self) -> int:
-        """How many steps have been started."""
+        """The number of started steps."""
 
     @property
     @abstractmethod
     def pending(self) -> bool:
-        """Whether a step has been started that has not been waited for."""
+        """True if a step has started but not been waited for."""
 
     @abstractmethod
     def require_open(self) -> None:
         """Check that the pool can be used in this process.
 
         Raises:
-            WorkerError: it has been closed, or belongs to another process.
+            WorkerError: the pool is closed, or belongs to another process.
         """
 
     @abstractmethod
@@ -134,7 +135,7 @@ class EmulatorPool(Uncopied, ABC):
 
     @abstractmethod
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
-        """Restore saved states; the arrays become what they were when the states were saved.
+        """Restore saved states, and the arrays at the time of saving.
 
         Args:
             states: one per emulator, or a single one for all.
@@ -146,7 +147,9 @@ class EmulatorPool(Uncopied, ABC):
 
     @abstractmethod
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write the RAM of emulators. `self.ram` changes at once, frames change with the next step.
+        """Write the RAM of emulators.
+
+        `self.ram` changes at once; frames change with the next step.
 
         Args:
             ram: uint8 `[N, 128]`, or `[128]` for all emulators.
@@ -154,7 +157,7 @@ class EmulatorPool(Uncopied, ABC):
 
         Raises:
             TypeError: `ram` is not a uint8 array.
-            ValueError: `ram` has another shape, or the backend cannot write RAM.
+            ValueError: `ram` has the wrong shape, or the backend cannot write RAM.
         """
 
     @abstractmethod
@@ -162,7 +165,7 @@ class EmulatorPool(Uncopied, ABC):
         """The emulator of one environment.
 
         Raises:
-            ValueError: it is not in this process.
+            ValueError: the emulator is not in this process.
         """
 
     @property
@@ -177,26 +180,26 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def terminated(self) -> np.ndarray:
-        """Whether the step ended the episode, bool `[N]`."""
+        """True if the step ended the episode, bool `[N]`."""
         return self.arrays.terminated
 
     @property
     def truncated(self) -> np.ndarray:
-        """Whether the step reached the limit of emulated frames, bool `[N]`."""
+        """True if the step reached a limit of frames or steps, bool `[N]`."""
         return self.arrays.truncated
 
     @property
     def game_over(self) -> np.ndarray:
-        """Whether the step ended the game, by its end or a limit, so that the next episode begins a
-        new one, bool `[N]`.
+        """True if the game ended or reached a limit in the step, bool `[N]`.
 
-        With same-step autoreset, `arrays.final` has it.
+        The next episode then begins a new game. With same-step autoreset, use the array in
+        `arrays.final`.
         """
         return self.arrays.game_over
 
     @property
     def started(self) -> np.ndarray:
-        """Whether an episode began in the step, bool `[N]`."""
+        """True if an episode began in the step, bool `[N]`."""
         return self.arrays.started
 
     @property
@@ -221,15 +224,15 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def executed_action(self) -> np.ndarray | None:
-        """The action that the last emulated frame executed, which sticky actions may have repeated,
-        int32 `[N]`; None if it is unknown.
+        """The action of the last emulated frame, int32 `[N]`, or None if it is unknown.
 
-        It is an index into `actions`, or -1 if a restored state executed another action.
+        With sticky actions it may be a repeated one. It is an index into `actions`, or -1 if a
+        restored state executed another action.
         """
         return None
 
     def action_index(self, numbers: np.ndarray) -> np.ndarray:
-        """The indices into `actions` of actions as ale-py numbers them, int32; -1 for other actions."""
+        """Indices into `actions` of ale-py's action numbers, int32; -1 for other actions."""
         index_of = np.full(len(ale_py.Action.__members__), -1, np.int32)
         index_of[[int(a.value) for a in self.actions]] = np.arange(len(self.actions))
         return index_of[numbers]
@@ -254,10 +257,9 @@ class EmulatorPool(Uncopied, ABC):
 
     @property
     def pooled(self) -> np.ndarray:
-        """The pixelwise maximum of the step's last two emulated frames in shades of grey, uint8
-        `[N, 1, H, 160]`.
+        """The pixelwise maximum of the step's last two grey frames, uint8 `[N, 1, H, 160]`.
 
-        A step of one frame shows that frame.
+        With a frame skip of 1 it is the single emulated frame.
 
         Raises:
             ValueError: the pool does not record it.

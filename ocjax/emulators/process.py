@@ -1,4 +1,4 @@
-"""Worker processes: how the pool starts them, talks to them and ends them."""
+"""Worker processes: starting them, communicating with them, ending them."""
 
 import contextlib
 import fcntl
@@ -22,17 +22,16 @@ from ocjax.emulators.worker.interface import WorkerConfig
 
 _PROGRAM = Path(interface.__file__).with_name("__main__.py")
 _LOG = logging.getLogger("ocjax")
-_GRACE = 2.0  # seconds that all workers together have to end by themselves
-_DYING = 5.0  # seconds that a worker may take to end after its socket has closed
-_MESSAGE_BYTES = 4000  # of a worker's stderr that an error quotes
-_SLICE = (
-    1.0  # seconds of one wait for replies; a suspension counts as one wait towards the time limit
-)
-_REPLIES = 256  # bytes, more replies than a worker can owe
+_GRACE = 2.0  # seconds for all workers together to exit
+_DYING = 5.0  # seconds for a worker to exit after its socket has closed
+_MESSAGE_BYTES = 4000  # bytes of a worker's stderr that an error quotes
+# Seconds of one wait for replies; a suspended computer counts as one wait towards the time limit.
+_SLICE = 1.0
+_REPLIES = 256  # bytes; more replies than can be pending
 
 
 class WorkerError(RuntimeError):
-    """A worker process failed, died or did not reply; the message says which one and why.
+    """A worker process failed, died or did not reply; the message names the worker and the reason.
 
     The pool has been closed.
     """
@@ -47,7 +46,7 @@ class WorkerProcess:
         finished: int64 `[N]` in the shared memory; see `CommandArrays`.
 
     Raises:
-        OSError: the process could not be started.
+        OSError: the process failed to start.
     """
 
     def __init__(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
@@ -67,10 +66,10 @@ class WorkerProcess:
                 _inherited(theirs.fileno()) as link_fd,
                 _inherited(memory_fd) as shared_fd,
             ):
-                path.write(json.dumps(_module_path()).encode())  # an argument may not be so long
+                path.write(json.dumps(_module_path()).encode())  # too long for an argument
                 path.seek(0)
                 self.process = subprocess.Popen(
-                    # -P keeps the program's folder off the worker's module path.
+                    # -P keeps the program's folder off the worker's `sys.path`.
                     [
                         sys.executable,
                         "-P",
@@ -86,10 +85,10 @@ class WorkerProcess:
             stack.pop_all()
 
     def configure(self, config: WorkerConfig, time_limit: float | None) -> None:
-        """Send the configuration, which the process must read in time.
+        """Send the configuration.
 
         Raises:
-            WorkerError: the process died or did not read it.
+            WorkerError: the process died or did not read it in time.
         """
         self.link.settimeout(time_limit)
         self.send(config.to_json().encode() + b"\n")
@@ -109,8 +108,9 @@ class WorkerProcess:
             raise self._death() from error
 
     def receive(self) -> None:
-        """Read replies from the socket. They only wake the pool up; `has_finished` tells what they
-        mean.
+        """Read replies from the socket.
+
+        Replies only wake the pool up; `has_finished` reads the results.
 
         Raises:
             WorkerError: the process died.
@@ -123,7 +123,7 @@ class WorkerProcess:
             raise self._death()
 
     def has_finished(self, number: int) -> bool:
-        """Whether the command with a number has been executed.
+        """True if the worker has executed the command with a number.
 
         Raises:
             WorkerError: the command failed.
@@ -134,7 +134,7 @@ class WorkerProcess:
         return finished == number
 
     def _death(self) -> WorkerError:
-        """The error that says how the process ended."""
+        """The error that describes how the process ended."""
         try:
             code = self.process.wait(timeout=_DYING)
         except subprocess.TimeoutExpired:
@@ -149,29 +149,28 @@ class WorkerProcess:
         return WorkerError(f"{self.name} {how}" + (f":\n{text}" if text else ""))
 
     def silence(self, seconds: float) -> WorkerError:
-        """The error that says that the process has not replied."""
+        """The error for a process that has not replied."""
         return WorkerError(
             f"{self.name} (process {self.process.pid}) {self._state()} and has not replied for "
             f"{seconds:g} s, so the pool has been closed. "
-            "Make the environments anew; if their steps, resets or hooks may take this long, "
+            "Make new environments; if their steps, resets or hooks may take this long, "
             "give them a larger worker_timeout, or None"
         )
 
     def _state(self) -> str:
-        """What the process is doing, as far as the system tells."""
+        """The state of the process, as far as the system shows it."""
         status = Path(f"/proc/{self.process.pid}/stat")
         stopped = status.exists() and status.read_text().rpartition(")")[2].split()[0] in ("T", "t")
         return "is stopped by a signal or a debugger" if stopped else "is still busy or hangs"
 
     def has_complained(self) -> bool:
-        """Whether the process has written to stderr."""
+        """True if the process has written to stderr."""
         return os.fstat(self.stderr.fileno()).st_size > 0
 
     def complaint(self) -> str:
-        """The end of what the process has written to stderr; see `program.limit_stderr`."""
-        size = os.fstat(
-            self.stderr.fileno()
-        ).st_size  # the process shares the file's position, so this must not move it
+        """The end of the process's stderr; see `program.limit_stderr`."""
+        # The process shares the file's position, so this code must not move it.
+        size = os.fstat(self.stderr.fileno()).st_size
         return (
             os.pread(self.stderr.fileno(), _MESSAGE_BYTES, max(0, size - _MESSAGE_BYTES))
             .decode(errors="replace")
@@ -180,18 +179,18 @@ class WorkerProcess:
 
 
 class Workers:
-    """The worker processes of a pool. All of them execute the same command, one command at a time.
+    """The worker processes of a pool, which all execute the same command at a time.
 
-    Any call may be interrupted at any point, for example by Ctrl-C; `completed` then continues with
-    the command. This works because commands are numbered: workers record in the shared memory which
-    commands they have executed, and ignore one that is sent again.
+    Ctrl-C may interrupt any call at any point; `completed` then continues with the command. This
+    works because commands are numbered: workers record the executed commands in the shared memory,
+    and ignore a command that is sent again.
 
     Args:
-        time_limit: seconds in which there must be a reply or other progress; None for no limit.
+        time_limit: seconds without a reply or other progress until an error, or None for no limit.
     """
 
     def __init__(self, time_limit: float | None) -> None:
-        self.busy = False  # whether a command has been given whose end has not been waited for
+        self.busy = False  # whether a command has been given but not been waited for
         self._time_limit, self._owner = time_limit, os.getpid()
         self._processes: list[WorkerProcess] = []
         self._selector = selectors.DefaultSelector()
@@ -206,21 +205,21 @@ class Workers:
 
     @property
     def forked(self) -> bool:
-        """Whether this is a copy in a forked child of the process that started the workers."""
+        """True if this process is a forked child of the process that started the workers."""
         return bool(self._processes) and os.getpid() != self._owner
 
     def start(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
         """Start another worker; see `WorkerProcess`.
 
         Raises:
-            WorkerError: it could not be started.
+            WorkerError: the worker failed to start.
         """
         try:
             worker = WorkerProcess(memory_fd, config, finished)
         except OSError as error:
             raise WorkerError(
-                f"worker {len(self) + 1} could not be started: {error}. Use fewer (num_workers), "
-                "or give this process more resources"
+                f"worker {len(self) + 1} could not be started: {error}. Use fewer workers "
+                "(num_workers), or give this process more resources"
             ) from error
         self._processes.append(worker)
         self._selector.register(worker.link, selectors.EVENT_READ, worker)
@@ -234,7 +233,8 @@ class Workers:
         """
         number, steps = self._number + 1, self.steps + (command == interface.STEP)
         message = interface.MESSAGE.pack(command, number)
-        # Nothing can interrupt the assignment of attributes in one statement.
+        # CPython handles signals only at calls and jumps, so Ctrl-C cannot separate these
+        # assignments.
         self._message, self._number, self.steps, self._sent, self.busy = (
             message,
             number,
@@ -255,10 +255,9 @@ class Workers:
         """Wait for the command: yield the index of each worker as soon as it has executed it.
 
         Args:
-            progress: called when there has been no reply for `interval` seconds; if it returns a
-                new number, the time limit starts anew.
-            interval: seconds, of which at most one, and no more than the time limit, counts; None
-                for these.
+            progress: called after `interval` seconds without a reply. A new number restarts the
+                time limit.
+            interval: seconds, at most one and at most the time limit; by default this maximum.
 
         Raises:
             WorkerError: a worker failed, died, or did not reply in time.
@@ -277,7 +276,7 @@ class Workers:
             if self._time_limit is not None and silent >= self._time_limit:
                 silence = next(iter(waiting.values())).silence(silent)
                 for worker in waiting.values():
-                    worker.process.kill()  # it would not end by itself
+                    worker.process.kill()  # it would not exit by itself
                 raise silence
             events = self._selector.select(patience)
             for key, _ in events:
@@ -289,7 +288,7 @@ class Workers:
         self._show_messages()
 
     def _show_messages(self) -> None:
-        """Log once what a worker has written to stderr, such as a warning of a hook."""
+        """Log once the stderr of a worker, such as a warning of a hook."""
         if self._has_shown:
             return
         for worker in self._processes:
@@ -305,14 +304,13 @@ class Workers:
     def end(self) -> None:
         """End all workers.
 
-        A worker exits when its socket closes, at the latest after its present step; if it does not,
-        it is killed.
+        A worker exits when its socket closes, at the latest after its current step. Otherwise it is
+        killed.
         """
         if not self.forked:  # in a forked child the workers are the parent's
             for worker in self._processes:
-                with contextlib.suppress(OSError):  # the worker has ended
-                    # Closing alone would not do: forked children of this process hold the socket,
-                    # too.
+                with contextlib.suppress(OSError):  # the worker has exited
+                    # `close` is not enough: forked children of this process also hold the socket.
                     worker.link.shutdown(socket.SHUT_RDWR)
             deadline = time.monotonic() + _GRACE
             for worker in self._processes:
@@ -329,7 +327,7 @@ class Workers:
 
 
 def _module_path() -> list[str]:
-    """Where this process finds modules, for workers to find those that hooks import."""
+    """This process's `sys.path`, for workers to import the modules of hooks."""
     try:
         folder = [str(Path.cwd())]
     except FileNotFoundError:  # the working directory has been deleted
@@ -344,9 +342,10 @@ def _module_path() -> list[str]:
 
 @contextlib.contextmanager
 def _inherited(fd: int) -> Iterator[int]:
-    """A file descriptor that is not one of the standard streams, which the worker replaces.
+    """A copy of a file descriptor with a number above the standard streams.
 
-    It is another one if these are closed here.
+    The worker replaces its standard streams. If they are closed here, `fd` may have one of their
+    numbers.
     """
     copy = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
     try:

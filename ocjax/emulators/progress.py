@@ -12,7 +12,10 @@ from ocjax.emulators.pool import StartReport
 
 @contextmanager
 def start_bar(num_envs: int) -> Iterator[StartReport | None]:
-    """A callback for `EmulatorPool.reset` that shows how many of the emulators have started; None where there is no terminal."""
+    """A callback for `EmulatorPool.reset` that shows the number of started emulators.
+
+    It is None if stderr is not a terminal.
+    """
     if sys.stderr is None or sys.stderr.closed or not sys.stderr.isatty():
         yield None
         return

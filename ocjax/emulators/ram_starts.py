@@ -1,4 +1,4 @@
-"""Where games start: values that are written to the RAM after the console's reset."""
+"""Game starts: values that are written to the RAM after the console's reset."""
 
 import difflib
 from collections.abc import Mapping
@@ -10,18 +10,17 @@ from ocjax.console.ram import RAM_SIZE, Field
 from ocjax.emulators.variations import Variation
 from ocjax.extraction.game import Game
 
-Start = Mapping[
-    str, int
-]  # values by the name of a field of the game's `Ram`, or by the number of a byte
+# Values by the name of a field in the game's `Ram`, or by the number of a byte.
+Start = Mapping[str, int]
 
 NONE = "none"  # the start that writes nothing
 
 
 def parse(text: str) -> dict[str, int]:
-    """The start that a text such as "level=2,86=0x10" declares; "none" is the ordinary start.
+    """Parse a start such as "level=2,86=0x10"; "none" is the ordinary start.
 
     Raises:
-        ValueError: the text is malformed, or a name is there twice.
+        ValueError: the text is malformed, or contains a name twice.
     """
     if text == NONE:
         return {}
@@ -38,18 +37,18 @@ def parse(text: str) -> dict[str, int]:
 
 
 def describe(start: Start) -> str:
-    """The text that `parse` reads."""
+    """The inverse of `parse`."""
     return ",".join(f"{name}={value}" for name, value in start.items()) or NONE
 
 
 def variation(game: Game, start: Start) -> Variation:
-    """A start as writes to the RAM.
+    """A start as a variation that writes to the RAM.
 
-    A field of several places gets the value in each of them, and the bits of a byte that a field
-    does not read stay as they are.
+    A field that occurs at several addresses is written at each of them. Bits outside the field stay
+    unchanged.
 
     Raises:
-        ValueError: there is no such field or byte, a value is out of range, a number has several
+        ValueError: a field or byte does not exist, a value is out of range, a number has several
             bytes, or bits are written twice.
     """
     writes: dict[int, int] = {}
@@ -70,7 +69,7 @@ def variation(game: Game, start: Start) -> Variation:
 
 
 def _field(game: Game, name: str) -> Field:
-    """The field of that name, or a single byte."""
+    """The field with a name, or a single byte."""
     fields = game.ram.fields()
     if name in fields:
         return fields[name]
@@ -86,7 +85,7 @@ def _field(game: Game, name: str) -> Field:
 
 
 def _encoded(field: Field, name: str, value: int) -> tuple[int, int]:
-    """The mask of the bits that a field reads, and these bits for a value."""
+    """The mask of a field's bits, and these bits for a value."""
     if len(field.addresses) > len(field.places):
         raise ValueError(
             f"{name} is a number of several bytes: write the bytes "

@@ -1,4 +1,4 @@
-"""The emulation settings that evaluations in the literature use, by name."""
+"""Emulation settings, and the presets of evaluations in the literature."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -10,14 +10,15 @@ import numpy as np
 from ocjax.emulators.checks import integer
 
 _FRAMES_PER_SECOND = 60  # of the console
-_MOST_FRAMES = 108_000  # of a step and of the no-ops at the beginning: half an hour
+_MOST_FRAMES = 108_000  # of a step, and of the no-ops at the start of a game: half an hour
 _MOST_EPISODE_FRAMES = 2**31 - 1  # ALE's counter
 
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
-    """Emulation settings, which define what a step and an episode are. The defaults are those of
-    Gymnasium's "v5" environments.
+    """Emulation settings, which define steps and episodes.
+
+    The defaults match Gymnasium's "v5" environments.
 
     Args:
         frame_skip: emulated frames per step. With a pair (low, high), each step draws a number from
@@ -25,15 +26,15 @@ class Settings:
         repeat_action_probability: the probability that an emulated frame repeats the previous
             action ("sticky actions").
         max_episode_frames: emulated frames after which an episode is truncated.
-        max_episode_steps: agent steps of a game after which an episode is truncated; None for no
-            such limit.
-        full_action_space: whether all 18 actions are available, rather than the game's minimal set.
+        max_episode_steps: agent steps of a game after which an episode is truncated, or None for no
+            limit.
+        full_action_space: whether all 18 actions are available instead of the game's minimal set.
         noop_max: a game begins with 1 to `noop_max` no-op frames, drawn at random; 0 for none.
-        fire_reset: whether an episode begins with one step of FIRE and one of the next action, in
+        fire_reset: whether episodes begin with one step of FIRE and one step of the next action, in
             games that need FIRE to begin.
         clip_rewards: whether rewards are clipped to their sign.
-        episodic_life: whether the loss of a life ends the episode. The next episode then continues
-            the game.
+        episodic_life: whether the loss of a life ends the episode; the next episode continues the
+            game.
 
     Raises:
         ValueError: a number is out of range.
@@ -75,7 +76,7 @@ class Settings:
 
     @property
     def skip_range(self) -> tuple[int, int]:
-        """The fewest emulated frames per step, and one more than the most."""
+        """The minimum of emulated frames per step, and the maximum plus one."""
         return (
             (self.frame_skip, self.frame_skip + 1)
             if isinstance(self.frame_skip, int)
@@ -84,7 +85,10 @@ class Settings:
 
     @property
     def steps_per_second(self) -> float:
-        """Agent steps per second of real time; emulated frames where the frame skip is random."""
+        """Agent steps per second of real time.
+
+        With a random frame skip, it is the number of emulated frames.
+        """
         return (
             _FRAMES_PER_SECOND / self.frame_skip
             if isinstance(self.frame_skip, int)
@@ -99,10 +103,10 @@ class Settings:
 
 
 def _frame_skip(value: Any) -> int | tuple[int, int]:
-    """A frame skip in the types that `Settings` has; JSON turns the pair into a list.
+    """A frame skip in the types of `Settings`; JSON turns the pair into a list.
 
     Raises:
-        ValueError: it is not a number of frames or a pair of them, or out of range.
+        ValueError: the value is not a number of frames or a pair of numbers, or is out of range.
     """
     if not isinstance(value, tuple | list):
         return integer("frame_skip", value, 1, _MOST_FRAMES)
@@ -114,9 +118,9 @@ def _frame_skip(value: Any) -> int | tuple[int, int]:
     return low, integer("the upper end of frame_skip", value[1], low + 1, _MOST_FRAMES + 1)
 
 
-# "v5", "v4", "deterministic-v4" and "noframeskip" are Gymnasium's IDs of these names. "dqn" is Mnih
-# et al. (2015) as the usual wrappers implement it; evaluations turn clip_rewards and episodic_life
-# off. "machado" is Machado et al. (2018), with frame skip 5 and episodes of five minutes.
+# "v5", "v4", "deterministic-v4" and "noframeskip" are named after Gymnasium's IDs. "dqn" is Mnih et
+# al. (2015) as in the usual wrappers; evaluations turn clip_rewards and episodic_life off.
+# "machado" is Machado et al. (2018), with frame skip 5 and episodes of five minutes.
 PRESETS: Mapping[str, Settings] = MappingProxyType(
     {
         "v5": Settings(),
@@ -139,10 +143,10 @@ PRESETS: Mapping[str, Settings] = MappingProxyType(
 
 
 def settings(preset: str = "v5", **changes: Any) -> Settings:
-    """The settings of a preset, with every argument that is not None changed.
+    """A preset with changes; arguments that are None change nothing.
 
     Raises:
-        ValueError: there is no such preset, or a number is out of range.
+        ValueError: the preset is unknown, or a number is out of range.
     """
     if preset not in PRESETS:
         raise ValueError(f"no preset {preset!r}: there are {', '.join(PRESETS)}")

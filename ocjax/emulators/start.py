@@ -1,4 +1,4 @@
-"""Emulators in this process: a game's ROM is checked and loaded, and its actions, modes and difficulties are read."""
+"""Emulators in this process: check and load a ROM; read its actions, modes and difficulties."""
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from ocjax.extraction.game import Game
 
 
 def check_rom(game: Game) -> Path:
-    """The path of a game's ROM, whose contents are checked.
+    """Check a game's ROM and return its path.
 
     Raises:
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
-            written for.
+        RomError: the ROM is missing, or is not the one that the decoder was written for; a
+            ValueError.
     """
     read_rom(game.rom, game.md5)
     return rom_path(game.rom)
@@ -30,7 +30,8 @@ def load_emulator(game: Game, **options: float) -> ale_py.ALEInterface:
 
     Args:
         game: the game.
-        options: of ALE, such as `random_seed` (int) and `repeat_action_probability` (float).
+        options: options of ALE, such as `random_seed` (int) and `repeat_action_probability`
+            (float).
 
     Raises:
         RomError: see `check_rom`.
@@ -52,12 +53,12 @@ def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> a
 
     Args:
         game: the game.
-        seed: of the emulator.
-        game_mode: as ale-py numbers it; None for the game's default.
+        seed: the emulator's seed.
+        game_mode: ale-py's number of the mode; by default the game's own.
 
     Raises:
         RomError: see `check_rom`.
-        ValueError: the game has no such mode.
+        ValueError: the game lacks this mode.
     """
     ale = load_emulator(game, random_seed=seed, repeat_action_probability=0.0)
     if game_mode is not None:
@@ -78,7 +79,7 @@ def action_set(ale: ale_py.ALEInterface, settings: Settings) -> tuple[ale_py.Act
 
 
 def variants(game: Game) -> tuple[list[int], list[int]]:
-    """The modes and difficulties of a game, as ale-py numbers them.
+    """ale-py's numbers of a game's modes and difficulties.
 
     Raises:
         RomError: see `check_rom`.

@@ -16,24 +16,24 @@ from ocjax.extraction.edits import edit
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import as_game
 
-# The arrays of a pool that a saved state holds, as far as the pool records them.
+# The arrays of a pool that a saved state contains, if the pool records them.
 _SHOWN = tuple(f.name for f in dataclasses.fields(EmulatorArrays) if f.name != "final")
 _COMMAND = ("state", "state_bytes")
 
 _MAGIC, _VERSION = b"ocjaxSAV", 2
-_HEADER = struct.Struct(
-    "<8sHI32s"
-)  # magic, version, bytes of the description, SHA-256 of everything after the header
+# Magic, version, bytes of the description, SHA-256 of everything after the header.
+_HEADER = struct.Struct("<8sHI32s")
 
 
 @dataclasses.dataclass(frozen=True)
 class States:
-    """Saved states of n emulators, from `clone_state`. They can be indexed, written to files, and
-    restored in any pool of the game.
+    """Saved states of n emulators, from `clone_state`.
+
+    They can be indexed, written to files, and restored in any pool of the game.
 
     Attributes:
         md5: MD5 hash of the game's ROM.
-        rows: arrays `[n, ...]`: the states of the emulators, and what was observed of them.
+        rows: arrays `[n, ...]`: the states of the emulators, and the observed values.
     """
 
     md5: str
@@ -49,34 +49,38 @@ class States:
         return type(self)(self.md5, {name: array[index] for name, array in self.rows.items()})
 
     def set(self, game: Game | str, category: str, slot: int | None = None, **wanted: int) -> Self:
-        """The states with an object elsewhere, or with another value.
+        """Move an object, or change its value, in all states.
 
             envs.restore_state(envs.clone_state().set("Pong", "Ball", x=80))
 
-        REM's objects change when the states are restored, frames and observations with the next
-        step.
+        REM's objects change when the states are restored; frames and observations change with the
+        next step.
 
         Args:
             game: the game, or its name.
             category: name of the object's category.
-            slot: the slot of the object within its category; by default the first one that is
-            present, in each state. **wanted: the new numbers, see `ocjax.edit`.
+            slot: the slot of the object within its category; by default the first valid one of each
+                state.
+            wanted: the new numbers; see `ocjax.edit`.
 
         Raises:
-            TypeError, ValueError: see `ocjax.edit`; or the states are of another game.
+            TypeError, ValueError: see `ocjax.edit`; or the states belong to another game.
         """
         game = as_game(game)
         if game.md5 != self.md5:
             raise ValueError(
-                f"the states are of the ROM with md5 {self.md5}, but that of {game.name} has "
-                f"{game.md5}"
+                f"the states are of the ROM with md5 {self.md5}, but the ROM of {game.name} "
+                f"has md5 {game.md5}"
             )
         return dataclasses.replace(
             self, rows={**self.rows, "ram": edit(game, self.rows["ram"], category, slot, **wanted)}
         )
 
     def to_bytes(self) -> bytes:
-        """The states as bytes for a file. They contain a checksum and, unlike a pickle, no code."""
+        """The states as bytes for a file.
+
+        They contain a checksum and, unlike a pickle, no code.
+        """
         arrays = {name: [array.dtype.str, list(array.shape)] for name, array in self.rows.items()}
         description = json.dumps({"md5": self.md5, "arrays": arrays}).encode()
         body = description + b"".join(array.tobytes() for array in self.rows.values())
@@ -89,8 +93,7 @@ class States:
         """The inverse of `to_bytes`.
 
         Raises:
-            ValueError: the bytes are not saved states, are damaged, or have a version that is not
-                supported.
+            ValueError: the bytes are not saved states, are damaged, or have an unsupported version.
         """
         if len(data) < _HEADER.size or not data.startswith(_MAGIC):
             raise ValueError(
@@ -106,7 +109,7 @@ class States:
         body = memoryview(data)[_HEADER.size :]
         if hashlib.sha256(body).digest() != checksum:
             raise ValueError(
-                "the states are damaged: their checksum is another one; save or copy them again"
+                "the states are damaged: their checksum is wrong; save or copy them again"
             )
         if not 0 <= size <= len(body):
             raise ValueError(
@@ -122,15 +125,15 @@ class States:
 
     @classmethod
     def concatenate(cls, parts: Iterable[Self]) -> Self:
-        """Join states, such as those that the same environments had at different times: n states in
-        the order of the parts.
+        """Join states of the same environments, for example from different times.
 
             envs.restore_state(States.concatenate([early[0], late[1]]))
 
+        The result has all states in the order of the parts.
+
         Raises:
-            TypeError: a part is no `States`.
-            ValueError: there is no part, or they are of different games, or of environments with
-                different observations.
+            TypeError: a part is not of type `States`.
+            ValueError: `parts` is empty, or the parts have different games or observations.
         """
         parts = list(parts)
         for part in parts:
@@ -183,8 +186,9 @@ def _check_alike(first: States, other: States) -> None:
 def _described(
     description: bytes, size: int
 ) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
-    """The MD5 hash and the dtypes and shapes of arrays that a description names, which take `size`
-    bytes.
+    """The MD5 hash, and the dtypes and shapes of the arrays, from a description.
+
+    The arrays take `size` bytes.
 
     Raises:
         ValueError: the description is damaged.
@@ -221,7 +225,7 @@ def _described(
 
 
 def collect(md5: str, shown: EmulatorArrays, commands: CommandArrays) -> States:
-    """Copy the states that the workers have just left in the shared memory."""
+    """Copy the states that the workers have written to the shared memory."""
     rows = {
         name: array.copy() for name, array in _saved(shown, commands).items() if name != "state"
     }
@@ -237,12 +241,14 @@ def check(
     num_envs: int,
     good: bytes,
 ) -> None:
-    """Check that states can be restored in emulators, of which one had the state `good` of ALE.
+    """Check that a pool can restore states.
+
+    `good` is ALE's state of one of the pool's emulators.
 
     Raises:
-        TypeError: they are not `States`.
-        ValueError: they are damaged, of another game or number, or were saved without frames that
-            the pool records.
+        TypeError: `states` is not of type `States`.
+        ValueError: the states are damaged, belong to another game, have the wrong number, or lack
+            frames that the pool records.
     """
     _check_type(states)
     if states.md5 != game.md5:
@@ -280,7 +286,10 @@ _RANGES = {
 
 
 def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -> None:
-    """Check that an array of `count` states has the dtype and the shape of the pool's, and numbers in their range."""
+    """Check that an array of `count` states matches the pool's array.
+
+    Its dtype and shape must be equal, and its numbers within their range.
+    """
     shape = (count, *target.shape[1:])
     fits = (
         array.ndim == 2 and array.shape[1] <= STATE_BYTES
@@ -304,7 +313,7 @@ def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -
 
 
 def _check_bools(name: str, array: np.ndarray) -> None:
-    """Check that the bytes of bools are 0 or 1; those of a file may be others."""
+    """Check that the bytes of bools are 0 or 1; a file may contain other bytes."""
     if array.dtype == bool and (array.view(np.uint8) > 1).any():
         raise ValueError(
             f"the states are damaged: {name!r} has bools that are not 0 or 1; save them again"
@@ -312,12 +321,13 @@ def _check_bools(name: str, array: np.ndarray) -> None:
 
 
 def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
-    """Check that states hold arrays like those that an environment carries from step to step, `[N,
-    ...]` by name.
+    """Check that states contain the arrays that an environment carries.
+
+    `carries` has the environment's arrays `[N, ...]` by name.
 
     Raises:
-        TypeError: they are not `States`.
-        ValueError: they hold others.
+        TypeError: `states` is not of type `States`.
+        ValueError: the arrays differ.
     """
     _check_type(states)
     for name, carried in carries.items():
@@ -356,7 +366,10 @@ def _check_type(states: Any) -> None:
 def distribute(
     states: States, shown: EmulatorArrays, commands: CommandArrays, chosen: np.ndarray
 ) -> None:
-    """Write states that have passed `check` to the chosen rows of the shared memory, bool `[N]`, for the workers to restore."""
+    """Write states to the chosen rows, bool `[N]`, of the shared memory.
+
+    The states have passed `check`; the workers restore them.
+    """
     for name, target in _saved(shown, commands).items():
         rows = np.broadcast_to(states.rows[name], (len(chosen), *states.rows[name].shape[1:]))[
             chosen
@@ -367,7 +380,7 @@ def distribute(
 
 
 def _saved(shown: EmulatorArrays, commands: CommandArrays) -> dict[str, np.ndarray]:
-    """The arrays that a saved state holds, by name."""
+    """The arrays that a saved state contains, by name."""
     arrays = {name: getattr(shown, name) for name in _SHOWN}
     arrays |= {name: getattr(commands, name) for name in _COMMAND}
     return {name: array for name, array in arrays.items() if array is not None}

@@ -1,4 +1,4 @@
-"""Gymnasium environments whose observations are objects."""
+"""Gymnasium environments with objects as observations."""
 
 from ocjax.console.rom import RomError
 from ocjax.emulators import variations

@@ -10,7 +10,7 @@ from ocjax.emulators.checks import is_integer
 
 DEFAULT_THRESHOLD = 0.5
 
-# ale-py's numbers of actions by left, centre or right; down, centre or up; and the button.
+# ale-py's action numbers by axis: left, centre, right; down, centre, up; button released, pressed.
 _ACTIONS = np.array(
     [
         [
@@ -23,10 +23,10 @@ _ACTIONS = np.array(
 
 
 class ContinuousActions:
-    """Turns actions of continuous environments into those of an emulator with all 18 actions.
+    """Map continuous actions to the 18 discrete actions of an emulator.
 
     Args:
-        threshold: the deflection from which on a joystick's contact closes, and the same for the
+        threshold: the deflection above which a joystick's contact closes, and the same for the
             button.
 
     Raises:
@@ -43,13 +43,15 @@ class ContinuousActions:
 
     @property
     def space(self) -> gym.spaces.Box:
-        """The action space of one environment: deflection, angle in radians (0 is right, pi / 2 is up) and button, float32 `[3]`."""
+        """The action space of one environment, float32 `[3]`: deflection, angle and button.
+
+        The angle is in radians: 0 is right, pi / 2 is up.
+        """
         low, high = np.array([[0, -np.pi, 0], [1, np.pi, 1]], np.float32)
         return gym.spaces.Box(low, high, dtype=np.float32)
 
     def to_discrete(self, actions: Any, num_envs: int) -> tuple[np.ndarray, np.ndarray]:
-        """The action of each emulator, int32 `[N]`, and the part of a paddle's full speed, float32
-        `[N]`.
+        """The action of each emulator, int32 `[N]`, and a paddle's fraction of full speed, float32.
 
         Raises:
             ValueError: the actions are not floats `[N, 3]` in the action space.

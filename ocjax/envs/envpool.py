@@ -1,10 +1,14 @@
 """Environments of the `envpool` backend, which extract objects from the RAM that envpool returns.
 
-Options and calls that envpool does not support raise an error that gives the reason: frames with a
-frame skip (envpool returns the maximum of the last two), screens that are not 210 rows high
-(envpool crops them), saved states, writing RAM, hooks, new seeds after the first reset, resets of
-single environments, and autoreset modes other than next-step. `ocjax.emulators.envpool` names three
-settings that differ slightly.
+Unsupported options and calls raise an error with the reason. envpool does not support
+
+- frames with a frame skip (it returns the maximum of the last two),
+- screens that are not 210 rows high (it crops them),
+- saved states, writing RAM, and hooks,
+- new seeds after the first reset, and resets of single environments,
+- autoreset modes other than next-step.
+
+`ocjax.emulators.envpool` names three settings that differ slightly.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -36,12 +40,13 @@ XlaStep = Callable[
 
 
 class EnvpoolVectorEnv(ObjectVectorEnv):
-    """N instances of a game on envpool. `make_vec` makes them with `backend="envpool"` and explains
-    the options.
+    """N instances of a game on envpool.
 
-    With `batch_size` below N the environments are asynchronous, as in envpool: `async_reset`,
-    `recv` and `send` take the place of `reset` and `step`, and `info["env_id"]` tells which
-    environments the results belong to. Each environment keeps the memory of its observations.
+    `make_vec` makes them with `backend="envpool"` and explains the options.
+
+    With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
+    `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
+    environments in the results. Each environment keeps the memory of its observations.
 
     Raises:
         ValueError: an option is out of range, or envpool cannot implement it.
@@ -103,8 +108,8 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         """Reset all environments; a seed is possible the first time only.
 
         Raises:
-            ValueError: there is a seed after the first reset, or a reset_mask, or the environments
-                are asynchronous.
+            ValueError: a seed is given after the first reset, `reset_mask` is given, or the
+                environments are asynchronous.
         """
         self._require_synchronous()
         return super().reset(seed=seed, options=options)
@@ -115,12 +120,18 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         super().step_async(actions)
 
     def async_reset(self, seed: int | Sequence[int | None] | None = None) -> None:
-        """Reset all environments without waiting for them; `recv` returns those that are ready first."""
+        """Reset all environments without waiting for them.
+
+        `recv` returns the results in the order of completion.
+        """
         self.pool.async_reset(seeds_of(seed, self.num_envs))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
-        """Start a step of some environments: actions, integers `[n]`, and their indices, integers
-        `[n]`.
+        """Start a step of some environments.
+
+        Args:
+            actions: integers `[n]`.
+            env_id: the indices of the environments, integers `[n]`.
 
         Raises:
             ValueError: an action or an index does not exist, or their shapes or dtypes are wrong.
@@ -130,8 +141,9 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         self.pool.send(actions, env_id)
 
     def recv(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """The results of the `batch_size` environments that are ready first, as `step` returns
-        them; `info["env_id"]` has their indices.
+        """The results of the first `batch_size` environments to finish, as `step` returns them.
+
+        `info["env_id"]` contains their indices.
 
         Raises:
             NoAsyncCallError: fewer environments are stepping.
@@ -161,7 +173,10 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         )
 
     def _scatter(self, ids: np.ndarray, new: Any, old: Any) -> Any:
-        """Write rows `[n, ...]` to a copy of the arrays of all environments, `[N, ...]`; to zeros where there are none yet."""
+        """Write rows `[n, ...]` to a copy of the arrays of all environments, `[N, ...]`.
+
+        Without old arrays, the other rows are zero.
+        """
 
         def scatter(a: Any, b: Any) -> np.ndarray:
             out = np.zeros((self.num_envs, *a.shape[1:]), a.dtype) if b is None else np.array(b)
@@ -175,14 +190,15 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         )
 
     def xla(self) -> tuple[Any, XlaStep]:
-        """The environments as a pure function for `jax.jit` and `jax.lax.scan`, starting from their
-        present state.
+        """The environments as a pure function for `jax.jit` and `jax.lax.scan`.
+
+        They start from their current state.
 
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next
-            state and (observation, reward, terminated, truncated, info); info contains `lives`,
-            `ram` and `game_over`. The emulators are those of `reset` and `step`, so use one or the
-            other.
+            state and (observation, reward, terminated, truncated, info). `info` contains `lives`,
+            `ram` and `game_over`. `reset` and `step` control the same emulators, so do not mix them
+            with this function.
 
         Raises:
             ValueError: the environments have not been reset or are asynchronous, or the mode or an
@@ -192,7 +208,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         if self.pool.env is None:
             raise ValueError(NOT_RESET)
         if required_screens(self.mode, self.kinds):
-            raise ValueError("xla() provides RAM and what is computed from it, but no frames")
+            raise ValueError("xla() provides RAM and objects, but no frames")
         handle, _, _, env_step = self.pool.env.xla()
         observer, clip_rewards = (
             make_observer(self.game, self.mode, self.kinds),
@@ -249,7 +265,7 @@ def _refuse_unsupported(
     hook: Any,
     render_mode: str | None,
 ) -> None:
-    """Raise a ValueError with the reason if envpool cannot do what is asked of it."""
+    """Raise a ValueError with the reason if envpool does not support an option."""
     screens = required_screens(mode, kinds)
     reasons = {
         "envpool gives no grey frames that are not pooled and resized": bool(
@@ -270,7 +286,7 @@ def _refuse_unsupported(
 
 
 def _one_for_all(name: str, value: Any) -> int:
-    """A game mode or difficulty as envpool takes it."""
+    """A game mode or difficulty in envpool's form."""
     if value is None:
         return -1
     if np.ndim(value) > 0:

@@ -16,41 +16,45 @@ from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "value", "valid")
 NEAR, MIDDLE = 8.0, 32.0  # pixels
-_VALUE_UNIT = np.log1p(1e6)  # a value of a million is normalised to 1
+_VALUE_UNIT = np.log1p(1e6)  # normalises a value of one million to 1
 
 
 @dataclass(frozen=True)
 class Vector(Computed):
-    """Features of all slots as one flat vector, float32 `[history * n]`, where n is the number of
-    features of all slots.
+    """Features of all slots as one flat vector, float32 `[history * n]`.
 
-    Entries are ordered by time from the oldest state to the latest, then by slot in the game's
-    order, then by feature in the order given; `features_of` names each entry. Slots that are not
-    valid are zero. dx and dy are the movement of the centre since the previous step. They are zero
-    if the object was not valid before, or if an episode has just begun. nx and ny are tanh(d / 8)
-    of the distance d in pixels from the centre of the first slot's object, which is the player in
-    most games, to the object's centre; mx and my are tanh(d / 32). They are zero while there is no
-    player. nx and ny resolve positions next to the player finely but are nearly constant beyond 20
-    pixels, where mx and my still tell what approaches. In mode "vem", `ocjax.track` keeps objects
-    in the same slots from step to step.
+    n is the number of features of all slots. Entries are ordered by time (oldest state first), then
+    by slot in the game's order, then by feature in the given order. `features_of` names each entry.
+    Slots that are not valid are zero.
+
+    dx and dy are the movement of the centre since the previous step. They are zero if the object
+    was not valid before, or if an episode has just begun.
+
+    nx, ny, mx and my measure the position relative to the object in the first slot, which is the
+    player in most games. With the distance d in pixels from the player's centre to the object's
+    centre, nx and ny are tanh(d / 8), and mx and my are tanh(d / 32). They are zero while the
+    player is not valid. nx and ny resolve positions next to the player finely but are nearly
+    constant beyond 20 pixels, where mx and my still show approaching objects.
+
+    In mode "vem", `ocjax.track` keeps objects in the same slots from step to step.
 
     Args:
         features: distinct names of x, y, w, h, dx, dy, nx, ny, mx, my, orientation, value and
             valid, for all slots. With None, a slot has x, y, w, h, dx and dy, then orientation and
-            value if its category has them, and valid. Display objects that have a value, such as
-            scores, do not have x to dy: their boxes only tell how many digits are shown.
-        grid_features: likewise, for the slots of fixed grids such as Breakout's bricks, whose
-            objects never move (`Category.on_grid`). With None, they have the same features as
-            others.
+            value if its category has them, and valid. Display objects with a value, such as scores,
+            have no x to dy: their box only reflects the number of digits.
+        grid_features: the features for slots of fixed grids such as Breakout's bricks, which never
+            move (`Category.on_grid`). With None, they have the same features as others.
         history: number of states.
-        normalize: whether features are scaled: lengths to units of the screen's width or height,
-            orientations to turns, and values v to sign(v) log(1 + |v|) / log(1 + 10^6). Without it,
-            lengths are in pixels and orientations are compass points 0 to 15. Orientations that are
-            not known, as in mode "vem", are -1, or -1/16 turns. Values that VEM cannot read are
-            those of v = -1.
+        normalize: whether features are scaled. Lengths become fractions of the screen's width or
+            height, orientations become turns, and values v become sign(v) log(1 + |v|) / log(1 +
+            10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
+            Unknown orientations, as in mode "vem", are -1, or -1/16 turns. Values that VEM cannot
+            read are encoded as v = -1.
 
     Raises:
-        ValueError: a feature is unknown or repeated, there is none, or the history is below 1.
+        ValueError: a feature is unknown or repeated, the features are empty, or the history is
+            below 1.
     """
 
     needs_objects = True
@@ -102,7 +106,7 @@ class Vector(Computed):
         )
 
     def _runs(self, game: Game) -> list[tuple[slice, tuple[str, ...]]]:
-        """The slots in as few runs as possible that have the same features, with these features."""
+        """The slots in as few runs of equal features as possible, with these features."""
         runs: list[tuple[slice, tuple[str, ...]]] = []
         for category, s in zip(game.categories, game.slices.values(), strict=True):
             features = self._features(category)
@@ -149,7 +153,7 @@ class Vector(Computed):
         return gym.spaces.Box(low, high, dtype=np.float32)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation: the previous objects, and the previous states."""
+        """The memory before the first observation: the previous objects and states."""
         n = len(self.features_of(game)) // self.history
         return no_objects_of(game, num_envs), np.zeros((num_envs, self.history, n), np.float32)
 

@@ -30,6 +30,7 @@ AUTORESET = {
     AutoresetMode.SAME_STEP: SAME_STEP,
     AutoresetMode.DISABLED: DISABLED,
 }
+# Options that `make` lacks.
 _VECTOR_ONLY = (
     "num_envs",
     "num_workers",
@@ -37,7 +38,7 @@ _VECTOR_ONLY = (
     "autoreset_mode",
     "backend",
     "batch_size",
-)  # options that `make` lacks
+)
 
 
 @accepts_other_names
@@ -73,20 +74,21 @@ def make_vec(
     continuous_action_threshold: float = DEFAULT_THRESHOLD,
     **unknown: Never,
 ) -> ObjectVectorEnv:
-    """Make a vector environment: many instances of a game, stepped by worker processes, whose
-    observations are objects.
+    """Make a vector environment: many instances of a game whose observations are objects.
+
+    Worker processes step the instances.
 
     ale-py's names `frameskip`, `difficulty` and `max_num_frames_per_episode`, an integer as `mode`,
-    and OCAtari's modes "ram" and "vision" are accepted, too.
+    and OCAtari's modes "ram" and "vision" also work.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`. An id of version 0 or 4
-            ("PongNoFrameskip-v4") implies a preset, which `preset` and the settings must not
-            contradict.
+            ("PongNoFrameskip-v4") implies a preset; `preset` and the settings must not contradict
+            it.
         num_envs: number of instances.
-        mode: "rem" (objects from RAM; no pixel is touched), "vem" (objects from the screen),
-            "both", or "raw" (no objects).
-        backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra of that name;
+        mode: "rem" (objects from RAM, without pixels), "vem" (objects from the screen), "both", or
+            "raw" (no objects).
+        backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra `envpool`;
             `ocjax.envs.envpool` lists its limits).
         obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
             "pixels", "ram", "object_masks", "binary_masks", "class_masks" or "planes". An instance
@@ -97,7 +99,7 @@ def make_vec(
         preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4",
             "noframeskip", "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which
             have sticky actions.
-        frame_skip: overrides the preset, as do the next eight options; see `Settings`.
+        frame_skip: see `Settings`. This option and the next eight override the preset.
         repeat_action_probability: see `Settings`.
         max_episode_frames: see `Settings`.
         max_episode_steps: see `Settings`.
@@ -106,45 +108,45 @@ def make_vec(
         fire_reset: see `Settings`.
         clip_rewards: see `Settings`.
         episodic_life: see `Settings`.
-        game_mode: game mode as ale-py numbers it: one for all instances, or a sequence with one for
-            each.
-        game_difficulty: game difficulty, likewise.
+        game_mode: ale-py's number of the game mode: one for all instances, or a sequence with one
+            for each.
+        game_difficulty: ale-py's number of the game difficulty, given in the same way.
         autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
         num_workers: number of processes (envpool: threads); by default one per core. With 0,
             instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
         hook: a function, or a sequence of functions, that edits the RAM of each instance before
-            every emulated frame; see `AlePool`. A variation may be given by its name in
-            `ocjax.emulators.variations`, "stop_all_cars" or "Freeway:stop_all_cars".
-        worker_timeout: how many seconds a worker process of backend "ale" may take to reply before
-            an error is raised; None for no limit.
+            every emulated frame; see `AlePool`. The name of a variation in
+            `ocjax.emulators.variations` also works: "stop_all_cars" or "Freeway:stop_all_cars".
+        worker_timeout: seconds that a worker process of backend "ale" may take to reply before an
+            error is raised, or None for no limit.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         ram_info: whether `info` contains the RAM.
-        reward_fn: a function of the objects before a step, the objects after it (by REM if they are
-            extracted from RAM) and the action, of one environment, that returns the reward. It is
-            compiled by JAX for the batch. Its result is not clipped, and `info["reward"]` is the
-            game's own reward. The first step of an episode under next-step autoreset, whose action
-            is ignored, is rewarded with 0.
-        continuous: whether actions are continuous, as in ale-py: the deflection of the joystick
-            from 0 to 1, its angle in radians from -pi to pi, and its button from 0 to 1, float32
-            `[3]`. The deflection is also the speed of a paddle. All 18 actions are available.
-        continuous_action_threshold: the deflection, to each side and of the button, above which a
-            continuous action becomes a discrete one.
-        unknown: there are no further options.
+        reward_fn: a function that returns one environment's reward from the objects before a step,
+            the objects after it and the action. The objects are REM's if the mode extracts them.
+            JAX compiles the function for the batch. Its result is not clipped, and `info["reward"]`
+            is the game's own reward. Next-step autoreset ignores the action of an episode's first
+            step; this step has reward 0.
+        continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
+            deflection from 0 to 1, its angle in radians from -pi to pi, and its button from 0 to 1.
+            The deflection is also the speed of a paddle. All 18 actions are available.
+        continuous_action_threshold: the deflection above which a joystick's contact closes, and the
+            same for the button.
+        unknown: other options raise TypeError.
 
     Returns:
         The vector environment.
 
     Raises:
-        ValueError: the game or an option is unknown, an option contradicts the id, the ROM is the
-            wrong one, a hook is a variation of another game, or the backend does not support an
-            option.
-        TypeError: there is no such option, one is given by two names, a hook is neither a function
-            nor a name, or cannot be sent to worker processes, `reward_fn` is not a function, or a
+        ValueError: the game or an option's value is unknown, an option contradicts the id, the ROM
+            is the wrong one, a hook is a variation of another game, or the backend does not support
+            an option.
+        TypeError: an option does not exist or is given under two names, a hook is not a function or
+            a name, a hook cannot be sent to worker processes, `reward_fn` is not a function, or a
             game mode or difficulty is not an integer.
-        MemoryError: there is not enough memory for so many instances.
-        MissingExtraError: a ModuleNotFoundError; the extra `envpool` is not installed.
-        WorkerError: a worker process could not be started.
+        MemoryError: the instances do not fit into memory.
+        MissingExtraError: the extra `envpool` is not installed; a ModuleNotFoundError.
+        WorkerError: a worker process failed to start.
     """
     for name in unknown:
         raise no_option(name, list(inspect.signature(make_vec).parameters)[:-1])
@@ -265,7 +267,7 @@ def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) 
 
 
 def _spec(game: Game, mode: str, obs: Any, chosen: Settings, **options: Any) -> EnvSpec:
-    """The EnvSpec that reproduces the environment."""
+    """The `EnvSpec` that reproduces the environment."""
     given = {name: value for name, value in options.items() if value is not None}
     kwargs = {
         "game": game.name,
@@ -288,14 +290,14 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`.
-        options: options of `make_vec`, except for those that only vector environments have.
+        options: options of `make_vec`, except the options for vector environments only.
 
     Returns:
         The environment.
 
     Raises:
         ValueError: the game or an option's value is unknown, or the ROM is the wrong one.
-        TypeError: there is no such option, or only vector environments have it.
+        TypeError: an option does not exist, or only vector environments have it.
     """
     for name in _VECTOR_ONLY:
         if name in options:
@@ -312,6 +314,5 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
     return env
 
 
-# Gymnasium looks here for the modes from which it makes others: "human", "rgb_array_list" and
-# "objects_list".
+# Gymnasium reads these modes to offer "human", "rgb_array_list" and "objects_list".
 vars(make)["metadata"] = {"render_modes": list(RENDER_MODES)}

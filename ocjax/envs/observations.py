@@ -1,9 +1,9 @@
 """The kinds of observations, and how each is computed.
 
-Each kind is a small class whose fields are its options. An observation that needs computation is a
-pure JAX function of a snapshot of the environments and of a memory, which carries state from one
-step to the next. The same code therefore works with worker processes and inside `jax.lax.scan`.
-Below, B is the number of environments in a batch, and H x 160 is the size of the game's screen.
+The fields of each class are the options of the observation. A `Computed` observation is a pure JAX
+function of a snapshot of the environments and of a memory, which carries state from one step to the
+next. The same code therefore works with worker processes and inside `jax.lax.scan`. Below, B is the
+number of environments in a batch, and H x 160 is the size of the game's screen.
 """
 
 from abc import ABC, abstractmethod
@@ -24,7 +24,7 @@ from ocjax.vision.unknown import UNKNOWN
 
 
 class Snapshot(NamedTuple):
-    """The present state of a batch of environments, from which observations are computed."""
+    """The current state of a batch of environments, the input of observations."""
 
     rem: Objects | None  # of batch shape [B]
     vem: Objects | None  # of batch shape [B]
@@ -36,14 +36,15 @@ class Snapshot(NamedTuple):
     def objects(self) -> Objects:
         """The objects from RAM if they are extracted, else those from pixels."""
         objects = self.vem if self.rem is None else self.rem
-        assert (
-            objects is not None
-        )  # environments refuse observations of objects that they do not extract
+        assert objects is not None  # `requested_kinds` rejects such observations in mode "raw"
         return objects
 
 
 def push(started: jax.Array, latest: jax.Array, memory: jax.Array) -> jax.Array:
-    """Drop the oldest entry of a memory `[B, n, ...]` and append the latest, `[B, ...]`; at the start of an episode all are the latest."""
+    """Append the latest entry, `[B, ...]`, to a memory `[B, n, ...]` and drop the oldest.
+
+    At the start of an episode all entries become the latest one.
+    """
     shifted = jnp.concatenate([memory[:, 1:], latest[:, None]], axis=1)
     started = started.reshape(-1, *[1] * (memory.ndim - 1))
     return jnp.where(started, jnp.broadcast_to(latest[:, None], shifted.shape), shifted)
@@ -51,13 +52,13 @@ def push(started: jax.Array, latest: jax.Array, memory: jax.Array) -> jax.Array:
 
 @dataclass(frozen=True)
 class Observation(ABC):
-    """Base class of the kinds of observations, each of which is either `Computed` or `Copied`."""
+    """Base class of the kinds of observations: each is `Computed` or `Copied`."""
 
     needs_objects: ClassVar[bool] = False
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The pixel arrays that it needs, by their names in `EmulatorPool`."""
+        """The required pixel arrays, by their names in `EmulatorPool`."""
         return ()
 
     @abstractmethod
@@ -71,8 +72,7 @@ class Computed(Observation):
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation, a pytree of NumPy arrays `[num_envs, ...]`.
 
-        Environments are made without a computation by JAX, so that they can be made before
-        processes are forked.
+        JAX computes nothing here, so environments can be made before a process forks.
         """
         return ()
 
@@ -86,7 +86,7 @@ class Copied(Observation):
 
     @abstractmethod
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What is copied.
+        """The array or pytree to copy.
 
         Args:
             arrays: the emulators' arrays by name, `[B, ...]`.
@@ -108,14 +108,17 @@ def object_space(game: Game) -> gym.spaces.Dict:
 
 
 def no_objects_of(game: Game, num_envs: int) -> Objects:
-    """Empty slots, of batch shape `[num_envs]`, in NumPy's arrays."""
+    """Empty slots, of batch shape `[num_envs]`, as NumPy arrays."""
     fields: Any = no_objects((num_envs,), game.num_slots)
     return Objects(**fields, game=game)
 
 
 @dataclass(frozen=True)
 class ObjectFields(Copied):
-    """The fields of `Objects` as a Dict; in mode "both" a Dict of the fields of each method, "rem" and "vem"."""
+    """The fields of `Objects` as a Dict.
+
+    In mode "both" it is a Dict of both methods, "rem" and "vem", each a Dict of fields.
+    """
 
     needs_objects = True
 
@@ -125,7 +128,7 @@ class ObjectFields(Copied):
         return gym.spaces.Dict(rem=one, vem=object_space(game)) if mode == "both" else one
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What is copied: the fields, with `valid` as int8."""
+        """The fields, with `valid` as int8."""
         fields = {
             method: {name: getattr(o, name) for name in FIELDS} | {"valid": o.valid.astype(np.int8)}
             for method, o in objects.items()
@@ -135,11 +138,11 @@ class ObjectFields(Copied):
 
 @dataclass(frozen=True)
 class Dqn(Computed):
-    """The frames of Mnih et al. (2015): grey, the maximum of the step's last two emulated frames,
-    resized by area, uint8 `[stack, *size]`.
+    """The frames of Mnih et al. (2015), uint8 `[stack, *size]`.
 
-    Steps of one frame show that frame, as with the wrappers of Gymnasium and Stable-Baselines3 and
-    with envpool.
+    Each frame is grey, the maximum of the step's last two emulated frames, and resized by area.
+    With a frame skip of 1 it is the single emulated frame, as with the wrappers of Gymnasium and
+    Stable-Baselines3 and with envpool.
 
     Args:
         stack: number of steps, the latest last; all are the same at the start of an episode.
@@ -160,7 +163,7 @@ class Dqn(Computed):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The pixel arrays that it needs."""
+        """The required pixel arrays."""
         return ("pooled",) if self.max_pool else ("gray",)
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
@@ -172,9 +175,9 @@ class Dqn(Computed):
         return np.zeros((num_envs, self.stack, *self.size), np.uint8)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
-        """The observation and the new memory, which are the same."""
+        """The observation and the new memory, which are equal."""
         frame = snapshot.pooled if self.max_pool else snapshot.gray
-        assert frame is not None  # the environment records what `screens` names
+        assert frame is not None  # the environment records the arrays in `screens`
         memory = push(snapshot.started, masks.resize(frame, self.size), memory)
         return memory, memory
 
@@ -183,16 +186,17 @@ class Dqn(Computed):
 class Masks(Computed):
     """Masks of objects, uint8 `[stack * planes, height, width]`.
 
+    `ocjax.transforms.masks.masks` explains `kind`, `size`, `draw` and `pixels`.
+
     Args:
-        kind: the kind of mask; see `ocjax.transforms.masks.masks`, which also explains `size`,
-            `draw` and `pixels`.
-        size: (height, width); None for the size of the screen.
+        kind: the kind of mask.
+        size: (height, width), or None for the size of the screen.
         draw: "output" or "screen".
         pixels: whether the grey frame is appended as a plane.
         stack: number of steps, the latest last; all are the same at the start of an episode.
 
     Raises:
-        ValueError: there is no such kind or way to draw, or the stack is below 1.
+        ValueError: the kind or `draw` is unknown, or the stack is below 1.
     """
 
     needs_objects = True
@@ -213,7 +217,7 @@ class Masks(Computed):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The pixel arrays that it needs."""
+        """The required pixel arrays."""
         return ("gray",) if self.pixels or self.kind == "object" else ()
 
     def _shape(self, game: Game) -> tuple[int, ...]:
@@ -252,7 +256,7 @@ class Pixels(Copied):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The pixel arrays that it needs."""
+        """The required pixel arrays."""
         return ("rgb",)
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
@@ -260,7 +264,7 @@ class Pixels(Copied):
         return gym.spaces.Box(0, 255, (*game.screen, 3), np.uint8)
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What is copied: the last frame."""
+        """The last frame."""
         return arrays["rgb"][:, -1]
 
 
@@ -273,5 +277,5 @@ class Ram(Copied):
         return gym.spaces.Box(0, 255, (128,), np.uint8)
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """What is copied: the RAM."""
+        """The RAM."""
         return arrays["ram"]

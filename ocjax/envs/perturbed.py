@@ -1,4 +1,4 @@
-"""Environments whose observations have the errors of a detector."""
+"""Environments with the observation errors of a detector."""
 
 from typing import Any
 
@@ -17,11 +17,13 @@ from ocjax.transforms.perturbation import perturb
 class PerturbObjects(VectorWrapper):
     """Perturb the observed objects of a vector environment; see `ocjax.perturb`.
 
-        envs = PerturbObjects(ocjax.make_vec("Pong", num_envs=64), jax.random.key(0), jitter=2,
-        drop=0.1) envs.unwrapped.tensors  # the truth
+        envs = PerturbObjects(
+            ocjax.make_vec("Pong", num_envs=64), jax.random.key(0), jitter=2, drop=0.1
+        )
+        envs.unwrapped.tensors  # the true objects
 
-    Each observation is perturbed anew, the terminal ones in `final_obs`, too. `info` and rewards
-    are unchanged.
+    Every observation gets new errors, including the terminal ones in `final_obs`. `info` and
+    rewards are unchanged.
 
     Args:
         env: a vector environment with the observation "objects" and one extraction method.
@@ -30,7 +32,7 @@ class PerturbObjects(VectorWrapper):
 
     Raises:
         TypeError: the environment is not one of ocjax's vector environments.
-        ValueError: its observation is another one, or an error is out of range.
+        ValueError: the environment has another observation, or an error is out of range.
     """
 
     def __init__(self, env: Any, key: jax.Array, **errors: Any) -> None:

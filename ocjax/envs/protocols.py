@@ -1,4 +1,4 @@
-"""The evaluation protocols that environment ids imply, as ale-py registers them with Gymnasium."""
+"""The evaluation protocols of environment ids, as ale-py registers them with Gymnasium."""
 
 import re
 from typing import Any
@@ -6,11 +6,12 @@ from typing import Any
 from ocjax.emulators.settings import PRESETS
 from ocjax.extraction.names import ENDINGS
 
+# The settings that an id of version 0 or 4 fixes.
 FIXED = (
     "frame_skip",
     "repeat_action_probability",
     "full_action_space",
-)  # what an id of version 0 or 4 says
+)
 _ID = re.compile(
     r"(?:(?:ale_py|ocjax):)?(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)"
 )
@@ -19,16 +20,15 @@ _ID = re.compile(
 def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     """The preset that a game's name and the caller's arguments select.
 
-    The preset is "v5" for a name without a version and for an id of version 5, unless the caller
-    gives one. An id of version 0 or 4 implies its preset.
+    An id of version 0 or 4 implies its preset. For any other name the default is "v5".
 
     Args:
         name: a game's name in any spelling, such as "PongNoFrameskip-v4".
-        preset: as given by the caller; None if it was not.
-        explicit: settings as given by the caller; None if they were not.
+        preset: the caller's preset, or None.
+        explicit: the caller's settings, with None for missing ones.
 
     Raises:
-        ValueError: there is no id of this kind, or the preset or a setting contradicts it.
+        ValueError: no environment id ends this way, or the preset or a setting contradicts the id.
     """
     found = _ID.fullmatch(name)
     if found is None:

@@ -1,4 +1,4 @@
-"""The observations and the mode that are requested of environments, by their names or as instances of their classes."""
+"""Parse the requested observations and extraction mode."""
 
 from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
@@ -19,18 +19,15 @@ NAMES: Mapping[str, Kind] = {
     "planes": Masks("planes"),
 }
 
-Request = (
-    str | Kind | Sequence[str] | Mapping[str, str | Kind]
-)  # a kind by name or class, several by name, or a dict of either
+# One kind by name or as an instance, several by name, or a dict of either.
+Request = str | Kind | Sequence[str] | Mapping[str, str | Kind]
 
 
 def parse(request: Request) -> Kind | dict[str, Kind]:
-    """The kind of observation that is requested, or the kinds by their names if several are
-    requested.
+    """Parse a request to one kind of observation, or to a dict of kinds by name.
 
     Raises:
-        ValueError: there is no observation of that name, or several are requested and none is
-            named.
+        ValueError: a name is unknown, or the request is empty or nested.
     """
     if isinstance(request, Kind):
         return request
@@ -58,15 +55,17 @@ MODES = get_args(Mode)
 
 
 def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bool]:
-    """The kinds of observations that are requested of an environment; by default the objects, or in
-    mode "raw" the RAM.
+    """The kinds of observations that an environment must compute.
+
+    The default is the objects, or in mode "raw" the RAM.
 
     Returns:
-        The kinds by name, and whether a single one is requested, whose name is then "".
+        The kinds by name, and whether the request is for a single kind. A single kind has the name
+        "".
 
     Raises:
-        ValueError: the mode or an observation is unknown, or objects are requested that mode "raw"
-            does not extract.
+        ValueError: the mode or an observation is unknown, or mode "raw" is combined with an
+            observation that shows objects.
     """
     if mode not in MODES:
         raise ValueError(

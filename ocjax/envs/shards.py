@@ -1,4 +1,4 @@
-"""Blocks of environments, and the compiled function that turns their arrays into objects and observations."""
+"""Blocks of environments, and the compiled function that computes their observations."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,33 +16,33 @@ from ocjax.extraction.objects import Objects
 
 
 class Observed(NamedTuple):
-    """What is computed from a block of environments; all arrays are `[B, ...]`."""
+    """The results for a block of environments; all arrays are `[B, ...]`."""
 
-    computed: dict[str, Any]  # observations of the kind `Computed`, by name
-    memory: dict[str, Any]  # the memory of each
+    computed: dict[str, Any]  # `Computed` observations, by name
+    memory: dict[str, Any]  # their memory, by name
     objects: dict[str, Objects]  # by method, "rem" or "vem"
 
 
-Observer = Callable[
-    [Mapping[str, Any], dict[str, Any]], Observed
-]  # (arrays of the emulators, memory) -> Observed
-FRAMES = ("screen", "gray", "pooled")  # pixel arrays that something is computed from
+# (arrays of the emulators, memory) -> Observed
+Observer = Callable[[Mapping[str, Any], dict[str, Any]], Observed]
+FRAMES = ("screen", "gray", "pooled")  # pixel arrays that extraction and observations use
 
 
 def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
-    """The function that extracts objects and computes observations, jit-compiled where there is
-    something to compute.
+    """The function that extracts objects and computes observations.
+
+    It is jit-compiled unless it computes nothing.
 
     Args:
         game: the game.
-        mode: which methods extract objects.
-        kinds: the observations by name; copied ones are left out.
+        mode: the methods that extract objects.
+        kinds: the observations by name; copied ones are ignored.
 
     Returns:
         A function of the emulators' arrays and of the memory. The arrays are "ram", uint8 `[B,
-        128]`; "started", bool `[B]`, whether an episode began; and, where the mode or the
-        observations need them, the last frame as "screen", uint8 `[B, H, 160]` or `[B, H, 160, 3]`,
-        "gray" and "pooled", uint8 `[B, H, 160]`.
+        128]`, and "started", bool `[B]`, which marks new episodes. If the mode or an observation
+        needs the last frame, they include "screen", uint8 `[B, H, 160]` or `[B, H, 160, 3]`, "gray"
+        or "pooled", uint8 `[B, H, 160]`.
     """
     computed_kinds = {name: kind for name, kind in kinds.items() if isinstance(kind, Computed)}
 
@@ -64,8 +64,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
         if compiles or mode == "vem":
             require_threads()
-        # VEM is compiled alone: with its own options, that takes half as long as within another
-        # program. A JAX array is not waited for.
+        # VEM is a separate program: with its own compiler options it compiles twice as fast. The
+        # call returns before VEM has finished.
         vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
         return compiled({name: a for name, a in arrays.items() if name != "screen"}, vem, memory)
 
@@ -74,37 +74,31 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 
 @dataclass(frozen=True)
 class EnvShard:
-    """The state of one block of environments, which is extracted as soon as their workers have
-    finished the step.
+    """The state of one block of environments.
 
-    A step makes new shards, which replace all the old ones at once at its end, so an interrupted
-    step can be repeated.
+    Extraction for a block starts as soon as its workers have finished the step. A step makes new
+    shards. They replace all old shards at once at the end of the step, so an interrupted step can
+    be repeated.
     """
 
-    rows: slice  # of all environments
-    arrays: dict[
-        str, np.ndarray
-    ]  # the emulators' arrays that observations are made of, as views of these rows
+    rows: slice  # the block's environments
+    arrays: dict[str, np.ndarray]  # views of these rows of the emulators' arrays
     memory: dict[str, Any]  # of computed observations, by name
-    computed: dict[str, Any] | None = (
-        None  # computed observations by name; None before the first reset
-    )
+    computed: dict[str, Any] | None = None  # observations by name, or None before the first reset
     objects: dict[str, Objects] = field(default_factory=dict)  # by method
-    previous: dict[str, Objects] = field(
-        default_factory=dict
-    )  # the objects of the previous step, by method
+    previous: dict[str, Objects] = field(default_factory=dict)  # of the previous step, by method
 
     def carry(self) -> tuple[Any, ...]:
-        """Everything that later results depend on."""
+        """All values that later results depend on."""
         return self.memory, self.objects, self.previous or self.objects, self.computed
 
     def with_carry(self, carry: tuple[Any, ...]) -> Self:
-        """The shard with what `carry` returned."""
+        """The shard with the values that `carry` returned."""
         memory, objects, previous, computed = carry
         return replace(self, memory=memory, objects=objects, previous=previous, computed=computed)
 
     def updated(self, new: Observed, mask: np.ndarray | None = None) -> Self:
-        """The shard with new results, only in the rows of the mask if there is one, bool `[B]`."""
+        """The shard with new results; with a mask, bool `[B]`, only in its rows."""
         previous = self.objects
         if mask is not None and not mask.all():
             previous = select_rows(mask, new.objects, self.previous or self.objects)
@@ -115,12 +109,15 @@ class EnvShard:
 
 
 def concatenate_rows(trees: Sequence[Any]) -> Any:
-    """Concatenate pytrees of arrays `[n, ...]` to one pytree of new numpy arrays."""
+    """Concatenate pytrees of arrays `[n, ...]` into one pytree of new NumPy arrays."""
     return jax.tree.map(lambda *arrays: np.concatenate([np.asarray(a) for a in arrays]), *trees)
 
 
 def select_rows(mask: np.ndarray, new: Any, old: Any) -> Any:
-    """Merge two pytrees of arrays `[n, ...]`: rows of `new` where the mask is set, bool `[n]`, else rows of `old`."""
+    """Merge two pytrees of arrays `[n, ...]`.
+
+    The result has the rows of `new` where the mask, bool `[n]`, is set, else the rows of `old`.
+    """
 
     def select(a: Any, b: Any) -> np.ndarray:
         a, b = np.asarray(a), np.asarray(b)
@@ -130,5 +127,5 @@ def select_rows(mask: np.ndarray, new: Any, old: Any) -> Any:
 
 
 def row(tree: Any, i: int) -> Any:
-    """Row i of a pytree of arrays `[n, ...]`, as numpy arrays."""
+    """Row i of a pytree of arrays `[n, ...]`, as NumPy arrays."""
     return jax.tree.map(lambda a: np.asarray(a)[i], tree)

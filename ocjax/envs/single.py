@@ -1,4 +1,4 @@
-"""Single environments whose observations are objects."""
+"""Single environments with objects as observations."""
 
 from typing import Any
 
@@ -21,10 +21,10 @@ def _parts(action: str) -> list[str]:
 
 
 class ObjectEnv(Uncopied, gym.Env):
-    """One instance of a game, stepped in this process. Options and observations are those of
-    `make_vec`.
+    """One instance of a game, stepped in this process.
 
-    `gymnasium.make("ocjax/Pong-v5")` makes it, or `ocjax.envs.make` without Gymnasium's wrappers.
+    `make_vec` explains the options and observations. `gymnasium.make("ocjax/Pong-v5")` makes such
+    an environment; `ocjax.envs.make` makes it without Gymnasium's wrappers.
 
     Args:
         envs: a vector environment of one instance, with autoreset disabled.
@@ -54,14 +54,14 @@ class ObjectEnv(Uncopied, gym.Env):
         """Start an episode.
 
         Args:
-            seed: a number >= 0; None continues with the present random state.
+            seed: a number >= 0; with None, the current random state continues.
             options: None; a single environment has no options.
 
         Returns:
             The observation and `info`.
 
         Raises:
-            ValueError: the seed is negative, or there is an option.
+            ValueError: the seed is negative, or `options` is not empty.
         """
         if options:
             raise ValueError(f"unknown options {sorted(options)}: there are none")
@@ -70,13 +70,13 @@ class ObjectEnv(Uncopied, gym.Env):
         return self._first(observation), self._first_info(info)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """One agent step.
+        """Take one agent step.
 
         Returns:
             The observation, reward, terminated, truncated and `info`.
 
         Raises:
-            ValueError: there is no such action, or the episode has ended.
+            ValueError: the action does not exist, or the episode has ended.
         """
         actions = (
             np.asarray(action)[None] if self.envs.continuous else np.asarray(action).reshape(1)
@@ -91,7 +91,10 @@ class ObjectEnv(Uncopied, gym.Env):
         )
 
     def render(self) -> Any:
-        """The last frame, uint8 `[H, 160, 3]`; in render mode "objects" enlarged, with the objects drawn over it; None without a mode."""
+        """The last frame, uint8 `[H, 160, 3]`, or None without a render mode.
+
+        In render mode "objects" the frame is enlarged, with the objects drawn over it.
+        """
         frames = self.envs.render()
         return None if frames is None else frames[0]
 
@@ -111,7 +114,10 @@ class ObjectEnv(Uncopied, gym.Env):
 
     @property
     def tensors(self) -> Objects | dict[str, Objects]:
-        """The objects as `Objects` of batch shape `[1]`; in mode "both" a dict of both methods' objects."""
+        """The objects as `Objects` of batch shape `[1]`.
+
+        In mode "both" it is a dict of both methods' objects.
+        """
         return self.envs.tensors
 
     @property
@@ -132,8 +138,9 @@ class ObjectEnv(Uncopied, gym.Env):
         return [a.name for a in self.envs.pool.actions]
 
     def get_keys_to_action(self) -> dict[tuple[str, ...], int]:
-        """The actions of keys, as in ale-py's environments, for `gymnasium.utils.play`: w, a, s, d
-        and space; e for none.
+        """The action of each key combination, as in ale-py, for `gymnasium.utils.play`.
+
+        The keys are w, a, s, d and space; e is the key of the action NOOP.
 
         Raises:
             AttributeError: the actions are continuous.
@@ -152,11 +159,12 @@ class ObjectEnv(Uncopied, gym.Env):
         return self.envs.get_ram()[0]
 
     def set_ram(self, address: int, value: int) -> None:
-        """Write one byte of the RAM. REM's objects change at once, the frame changes with the next
-        step.
+        """Write one byte of the RAM.
+
+        REM's objects change at once; the frame changes with the next step.
 
         Raises:
-            ValueError: there is no such address or value.
+            ValueError: the address or the value is out of range.
         """
         if not (0 <= address < 128 and 0 <= value < 256):
             raise ValueError(
@@ -171,6 +179,6 @@ class ObjectEnv(Uncopied, gym.Env):
         return self.envs.clone_state()
 
     def restore_state(self, states: States) -> tuple[Any, dict[str, Any]]:
-        """Restore a saved state; returns the observation and `info` as they were when it was saved."""
+        """Restore a saved state; return its observation and `info`."""
         observation, info = self.envs.restore_state(states)
         return self._first(observation), self._first_info(info)

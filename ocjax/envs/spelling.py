@@ -1,4 +1,4 @@
-"""What other projects call the options of environments."""
+"""Option names of other projects."""
 
 import difflib
 import functools
@@ -10,14 +10,14 @@ from ocjax.emulators.checks import is_integer
 P = ParamSpec("P")
 T = TypeVar("T")
 
-# ale-py's names of options that mean the same here.
+# ale-py's names of options that ocjax has under another name.
 SAME = {
     "frameskip": "frame_skip",
     "difficulty": "game_difficulty",
     "max_num_frames_per_episode": "max_episode_frames",
 }
 MODES = {"ram": "rem", "vision": "vem"}  # OCAtari's names of the two methods
-# Options of other environments that do not exist here, and what does the same.
+# Options that only other projects have, and what to use instead.
 _INSTEAD = {
     "obs_type": "it is called obs, with 'ram' or 'pixels'",
     "obs_mode": "it is called obs, with 'objects', 'vector', 'dqn' or 'pixels'",
@@ -29,7 +29,7 @@ _INSTEAD = {
 
 
 def accepts_other_names(make: Callable[P, T]) -> Callable[P, T]:
-    """Let a function that makes environments accept the names of other projects where these mean one thing."""
+    """Let a function that makes environments accept the option names of other projects."""
 
     @functools.wraps(make)
     def wrapped(*args: P.args, **options: P.kwargs) -> T:
@@ -39,10 +39,10 @@ def accepts_other_names(make: Callable[P, T]) -> Callable[P, T]:
 
 
 def in_our_names(options: dict[str, Any]) -> dict[str, Any]:
-    """Options in which other projects' names are replaced by ours.
+    """Replace the option names of other projects by ocjax's.
 
     Raises:
-        TypeError: an option is given by both names.
+        TypeError: an option is given under both names.
     """
     out = dict(options)
     for theirs, ours in SAME.items():
@@ -62,7 +62,7 @@ def _move(options: dict[str, Any], theirs: str, ours: str) -> None:
 
 
 def no_option(name: str, options: Iterable[str]) -> TypeError:
-    """The error that says which of the options a name was meant for."""
+    """The error for an unknown option, with a hint at the right one."""
     close = difflib.get_close_matches(name, list(options), n=1)
     hint = _INSTEAD.get(name) or (
         f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options"

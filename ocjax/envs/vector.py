@@ -1,4 +1,4 @@
-"""Vector environments whose observations are objects."""
+"""Vector environments with objects as observations."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -37,38 +37,42 @@ from ocjax.transforms.game_objects import GameObject, views
 
 RENDER_MODES = ("rgb_array", "objects")
 _INFO = ("lives", "frame_number", "episode_return", "episode_length", "game_over")
-_OVER = "over"  # the name in `States` of whose episode ended
+_OVER = "over"  # the name in `States` of the flags of ended episodes
 
 
 class ObjectVectorEnv(Uncopied, VectorEnv):
-    """N instances of a game whose observations are objects. `make_vec` makes them and explains the
-    options.
+    """N instances of a game whose observations are objects.
 
-    Everything that a step returns describes the step's last emulated frame. The returned arrays are
-    not overwritten by later steps. `info` describes the current game: `lives`, `frame_number`
-    (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps) and, if
-    `ram_info` is set, `ram`. It also describes the step: `game_over` (whether it ended the game, by
-    its end or a limit, and not only a life); if rewards are clipped or computed from objects,
-    `reward` (the game's, unclipped); and with sticky actions `executed_action`, the action of the
-    last emulated frame (the backend envpool does not know it). With same-step autoreset,
-    `final_obs` and `final_info` are those of Gymnasium's vector environments: `game_over` is in
-    `final_info`, and `final_info["objects"]` contains the objects of the terminal states.
+    `make_vec` makes them and explains the options.
+
+    Everything that a step returns describes the step's last emulated frame. Later steps do not
+    overwrite returned arrays. `info` describes the current game: `lives`, `frame_number` (emulated
+    frames), `episode_return` (unclipped), `episode_length` (agent steps) and, with `ram_info`,
+    `ram`. `info` also describes the step:
+
+    - `game_over`: whether the game ended or reached a limit. A lost life does not set it.
+    - `reward`: the game's unclipped reward, if rewards are clipped or computed from objects.
+    - `executed_action`: with sticky actions, the action of the last emulated frame. The backend
+      envpool does not know it.
+
+    With same-step autoreset, `final_obs` and `final_info` follow Gymnasium's vector environments:
+    `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the terminal
+    states.
 
     Args:
         pool: the emulators.
-        mode: which methods extract objects: "rem", "vem", "both" or "raw" (none).
+        mode: the methods that extract objects: "rem", "vem", "both" or "raw" (none).
         obs: the observations; by default the objects, or in mode "raw" the RAM.
         autoreset_mode: the mode that the pool implements.
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
         ram_info: whether `info` contains the RAM.
-        reward_fn: a function of one environment's objects before and after a step and of its
-            action, whose result is the reward.
-        continuous: how continuous actions become those of the pool, which has all 18 actions; None
-            for discrete actions.
+        reward_fn: a function that returns one environment's reward from its objects before and
+            after a step and its action.
+        continuous: maps continuous actions to the pool's 18 actions, or None for discrete actions.
 
     Attributes:
-        tensors: the present objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
-            both methods' objects. The arrays are JAX's: `torch.from_dlpack(envs.tensors.xywh)`
+        tensors: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
+            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.tensors.xywh)`
             shares them with PyTorch.
         pool: the emulators and their arrays.
     """
@@ -111,14 +115,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self._observer = make_observer(self.game, mode, self.kinds)
         self._shards = [self._make_shard(rows) for rows in pool.shards]
-        self._ended = np.zeros(self.num_envs, bool)  # whose episode ended in the last step
-        self._current = (
-            False  # whether the shards show what the emulators do, or did before a pending step
-        )
-        self._steps = pool.steps  # how many steps of the pool the shards have seen
-        self._actions = np.zeros(
-            self.num_envs, np.int32
-        )  # of the last step; float32 [N, 3] if they are continuous
+        self._ended = np.zeros(self.num_envs, bool)  # episodes that ended in the last step
+        # True if the shards match the emulators, or matched them before a pending step.
+        self._current = False
+        self._steps = pool.steps  # number of the pool's steps in the shards
+        # The actions of the last step; float32 [N, 3] if they are continuous.
+        self._actions = np.zeros(self.num_envs, np.int32)
 
     def _make_shard(self, rows: slice) -> EnvShard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}
@@ -132,7 +134,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return EnvShard(rows, arrays, memory)
 
     def _repr_html_(self) -> str:
-        """The environments, and what is on the screen of the first one, for a notebook."""
+        """The environments and the first environment's objects, for a notebook."""
         shown = self.tensors if self._shards[0].objects else {}
         methods = shown if isinstance(shown, dict) else {self.mode: shown}
         about = f"<p>{self.num_envs} environments of {self.game.name}, mode {self.mode}</p>"
@@ -140,7 +142,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     @property
     def tensors(self) -> Objects | dict[str, Objects]:
-        """The present objects.
+        """The current objects.
 
         Raises:
             ValueError: the mode is "raw", or the environments have not been reset.
@@ -163,7 +165,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             method: "rem" or "vem"; by default REM's objects if they are extracted.
 
         Raises:
-            IndexError: there is no such environment.
+            IndexError: the index is out of range.
             ValueError: the method extracts no objects in this mode, or the environments have not
                 been reset.
         """
@@ -181,8 +183,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     @property
     def features(self) -> Any:
-        """The meaning of each number of "vector" observations (`Vector.features_of`); of several
-        observations, a dict by name.
+        """The meaning of each number of "vector" observations; see `Vector.features_of`.
+
+        With several observations it is a dict by name.
 
         Raises:
             AttributeError: no observation is a vector.
@@ -206,7 +209,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
 
     def _assemble(self, blocks: Sequence[tuple[Observed, Mapping[str, np.ndarray]]]) -> Any:
-        """The observation of all blocks in new arrays, from each block's results and the emulators' arrays."""
+        """The observation of all blocks in new arrays."""
         out = {}
         for name, kind in self.kinds.items():
             if isinstance(kind, Computed):
@@ -221,20 +224,30 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return out[""] if self._single else out
 
     def _updated(self, shard: EnvShard, mask: np.ndarray | None = None) -> EnvShard:
-        """A shard with its present state extracted; with a mask, bool `[N]`, only that of the environments in it."""
+        """A shard with its current state extracted.
+
+        With a mask, bool `[N]`, only the masked environments change.
+        """
         return shard.updated(
             self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows]
         )
 
     def _observation(self, shards: Sequence[EnvShard]) -> Any:
-        """The observation of shards, after all of them have been computed, so that nothing is left to compute after the step."""
+        """The observation of shards.
+
+        It waits for all computations, so that none are left after the step.
+        """
         jax.block_until_ready([shard.carry() for shard in shards])
         return self._assemble(
             [(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards]
         )
 
     def _replace(self, shards: list[EnvShard], ended: np.ndarray) -> None:
-        """End a call with a new state, at once: nothing can interrupt the assignment of attributes in one statement."""
+        """End a call: switch to the new state.
+
+        CPython handles signals only at calls and jumps, so Ctrl-C cannot separate these
+        assignments.
+        """
         steps = self.pool.steps
         self._shards, self._ended, self._steps, self._current = shards, ended, steps, True
 
@@ -256,8 +269,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """Reset all environments.
 
         Args:
-            seed: environment i gets `seed + i`, or the i-th of a sequence; None continues with the
-                present random state.
+            seed: environment i gets `seed + i`, or the i-th of a sequence; with None, the current
+                random state continues.
             options: may contain `reset_mask`, bool `[N]`, the environments to reset.
 
         Returns:
@@ -288,7 +301,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def _changing(self) -> Iterator[None]:
         """Mark the shards as outdated while a call changes the emulators, until `_replace`.
 
-        A call that is refused changes nothing.
+        If the call raises an exception, the shards stay current.
         """
         current, self._current = self._current, False
         try:
@@ -333,8 +346,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._actions = np.array(actions, np.float32 if self.continuous else np.int32)
 
     def step_wait(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Wait for the step that `step_async` started. If this is interrupted, as by Ctrl-C, it can
-        be called again.
+        """Wait for the step that `step_async` started.
+
+        An interrupted call, for example by Ctrl-C, can be repeated.
 
         Returns:
             The observation, rewards float64 `[N]`, terminated bool `[N]`, truncated bool `[N]`, and
@@ -350,12 +364,11 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             raise NoAsyncCallError(
                 "no step is pending: call step_async() before step_wait()", "step"
             )
-        # A call that was interrupted may have waited for all emulators.
+        # An interrupted call may have waited for all emulators already.
         completed = pool.as_completed() if pool.pending else range(len(self._shards))
         if self.autoreset_mode == AutoresetMode.SAME_STEP:
-            completed = list(
-                completed
-            )  # the final states come first: they need the memory from before the update
+            # Final states need the memory from before the update, so they come first.
+            completed = list(completed)
             ended = pool.terminated | pool.truncated
             if ended.any():
                 final, terminal = self._final(ended)
@@ -381,7 +394,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         terminal: dict[str, Objects],
         ended: np.ndarray,
     ) -> np.ndarray:
-        """The rewards of a step by the reward function, 0 where the step began a game; `terminal` are the objects of games that ended."""
+        """The reward function's rewards of a step; 0 if the step began an episode.
+
+        `terminal` are the objects of ended games.
+        """
         name = "vem" if self.mode == "vem" else "rem"
         previous = concatenate_rows([shard.objects[name] for shard in self._shards])
         current = concatenate_rows([shard.objects[name] for shard in shards])
@@ -395,7 +411,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return np.where(began, 0.0, reward_fn(previous, current, self._actions))
 
     def _final(self, ended: np.ndarray) -> tuple[dict[str, Any], dict[str, Objects]]:
-        """Observations and info, and the objects, of the terminal states in the environments whose episode has just ended, bool `[N]`."""
+        """Observations and info of the terminal states, and their objects.
+
+        `ended`, bool `[N]`, marks the environments with a terminal state.
+        """
         blocks = []
         for shard in self._shards:
             arrays = self._terminal_arrays(shard, ended[shard.rows])
@@ -414,7 +433,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         }, objects
 
     def _terminal_arrays(self, shard: EnvShard, ended: np.ndarray) -> dict[str, np.ndarray]:
-        """A shard's arrays as they were before new episodes began in the environments of the mask, bool `[B]`."""
+        """A shard's arrays before new episodes began.
+
+        `ended`, bool `[B]`, marks the environments that began an episode.
+        """
         final = self.pool.arrays.final
         return {
             name: array & ~ended
@@ -425,7 +447,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def _final_info(self, ended: np.ndarray) -> dict[str, Any]:
         names, final = (*_INFO, *["ram"] * self.ram_info), self.pool.arrays.final
-        assert final is not None  # the pool has it with same-step autoreset
+        assert final is not None  # with same-step autoreset the pool has it
         info = {name: np.copy(getattr(final, name)) for name in names}
         if self._shows_executed:
             info["executed_action"] = self.pool.action_index(final.executed)
@@ -434,7 +456,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return info | {f"_{name}": ended.copy() for name in info}
 
     def _final_objects(self, ended: np.ndarray, objects: dict[str, Objects]) -> dict[str, Any]:
-        """The objects of the terminal states as `final_info` has them; nothing if no objects are extracted."""
+        """The entries of `final_info` for objects; empty if the mode extracts none."""
         if not objects:
             return {}
         name = "rem" if "rem" in objects else "vem"
@@ -447,7 +469,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Step all environments: `step_async`, then `step_wait`.
 
-        Ctrl-C waits until the step has ended.
+        After Ctrl-C, the step ends before the interrupt is raised.
         """
         try:
             self.step_async(actions)
@@ -458,12 +480,13 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             raise
 
     def get_ram(self) -> np.ndarray:
-        """The RAM of all environments, uint8 `[N, 128]`."""
+        """The RAM, uint8 `[N, 128]`."""
         return np.array(self.pool.ram)
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write RAM (see `EmulatorPool.set_ram`). REM's objects change at once, observations change
-        with the next step.
+        """Write RAM; see `EmulatorPool.set_ram`.
+
+        REM's objects change at once; observations change with the next step.
 
         Raises:
             TypeError: `ram` is not a uint8 array.
@@ -473,11 +496,11 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._shards = [self._with_new_ram(shard) for shard in self._shards]
 
     def _with_new_ram(self, shard: EnvShard) -> EnvShard:
-        """A shard with REM's objects from the present RAM."""
+        """A shard with REM's objects from the current RAM."""
         if "rem" not in shard.objects:
             return shard
-        # JAX may read the RAM in place, after this returns, so extraction must finish before a step
-        # changes the RAM.
+        # JAX may read the RAM in place after this call returns, so wait for the extraction: the
+        # next step changes the RAM.
         return replace(
             shard,
             objects=shard.objects
@@ -485,8 +508,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
 
     def clone_state(self) -> States:
-        """Save the state of every environment, including what its observations carry from earlier
-        steps.
+        """Save the state of every environment.
+
+        It includes the memory of the observations.
 
         Raises:
             ValueError: the environments have not been reset, or the backend cannot save states.
@@ -509,12 +533,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             mask: bool `[N]`, the environments to restore; by default all.
 
         Returns:
-            The observation and `info`, as they were when the states were saved.
+            The observation and `info` at the time of saving.
 
         Raises:
-            TypeError: these are not `States`.
-            ValueError: the states are damaged, or of another game, number or kind of observation,
-                the environments have not been reset, or the backend cannot restore states.
+            TypeError: `states` is not of type `States`.
+            ValueError: the states are damaged or have another game, number or observation, the
+                environments have not been reset, or the backend cannot restore states.
             AlreadyPendingCallError: a step is pending.
         """
         self._require_no_step()
@@ -538,20 +562,23 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             for shard, new, old in zip(self._shards, restored, carries, strict=True)
         ]
         result = self._observation(shards), self._info()
-        # The RAM of edited states is not the one that their objects were extracted from.
+        # If the caller edited the states, their objects do not match their RAM.
         self._replace(
             [self._with_new_ram(shard) for shard in shards], np.where(chosen, ended, self._ended)
         )
         return result
 
     def _carries(self) -> list[tuple[Any, ...]]:
-        """What each shard carries from step to step."""
+        """The values that each shard carries from step to step."""
         if not self._current:
             raise ValueError(NOT_RESET)
         return [shard.carry() for shard in self._shards]
 
     def render(self) -> tuple[np.ndarray, ...] | None:
-        """The last frame of every environment, uint8 `[H, 160, 3]`; in render mode "objects" enlarged, with the objects drawn over it."""
+        """The last frame of every environment, uint8 `[H, 160, 3]`, or None without a render mode.
+
+        In render mode "objects" the frames are enlarged, with the objects drawn over them.
+        """
         if self.render_mode is None:
             return None
         frames = self.pool.rgb[:, -1].copy()

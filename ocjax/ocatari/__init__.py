@@ -1,7 +1,7 @@
-"""`OCAtari`, for code written for OCAtari 2.2.1: in its imports, `ocjax.ocatari` takes the place of
-`ocatari` and of all its modules.
+"""`OCAtari`, for code written for OCAtari 2.2.1.
 
-`docs/neighbours.md` lists what is the same, what differs on purpose and what is left out.
+In imports, `ocjax.ocatari` replaces `ocatari` and all its modules. `docs/neighbours.md` lists the
+equal parts, the intended differences and the omissions.
 """
 
 import re
@@ -57,40 +57,39 @@ __all__ = [
 ]
 
 AVAILABLE_GAMES = list(games())
-# The methods of each mode, the first for `objects`. "revised" is what versions before 2 called
+# The methods of each mode, the first for `objects`. Before version 2, OCAtari called "revised"
 # "ram".
 _METHODS = {"ram": ("rem",), "revised": ("rem",), "vision": ("vem",), "both": ("rem", "vem")}
 _OBSERVATIONS = ("ori", "dqn", "obj")
 _FADE = (0.05, 0.1, 0.25, 0.6)  # weights of the last four frames in `aggregated_render`
 _DQN_SIZE = (84, 84)
-_DETERMINISTIC = "Deterministic"  # in the names of environments whose frame skip is not random
+_DETERMINISTIC = "Deterministic"  # in the names of environments with a fixed frame skip
 
 _shrink = jax.jit(lambda gray: resize(gray, _DQN_SIZE))
 
 
 class OCAtari(Uncopied, gym.Env):
-    """An environment of ale-py with the arguments and attributes of OCAtari 2.2.1, whose objects
-    are ocjax's.
+    """An environment with the arguments and attributes of OCAtari 2.2.1, and ocjax's objects.
 
-    `objects` has an entry for each of OCAtari's slots, in its order, with a `NoObject` in
-    empty ones. Objects for which OCAtari has no slot follow.
+    The environment is ale-py's. `objects` has an entry for each of OCAtari's slots, in its order,
+    with a `NoObject` in empty ones. Objects without a slot in OCAtari follow.
 
     Args:
-        env_name: the game, in any spelling that `ocjax.load` takes, or an id of ale-py's
-            environments. As in OCAtari, "Pong" is "Pong-v4", which skips 2 to 4 frames at random
-            and has no sticky actions.
+        env_name: the game, in any spelling of `ocjax.load`, or an id of ale-py's environments. As
+            in OCAtari, "Pong" is "Pong-v4", which skips 2 to 4 frames at random and has no sticky
+            actions.
         mode: "ram" or "revised" (REM), "vision" (VEM, tracked from step to step) or "both"
             (`objects` by REM, `objects_v` by VEM).
         hud: whether scores, lives and other display objects are included.
         obs_mode: "obj" (`ns_state` of the last steps, int64 `[buffer_window_size, n]`), "ori" (the
             screen, uint8 `[H, 160, 3]`) or "dqn" (grey frames of the last steps, uint8
             `[buffer_window_size, 84, 84]`).
-        render_mode: None, "rgb_array" or "human".
+        render_mode: "rgb_array", "human" or None.
         render_oc_overlay: whether `render` draws the objects over the enlarged frame. In render
             mode "human" this needs pygame.
         buffer_window_size: number of steps in the state buffers.
-        create_buffer_stacks: which state buffers are kept, besides that of the observation: "ori",
-            "dqn" or "obj".
+        create_buffer_stacks: the state buffers to keep, besides the observation's: "ori", "dqn" or
+            "obj".
         hook: a function, or a sequence of functions, that edits the RAM before every emulated
             frame, or names of variations; see `ocjax.make_vec`.
         kwargs: options of ale-py's environments for `gymnasium.make`: `frameskip`, `difficulty`,
@@ -100,7 +99,7 @@ class OCAtari(Uncopied, gym.Env):
     Raises:
         ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty,
             or the ROM is the wrong one.
-        TypeError: there is no such option, or a hook is neither a function nor a name.
+        TypeError: an option does not exist, or a hook is not a function or a name.
         ModuleNotFoundError: pygame is needed and not installed.
     """
 
@@ -131,15 +130,13 @@ class OCAtari(Uncopied, gym.Env):
         self.render_mode = render_mode
         self.render_oc_overlay = render_oc_overlay
         self.buffer_window_size = buffer_window_size
-        self.game = load(
-            re.sub("(Deterministic|NoFrameskip)$", "", env_name)
-        )  # Gymnasium knows ids without a version
+        # Gymnasium accepts ids without a version.
+        self.game = load(re.sub("(Deterministic|NoFrameskip)$", "", env_name))
         self.game_name = self.game.name
         hooks = named_hooks(hook, self.game_name)
         check_rom(self.game)
-        if (
-            _DETERMINISTIC in env_name
-        ):  # of these ids, which ale-py no longer registers, only the frame skip is special
+        # ale-py no longer registers these ids; they only differ in the frame skip.
+        if _DETERMINISTIC in env_name:
             kwargs.setdefault("frameskip", 4)
         self._window = (
             Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
@@ -150,7 +147,7 @@ class OCAtari(Uncopied, gym.Env):
         self._make_buffers({*create_buffer_stacks} | ({obs_mode} - {"ori"}))
         self.action_space = self._env.action_space
         self.observation_space = self._env.observation_space = self._space()
-        self._seed: int | None = None  # of the next reset, from `make_deterministic`
+        self._seed: int | None = None  # for the next reset, from `make_deterministic`
         self.spec = self._make_spec(
             kwargs
             | {"create_buffer_stacks": list(create_buffer_stacks)}
@@ -158,7 +155,7 @@ class OCAtari(Uncopied, gym.Env):
         )
 
     def _make_env(self, hooks: Any, options: dict[str, Any]) -> gym.Env[Any, Any]:
-        """The environment of ale-py, whose emulator runs the hooks."""
+        """ale-py's environment, with an emulator that runs the hooks."""
         log_errors_only()
         shown = "rgb_array" if self.render_oc_overlay else self.render_mode
         env: gym.Env[Any, Any] = gym.make(
@@ -169,20 +166,18 @@ class OCAtari(Uncopied, gym.Env):
         return env
 
     def _prepare_slots(self) -> None:
-        """The slots of OCAtari, and what is in them."""
+        """Prepare OCAtari's slots and their contents."""
         self._table = SlotTable(self.game, self.hud)
         self.max_objects_per_cat = self._table.counts
         self.ns_meaning = self._table.meaning
         self._slots = self._table.empty()
-        self._seen: dict[
-            str, tuple[Objects | None, Objects]
-        ] = {}  # by method, the last two detections
-        self._lists: dict[
-            str, list[GameObject]
-        ] = {}  # by method, what `objects` and `objects_v` return
+        # The last two detections by method.
+        self._seen: dict[str, tuple[Objects | None, Objects]] = {}
+        # The results of `objects` and `objects_v` by method.
+        self._lists: dict[str, list[GameObject]] = {}
 
     def _make_spec(self, options: dict[str, Any]) -> EnvSpec:
-        """The arguments with which this environment can be made again."""
+        """The `EnvSpec` that reproduces this environment."""
         names = (
             "env_name",
             "mode",
@@ -228,7 +223,7 @@ class OCAtari(Uncopied, gym.Env):
     ) -> tuple[Any, dict[str, Any]]:
         """Start an episode; see `gymnasium.Env.reset`.
 
-        All entries of the state buffers are the first state.
+        The first state fills the state buffers.
         """
         observation, info = self._env.reset(
             seed=self._seed if seed is None else seed, options=options
@@ -240,13 +235,13 @@ class OCAtari(Uncopied, gym.Env):
         return self._observation(observation), info
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """One agent step.
+        """Take one agent step.
 
         Returns:
             The observation, reward, terminated, truncated and `info`, in Gymnasium's order.
 
         Raises:
-            ValueError: there is no such action.
+            ValueError: the action does not exist.
         """
         space = self._env.action_space
         if isinstance(space, gym.spaces.Discrete) and not 0 <= action < space.n:
@@ -278,7 +273,10 @@ class OCAtari(Uncopied, gym.Env):
             self._fill_buffer()
 
     def detect_objects(self) -> None:
-        """Detect the objects of the emulator's present state, as every step does; `prev_xy` is then the position of the last detection."""
+        """Detect the objects of the emulator's current state, as every step does.
+
+        `prev_xy` then becomes the position at the previous detection.
+        """
         for method in _METHODS[self.mode]:
             before = self._seen[method][1] if method in self._seen else None
             now = (
@@ -306,7 +304,7 @@ class OCAtari(Uncopied, gym.Env):
     def objects(self) -> list[GameObject]:
         """The objects of the last detection, from RAM or, in mode "vision", from pixels.
 
-        Each step makes new ones.
+        Each step makes new objects.
         """
         return self._objects(_METHODS[self.mode][0])
 
@@ -316,14 +314,14 @@ class OCAtari(Uncopied, gym.Env):
 
     @property
     def objects_v(self) -> list[GameObject]:
-        """The objects from pixels; as in OCAtari, only environments of mode "both" have this attribute."""
+        """The objects from pixels; this attribute only exists in mode "both", as in OCAtari."""
         if self.mode != "both":
             raise AttributeError
         return self._objects("vem")
 
     @property
     def ns_state(self) -> list[int]:
-        """The numbers of all slots of OCAtari one after the other; `ns_meaning` says what they are."""
+        """The concatenated numbers of all OCAtari slots; `ns_meaning` explains them."""
         return self._table.ns_state(self.objects)
 
     @property
@@ -345,10 +343,12 @@ class OCAtari(Uncopied, gym.Env):
         return self._ale.getRAM()
 
     def set_ram(self, target_ram_position: int, new_value: int) -> None:
-        """Write one byte of the RAM. The objects change with the next step or `detect_objects`.
+        """Write one byte of the RAM.
+
+        The objects change with the next step or `detect_objects`.
 
         Raises:
-            ValueError: there is no such address or value.
+            ValueError: the address or the value is out of range.
         """
         if not (0 <= target_ram_position < 128 and 0 <= new_value < 256):
             raise ValueError(
@@ -368,8 +368,8 @@ class OCAtari(Uncopied, gym.Env):
 
         Returns:
             In render mode "rgb_array" the frame, uint8 `[H, 160, 3]`; with an overlay, uint8 `[160
-            * 5, H * 5, 3]`, with the horizontal axis first as pygame and OCAtari have it. None in
-            render mode "human".
+            * 5, H * 5, 3]`, with the horizontal axis first as in pygame and OCAtari. In render mode
+            "human" None.
         """
         if not self.render_oc_overlay:
             return self._env.render() if image is None else image
@@ -382,7 +382,7 @@ class OCAtari(Uncopied, gym.Env):
         """The weighted sum of the last frames, int64 `[H, 160, 3]`.
 
         Raises:
-            ValueError: the frames are not kept.
+            ValueError: the environment does not keep the frames.
         """
         if self._state_buffer_rgb is None:
             raise ValueError("the frames are not kept: add 'ori' to create_buffer_stacks")
@@ -391,7 +391,10 @@ class OCAtari(Uncopied, gym.Env):
         ).astype(int)  # pyright: ignore[reportAttributeAccessIssue]
 
     def render_explanations(self) -> None:
-        """Show the weighted sum of the last frames with the objects' boxes, which needs Matplotlib."""
+        """Show the weighted sum of the last frames with the objects' boxes.
+
+        This needs Matplotlib.
+        """
         import matplotlib.pyplot as plt
 
         frame = self.aggregated_render()
@@ -417,9 +420,9 @@ def _check(mode: str, obs_mode: str, window: int) -> None:
 
 
 def _env_id(env_name: str, game: str) -> str:
-    """The id of ale-py's environment of a name.
+    """The id of ale-py's environment for a name.
 
-    Without a version it is the latest one, as in Gymnasium: "Pong" is "Pong-v4".
+    A name without a version selects the latest one, as in Gymnasium: "Pong" is "Pong-v4".
     """
     name = env_name.replace("ocjax/", "ALE/").replace(_DETERMINISTIC, "")
     if re.search(r"-v\d+$", name):
@@ -433,12 +436,12 @@ def _env_id(env_name: str, game: str) -> str:
 
 
 def _host(objects: Objects) -> Objects:
-    """The one state of a batch of one, on the host."""
+    """The state of a batch of one, as NumPy arrays."""
     return jax.tree.map(lambda a: np.asarray(a)[0], objects)
 
 
 def __getattr__(name: str) -> Any:
-    """A new `parser` for each script, and the reason why other names of OCAtari's are absent."""
+    """Return a new `parser` for each script; explain why other names of OCAtari are absent."""
     if name == "parser":
         return command_line()
     if name in ABSENT:

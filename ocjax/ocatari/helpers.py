@@ -1,4 +1,4 @@
-"""The helpers of OCAtari that code written for it imports, and why others are absent."""
+"""OCAtari's helper functions that other code imports, and the reasons for absent ones."""
 
 import argparse
 import contextlib
@@ -32,13 +32,15 @@ _TABLES = (
     "`ocjax.layouts.blendrl_slots(game)` BlendRL's"
 )
 
-# Names that OCAtari's scripts import and this module lacks, with the reason.
+# Names that OCAtari's scripts import but this module lacks, with the reasons.
 ABSENT = {
     "test_parser": "it is the command line of OCAtari's tests; make an argparse.ArgumentParser",
     "AtariNet": _AGENTS,
     "_load_checkpoint": _AGENTS,
     "bitfield_to_number": _DETECTION,
-    "objects_colors": "colours are an attribute of each object, `rgb`, and of `ocjax.load(game).categories`",
+    "objects_colors": (
+        "colours are an attribute of each object, `rgb`, and of `ocjax.load(game).categories`"
+    ),
     "find_objects": _DETECTION,
     "detect_objects_ram": _DETECTION,
     "detect_objects_vision": _DETECTION,
@@ -56,14 +58,20 @@ ABSENT = {
 
 
 def command_line() -> argparse.ArgumentParser:
-    """What scripts import as `parser`, with the path of an agent's model, and add their options to."""
+    """The `parser` that scripts import, with the path of an agent's model.
+
+    Scripts add their options to it.
+    """
     parser = argparse.ArgumentParser()
     parser.add_argument("-p", "--path", help="path of an agent's model")
     return parser
 
 
 class RandomAgent:
-    """An agent that draws each of `nb_actions` actions with the same probability, from Python's global generator."""
+    """An agent that draws one of `nb_actions` actions uniformly.
+
+    It uses Python's global generator.
+    """
 
     def __init__(self, nb_actions: int) -> None:
         self.nb_actions = nb_actions
@@ -74,8 +82,9 @@ class RandomAgent:
 
 
 def load_agent(*args: Any, **kwargs: Any) -> NoReturn:
-    """Refuse to load an agent. Scripts import this function, and many of them call it only if they
-    are given a model.
+    """Raise an error: ocjax cannot load OCAtari's agents.
+
+    Scripts import this function, but many of them only call it with a model.
 
     Raises:
         ValueError: always, with the reason.
@@ -84,12 +93,15 @@ def load_agent(*args: Any, **kwargs: Any) -> NoReturn:
 
 
 def _convert_number(number: int) -> int:
-    """The number that a byte of two decimal digits stands for, which HackAtari imports."""
+    """The number in a byte of two decimal digits; HackAtari imports this function."""
     return int(f"{number:x}")
 
 
 def riverraid_score(ram: np.ndarray) -> int:
-    """The score in the RAM of River Raid, uint8 `[128]`, which HackAtari imports."""
+    """The score in the RAM of River Raid, uint8 `[128]`.
+
+    HackAtari imports this function.
+    """
     game = load("Riverraid")
     return int(game.rem(ram).of(game, "PlayerScore").value[0])
 
@@ -129,11 +141,11 @@ def mark_bb(
         image_array: uint8 `[H, W, 3]`.
         bb: left, top, width and height.
         color: RGB.
-        surround: whether the line runs one pixel outside the box, rather than along its left and
-            top edge.
+        surround: whether the line runs one pixel outside the box, instead of along its left and top
+            edge.
 
     Raises:
-        ValueError: this is not an image.
+        ValueError: the array is not an image.
     """
     if image_array.ndim != 3:
         raise ValueError(
@@ -175,7 +187,7 @@ def draw_objects(frame: np.ndarray, objects: Sequence[GameObject]) -> Image.Imag
 
 
 class Window:
-    """A window that shows pictures, which opens with the first.
+    """A window that shows pictures and opens with the first one.
 
     Raises:
         ModuleNotFoundError: pygame is not installed.

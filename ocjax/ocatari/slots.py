@@ -11,7 +11,7 @@ from ocjax.transforms.game_objects import GameObject, NoObject, object_class, sl
 class SlotTable:
     """The slots of `OCAtari.objects` in one game.
 
-    A game for which OCAtari has no table has ocjax's slots.
+    Without a table of OCAtari, the game has ocjax's slots.
 
     Args:
         game: the game, with its HUD.
@@ -19,7 +19,7 @@ class SlotTable:
 
     Attributes:
         counts: the number of slots of each category, in OCAtari's order.
-        meaning: what each slot contributes to `ns_state`.
+        meaning: the meaning of each slot's numbers in `ns_state`.
     """
 
     def __init__(self, game: Declaration, hud: bool) -> None:
@@ -32,8 +32,8 @@ class SlotTable:
         ]
         self.meaning = [f"{kind.__name__} ({list(kind.ns_meaning)})" for kind in classes]
         self._classes = classes
-        # for each category: its slots in ocjax, the number of its slots here, and the length of
-        # `nsrepr`
+        # For each category: its slots in ocjax, its number of slots in OCAtari, the length of
+        # `nsrepr`.
         self._places = []
         for name, count in self.counts.items():
             place = game.slices.get(name, slice(0, 0))
@@ -42,18 +42,18 @@ class SlotTable:
             )
 
     def empty(self) -> list[GameObject]:
-        """An object of each slot's class, all zero."""
+        """One object of each slot's class, with zeros."""
         return [kind() for kind in self._classes]
 
     def arrange(self, now: Objects, before: Objects | None) -> list[GameObject]:
-        """The objects of one state in OCAtari's slots, followed by those for which it has none.
+        """The objects of one state in OCAtari's slots, followed by objects without such a slot.
 
-        ocjax's objects keep their slots where OCAtari has enough of them for the category.
-        Otherwise the first that are present fill them.
+        If OCAtari has enough slots for a category, its objects keep ocjax's slots. Otherwise the
+        first present objects fill OCAtari's slots.
 
         Args:
             now: the objects of one state, with the HUD.
-            before: those of the step before; None in the first state of an episode.
+            before: the objects of the previous step, or None in the first state of an episode.
         """
         own, out, placed = slots(now, before), [], set()
         for place, count, length in self._places:
@@ -66,5 +66,5 @@ class SlotTable:
         ]
 
     def ns_state(self, objects: Sequence[GameObject]) -> list[int]:
-        """The numbers of the slots one after the other, without those of the objects that follow."""
+        """The concatenated numbers of the slots, without the objects that follow."""
         return [number for o in objects[: len(self.meaning)] for number in o.nsrepr]

@@ -18,8 +18,8 @@ from ocjax.play.stepping import steps
 from ocjax.transforms.drawing import overlay
 
 MOST_ENVS = 16
-DEFAULT_PRESET = "dqn"  # for policies that do not say how they were trained
-PICTURE_STEPS = 600  # of the first game
+DEFAULT_PRESET = "dqn"  # for policies without training settings
+PICTURE_STEPS = 600  # steps of the first game to draw
 COLUMNS = (
     TextColumn("{task.description}"),
     BarColumn(),
@@ -28,7 +28,7 @@ COLUMNS = (
 
 
 class _Moment(NamedTuple):
-    """A state of the first game that is drawn."""
+    """A state of the first game to draw."""
 
     screen: np.ndarray  # uint8 [H, W]
     ram: np.ndarray  # uint8 [128]
@@ -36,14 +36,13 @@ class _Moment(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Played:
-    """Games that a policy has played, in the order in which they were begun by each instance.
+    """The games that a policy has played, by instance and then in order of time.
 
     Args:
         returns: float64 `[n]`, the sums of the emulator's rewards.
         frames: int64 `[n]`, emulated frames.
-        settings: of the emulators.
-        pictures: of the first steps of the first game, with the objects drawn; empty unless they
-            are requested.
+        settings: the settings of the emulators.
+        pictures: the first steps of the first game with the objects drawn; empty unless requested.
     """
 
     returns: np.ndarray
@@ -66,28 +65,27 @@ def play(
 ) -> Played:
     """Play complete games.
 
-    A policy plays under the settings that it was trained with, unless others are given. A game
-    counts from its start to its end, even where training takes each life for an episode. Each
-    instance plays equally many games, so that short ones do not count more often.
+    By default a policy plays under the settings of its training. A game counts from its start to
+    its end, even if the policy was trained with episodes of one life. Instances play equally many
+    games (plus or minus one), so that short games do not count more often.
 
     Args:
         game: the game.
         policy: "random", "repeat", "trained", or the path of a saved policy; see
             `ocjax.play.policies.make_policy`.
         episodes: number of games.
-        seed: of the emulators and the policy.
+        seed: seed of the emulators and the policy.
         pictures: whether to draw the first game.
-        hook: as of `ocjax.make_vec`, such as the name of a variation.
+        hook: a hook, such as the name of a variation; see `ocjax.make_vec`.
         preset: replaces the settings of the training; see `ocjax.make_vec`.
-        frame_skip: emulated frames per step, likewise.
+        frame_skip: emulated frames per step; overrides the settings.
         repeat_action_probability: the probability that an emulated frame repeats the previous
-            action, likewise.
+            action; overrides the settings.
 
     Raises:
-        PolicyError: a ValueError; there is no such policy, or it does not fit the game.
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
-            written for.
-        ValueError: there is no such preset, or a number is out of range.
+        PolicyError: the policy does not exist or does not fit the game; a ValueError.
+        RomError: the ROM is missing or the wrong one; a ValueError.
+        ValueError: the preset is unknown, or a number is out of range.
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)
@@ -126,7 +124,11 @@ def play(
 def _games(
     pool: AlePool, act: policies.Policy, seen: list[_Moment] | None, report: Callable[[int], None]
 ) -> Iterator[tuple[int, float, int]]:
-    """Play for ever; yields the instance, return and emulated frames of each game that ends, and reports the frames of all instances."""
+    """Play without end.
+
+    Yields the instance, return and emulated frames of each game that ends, and reports the frames
+    of all instances.
+    """
     first, ended = True, 0
     for _ in steps(pool, act):
         if seen is not None and first and len(seen) < PICTURE_STEPS:

@@ -1,4 +1,4 @@
-"""A game that a person plays in a window, and the recording of it."""
+"""A game that a person plays in a window, and its recording."""
 
 from collections.abc import Collection
 from typing import Any
@@ -15,16 +15,17 @@ from ocjax.play import window
 from ocjax.recordings import Recording
 from ocjax.transforms.drawing import overlay
 
+# In the order of ALE's action names.
 MOVES = {
     "w": "UP",
     "s": "DOWN",
     "d": "RIGHT",
     "a": "LEFT",
     " ": "FIRE",
-}  # in the order in which ALE's names of actions list them
+}
 NAMED_KEYS = {"Up": "w", "Left": "a", "Down": "s", "Right": "d", "space": " "}  # Tk's names
 FRAMES_PER_SHOWN = 2  # the console draws 60 frames a second, and the window shows 30
-FRAME_SKIP = 4  # emulated frames from one recorded sample to the next
+FRAME_SKIP = 4  # emulated frames between recorded samples
 SCALE = 3  # window pixels per screen pixel
 HELP = (
     "arrows or wasd  move\nspace           fire\nb               boxes on and off\np             "
@@ -33,21 +34,21 @@ HELP = (
 
 
 def held_action(held: Collection[str]) -> ale_py.Action:
-    """The action of the keys of `MOVES` that are held.
+    """The action of the held keys of `MOVES`.
 
-    ALE names its actions by what is held: UPRIGHTFIRE, LEFT, FIRE, ...
+    ALE names its actions by their moves: UPRIGHTFIRE, LEFT, FIRE, ...
     """
     actions = ale_py.Action.__members__
     return actions.get("".join(move for key, move in MOVES.items() if key in held), actions["NOOP"])
 
 
 class HumanGame:
-    """A game that is played by holding keys. When it is over, the next one begins.
+    """A game that a person plays by holding keys. After its end, the next game begins.
 
     Args:
         game: the game.
-        seed: of the emulator.
-        game_mode: as ale-py numbers it; None for the game's default.
+        seed: the emulator's seed.
+        game_mode: ale-py's number of the mode; by default the game's own.
 
     Raises:
         RomError, ValueError: see `ocjax.emulators.start.start_emulator`.
@@ -102,8 +103,8 @@ class HumanGame:
         if not self.paused:
             for _ in range(FRAMES_PER_SHOWN):
                 self.frame()
-        # A key that repeats is reported as released and pressed again at once: it counts as
-        # released only if it stays so.
+        # Key repetition releases and presses a key at once. A key counts as released only if it
+        # stays released.
         self.held -= self._released
         self._released.clear()
 
@@ -118,7 +119,7 @@ class HumanGame:
             self._keep()
 
     def picture(self) -> Image.Image:
-        """The screen, with the objects of REM unless they are switched off."""
+        """The screen, with REM's objects unless they are switched off."""
         objects: Objects = jax.tree.map(np.asarray, self.game.rem(self.ale.getRAM()))
         if not self.boxes:
             objects = jax.tree.map(np.zeros_like, objects)
@@ -130,7 +131,7 @@ class HumanGame:
         return f"reward {self.reward}\nlives  {self.ale.lives()}\n{state}\n\n{HELP}"
 
     def recording(self) -> Recording:
-        """What has been played: a sample every 4 emulated frames, and the last one of each game."""
+        """The recording: a sample every 4 emulated frames, and the last one of each game."""
         arrays: dict[str, Any] = {name: np.array(values) for name, values in self._samples.items()}
         return Recording(self.game, **arrays, frame_skip=FRAME_SKIP)
 

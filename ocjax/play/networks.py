@@ -1,4 +1,4 @@
-"""The networks of saved policies by name; applying one is a function of its layers and its inputs.
+"""The networks of saved policies by name, as functions of layers and inputs.
 
 `B` is the number of states and `A` the number of actions. A layer is a pair of weights and biases:
 `[n, m]` and `[m]`, or in a convolution `[channels, channels before, height, width]` and
@@ -18,15 +18,12 @@ from jax import lax
 from ocjax.envs import Vector
 from ocjax.extraction.game import Game
 
-CONVOLUTIONS = (
-    (32, 8, 4),
-    (64, 4, 2),
-    (64, 3, 1),
-)  # channels, kernel size and stride, as in Mnih et al. (2015)
+# Channels, kernel size and stride, as in Mnih et al. (2015).
+CONVOLUTIONS = ((32, 8, 4), (64, 4, 2), (64, 3, 1))
 CONVOLUTION_OUTPUT = 64 * 7 * 7
 ENCODER = (32, 32)  # sizes of the layers that encode a slot
-# The center and the unit of each feature that the network "shared" takes: pixels of a screen of 160
-# x 210, and compass points.
+# The center and the unit of each input feature of the network "shared": pixels of a 160 x 210
+# screen, and compass points.
 SCALES = {
     "x": (80.0, 40.0),
     "y": (105.0, 50.0),
@@ -36,7 +33,7 @@ SCALES = {
     "ny": (0.0, 0.5),
 }
 SCALES |= {"mx": (0.0, 0.5), "my": (0.0, 0.5), "orientation": (0.0, 8.0), "valid": (0.0, 1.0)}
-MOST_SCALED = 5.0  # to which scaled features are clipped
+MOST_SCALED = 5.0  # limit of scaled features
 
 Layers = Sequence[tuple[Any, Any]]
 Shape = tuple[int, ...]
@@ -51,9 +48,9 @@ class Group(NamedTuple):
 
     @property
     def pooled(self) -> bool:
-        """Whether the slots share an encoder.
+        """True if the slots share an encoder.
 
-        A single slot, and those of which only the validity is known, are inputs themselves.
+        A single slot, and slots with a single feature (the validity), are inputs themselves.
         """
         return self.slots > 1 and len(self.features) > 1
 
@@ -67,10 +64,10 @@ Groups = tuple[Group, ...]
 
 
 def groups_of(game: Game, vector: Vector) -> Groups:
-    """The groups of an observation, one for each category.
+    """The groups of an observation, one per category.
 
     Raises:
-        ValueError: the network "shared" cannot take the observation.
+        ValueError: the network "shared" does not support the observation.
     """
     if vector.history > 1 or vector.normalize:
         raise ValueError(
@@ -94,11 +91,11 @@ class Network(NamedTuple):
     """A kind of network."""
 
     apply: Callable[[Layers, Any, Groups], Any]  # layers, inputs [B, ...], groups -> logits [B, A]
-    # shape of an input, groups, and shapes of the given weights -> those that weights must have
+    # shape of an input, groups, shapes of the given weights -> required shapes of the weights
     shapes: Callable[[Shape, Groups, Sequence[Shape]], list[Shape]]
-    pixels: bool = False  # whether its inputs are observations "dqn"
-    standardized: bool = False  # whether its inputs are standardised
-    grouped: bool = False  # whether it needs groups; the others ignore them
+    pixels: bool = False  # takes the observation "dqn"
+    standardized: bool = False  # needs standardised inputs
+    grouped: bool = False  # needs groups
 
 
 def perceptron(layers: Layers, x: Any, activation: Callable[[Any], Any]) -> Any:
@@ -110,7 +107,10 @@ def perceptron(layers: Layers, x: Any, activation: Callable[[Any], Any]) -> Any:
 
 
 def convolved(layers: Layers, frames: jax.Array) -> jax.Array:
-    """The convolutions of Mnih et al. (2015) on uint8 `[B, stack, 84, 84]`: float32 `[B, CONVOLUTION_OUTPUT]`."""
+    """The convolutions of Mnih et al. (2015): uint8 `[B, stack, 84, 84]` -> float32 `[B, n]`.
+
+    n is `CONVOLUTION_OUTPUT`.
+    """
     x = frames.astype(jnp.float32) / jnp.float32(255)
     for (w, b), (_, _, stride) in zip(layers, CONVOLUTIONS, strict=True):
         x = jax.nn.relu(lax.conv(x, w, (stride, stride), "VALID") + b[None, :, None, None])
@@ -118,7 +118,10 @@ def convolved(layers: Layers, frames: jax.Array) -> jax.Array:
 
 
 def mlp(layers: Layers, x: np.ndarray, groups: Groups = ()) -> np.ndarray:
-    """A perceptron with tanh, in NumPy: a few states take less time than a call of a compiled function."""
+    """A perceptron with tanh, in NumPy.
+
+    For a few states NumPy takes less time than a call of a compiled function.
+    """
     return perceptron(layers, x, np.tanh)
 
 
@@ -136,12 +139,11 @@ def nature_cnn(layers: Layers, frames: jax.Array, groups: Groups = ()) -> jax.Ar
 
 @functools.partial(jax.jit, static_argnums=2)
 def shared(layers: Layers, x: jax.Array, groups: Groups) -> jax.Array:
-    """A perceptron with tanh on codes of the categories, on float32 `[B, n]`; as Deep Sets (Zaheer
-    et al., 2017).
+    """A perceptron with tanh on codes of the categories, as in Deep Sets (Zaheer et al., 2017).
 
-    The slots of a category share an encoder, a perceptron with relu. The mean and the maximum of
-    the codes of the valid slots represent the category. The layers are those of the encoders, in
-    the order of the groups, then those of the perceptron.
+    The inputs are float32 `[B, n]`. The slots of a category share an encoder, a perceptron with
+    relu. The mean and the maximum of the valid slots' codes represent the category. `layers`
+    contains the encoders in the order of the groups, then the perceptron.
     """
     codes, layers = [], list(layers)
     for group in groups:
@@ -159,7 +161,10 @@ def shared(layers: Layers, x: jax.Array, groups: Groups) -> jax.Array:
 
 
 def _scaled(x: jax.Array, group: Group) -> tuple[jax.Array, jax.Array]:
-    """The scaled features `[B, slots, features]` of a group, 0 where a slot is not valid, and the validity `[B, slots, 1]`."""
+    """A group's scaled features `[B, slots, features]`, and the validity `[B, slots, 1]`.
+
+    The features are 0 in slots that are not valid.
+    """
     n = len(group.features)
     center, unit = np.array([SCALES[name] for name in group.features], np.float32).T
     slots = x[:, group.first : group.first + group.slots * n].reshape(len(x), group.slots, n)

@@ -1,4 +1,4 @@
-"""Policies by name: random actions, held random actions, and saved policies, which are data files.
+"""Policies by name: random actions, held random actions, and saved policies (data files).
 
 `N` is the number of instances.
 """
@@ -15,29 +15,26 @@ from ocjax.play import policy_files, sb3_models
 from ocjax.play.saved import MAX_INPUT, Policy, PolicyError, SavedPolicy, Seen
 
 __all__ = [
-    "BUILT_IN", "HOLD", "MAX_INPUT", "SHIPPED", "TRAINED", "Needs", "Policy", "PolicyError", "RandomPolicy", "SavedPolicy", "Seen",
-    "file_of", "find", "make_policy", "needs", "read",
+    "BUILT_IN", "HOLD", "MAX_INPUT", "SHIPPED", "TRAINED", "Needs", "Policy", "PolicyError",
+    "RandomPolicy", "SavedPolicy", "Seen", "file_of", "find", "make_policy", "needs", "read",
 ]  # fmt: skip
 
-HOLD = 8  # steps for which actions are held at most
+HOLD = 8  # largest number of steps that an action is held
 BUILT_IN = {
     "random": {},
     "repeat": {"hold": HOLD},
     "idle": {"idle": 1.0},
     "seldom": {"hold": HOLD, "idle": 0.95},
 }
-TRAINED = "trained"  # the name of the policy that ships with the package
+TRAINED = "trained"  # name of the policy that ships with the package
 SHIPPED = Path(__file__).parent / "trained"
 
 
 class Needs(NamedTuple):
-    """What a policy needs of the emulators that it plays."""
+    """A policy's requirements for the emulators."""
 
-    settings: Settings | None = (
-        # of the environments in which it was trained; None if there are none, or they are unknown
-        None
-    )
-    screens: tuple[str, ...] = ()  # the pixel arrays that it sees
+    settings: Settings | None = None  # of the training environments, or None if unknown
+    screens: tuple[str, ...] = ()  # pixel arrays
 
 
 @dataclasses.dataclass
@@ -49,7 +46,7 @@ class RandomPolicy:
         num_envs: number of instances.
         rng: the source of randomness.
         hold: the largest number of steps.
-        idle: the share of choices that are no action, the first of the set.
+        idle: the fraction of choices with the first action of the set, NOOP.
     """
 
     num_actions: int
@@ -76,16 +73,18 @@ class RandomPolicy:
 
 
 def read(path: str | Path, game: Game) -> SavedPolicy:
-    """Read a policy from an .npz file or a .zip file of Stable-Baselines3; see `policy_files` and
-    `sb3_models`.
+    """Read a policy from an .npz file or a .zip file of Stable-Baselines3.
+
+    See `policy_files` and `sb3_models`.
 
     Args:
-        path: of the file.
-        game: the game that it plays.
+        path: the file's path.
+        game: the game that the policy plays.
 
     Raises:
         PolicyError: the file is missing, damaged, or does not fit the game.
-        MissingExtraError: a ModuleNotFoundError; it is a .zip file, and PyTorch is not installed.
+        MissingExtraError: the file is a .zip file, and PyTorch is not installed; a
+            ModuleNotFoundError.
     """
     return (sb3_models if Path(path).suffix == ".zip" else policy_files).read(path, game)
 
@@ -94,7 +93,7 @@ def find(name: str, game: Game) -> Path:
     """The file of a saved policy, by its path or by the name "trained".
 
     Raises:
-        PolicyError: there is none.
+        PolicyError: the file does not exist.
     """
     if name == TRAINED:
         path = SHIPPED / f"{game.name}.npz"
@@ -114,10 +113,10 @@ def find(name: str, game: Game) -> Path:
 
 
 def needs(name: str, game: Game) -> Needs:
-    """What a policy needs, by its name.
+    """The requirements of a policy, by its name.
 
     Raises:
-        PolicyError: there is no such policy, or it does not fit the game.
+        PolicyError: the policy does not exist or does not fit the game.
     """
     if name in BUILT_IN:
         return Needs()
@@ -126,7 +125,7 @@ def needs(name: str, game: Game) -> Needs:
 
 
 def file_of(name: str) -> Path | None:
-    """The file that the name of a policy refers to; None for the policies that ship with the package."""
+    """The file that a policy's name refers to, or None for built-in and shipped policies."""
     return None if name == TRAINED or name in BUILT_IN else Path(name)
 
 
@@ -135,16 +134,15 @@ def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: in
 
     Args:
         name: "random" (a new action in every step), "repeat" (each action is held for 1 to 8
-            steps), "idle" (no action), "seldom" (each action is held for 1 to 8 steps, and nineteen
-            of twenty are no action), "trained" (the policy that ships with the package), or the
-            path of a saved policy.
+            steps), "idle" (NOOP), "seldom" (like "repeat", but 95 % of the choices are NOOP),
+            "trained" (the policy that ships with the package), or the path of a saved policy.
         game: the game.
         num_actions: size of the action set.
         num_envs: number of instances.
         seed: seed of the random choices.
 
     Raises:
-        PolicyError: there is no such policy, or it does not fit the game.
+        PolicyError: the policy does not exist or does not fit the game.
     """
     if name in BUILT_IN:
         return RandomPolicy(num_actions, num_envs, np.random.default_rng(seed), **BUILT_IN[name])

@@ -1,6 +1,6 @@
 """Reading saved policies from `.npz` files.
 
-They come from others, so every field and shape is checked.
+The files may come from other people, so every field and shape is checked.
 """
 
 import dataclasses
@@ -22,10 +22,10 @@ from ocjax.files import npz
 from ocjax.play.networks import NETWORKS, Groups, Layers, Shape, groups_of
 from ocjax.play.saved import PolicyError, SavedPolicy, slots_of
 
-MOST_BYTES = 2**27  # of the arrays of a saved policy
+MOST_BYTES = 2**27  # size of all arrays of a saved policy
 MOST_FRAMES = 2**53
-MOST_SLOTS = 2**16  # of a category
-LARGEST, LEAST_DEVIATION = 1e15, 1e-6  # of numbers in files: products of larger ones overflow
+MOST_SLOTS = 2**16  # per category
+LARGEST, LEAST_DEVIATION = 1e15, 1e-6  # limits of numbers: products of larger ones overflow
 CONVOLUTION = 4  # dimensions of the weights of a convolution
 # The inputs of files without a description: boxes in units of 160 pixels, and validity.
 PLAIN = Vector(("x", "y", "w", "h", "valid"), normalize=False)
@@ -38,9 +38,9 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
     Args:
         path: a file with weights `w0` `[inputs, n]`, biases `b0` `[n]`, and so on for each layer.
             It may contain `mean` and `deviation` `[inputs]` and a JSON text `description`, as
-            `SavedPolicy.write` writes them. Without a description, the inputs are x, y, w, h in
-            units of 160 pixels and validity of each slot of the game.
-        game: the game that it plays.
+            written by `SavedPolicy.write`. Without a description, the inputs are x, y, w, h in
+            units of 160 pixels and the validity of each slot of the game.
+        game: the game that the policy plays.
 
     Raises:
         PolicyError: the file is missing, damaged, or does not fit the game.
@@ -77,7 +77,7 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 
 
 def _arrays(path: str | Path) -> dict[str, np.ndarray]:
-    """The arrays of a file, of bounded size and with finite numbers."""
+    """The arrays of a file, after a check of their size and numbers."""
     try:
         headers = npz.headers(Path(path), _is_read)
         size = sum(header.size for header in headers.values())
@@ -121,9 +121,9 @@ def _on_pixels(
 def _grouped(
     path: str | Path, described: Game, policy: SavedPolicy, arrays: Mapping[str, np.ndarray]
 ) -> SavedPolicy:
-    """The policy with its layers, which share weights between slots.
+    """The policy with layers that share weights between slots.
 
-    `described` is the game of the slots that it sees.
+    `described` is the game with the slots that the policy sees.
     """
     _check_no_moments(path, arrays, policy.network)
     assert isinstance(policy.observation, Vector)
@@ -137,7 +137,7 @@ def _grouped(
 
 
 def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: str) -> None:
-    """Check that the file has no moments, which the network does not use."""
+    """Check that the file has no moments: the network does not use them."""
     for moment in ("mean", "deviation"):
         if moment in arrays:
             raise PolicyError(
@@ -147,9 +147,9 @@ def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: 
 
 
 def _count_inputs(path: str | Path, game: Game, kind: Vector, first: np.ndarray) -> int:
-    """The number of inputs, which the weights of the first layer must have.
+    """Check the first layer's number of inputs, and return it.
 
-    It is checked before arrays of so many inputs are made.
+    The check precedes the allocation of arrays of that size.
     """
     if kind.history > first.size:
         raise PolicyError(
@@ -190,7 +190,7 @@ def _moments(
 
 
 def _network(description: Mapping[str, Any]) -> str:
-    """The name of the network; older policies do not name it."""
+    """The name of the network; older policies lack it."""
     name = description.get("network", "mlp")
     if not isinstance(name, str) or name not in NETWORKS:
         raise ValueError(f"network must be one of {', '.join(NETWORKS)}, got {reprlib.repr(name)}")
@@ -198,12 +198,12 @@ def _network(description: Mapping[str, Any]) -> str:
 
 
 def _is_read(name: str) -> bool:
-    """Whether an array of this name is part of a policy."""
+    """True if an array with this name is part of a policy."""
     return re.fullmatch(r"[wb]\d+|mean|deviation|description", name) is not None
 
 
 def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """What a file says of its policy, or nothing."""
+    """The description in a file; empty if the file has none."""
     if "description" not in arrays:
         return {}
     description = npz.json_object(arrays["description"])
@@ -218,10 +218,8 @@ def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str
 def _observation(description: Mapping[str, Any]) -> Vector:
     if not description:
         return PLAIN
-    features = (
-        description["features"],
-        description.get("grid_features"),
-    )  # older policies have no grid_features
+    # Older policies have no grid_features.
+    features = (description["features"], description.get("grid_features"))
     if not all(
         names is None or (isinstance(names, list) and all(isinstance(n, str) for n in names))
         for names in features
@@ -237,7 +235,10 @@ def _observation(description: Mapping[str, Any]) -> Vector:
 
 
 def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | None, bool]:
-    """The slots that a description names, None if it names none, as in older files; and whether some belong to the display."""
+    """The slots in a description, and whether the policy sees the display.
+
+    The slots are None in older files.
+    """
     hud = _flag(description, "hud") if description else game.hud
     entries = description.get("slots", [])
     if not isinstance(entries, list) or ("slots" in description and not entries):
@@ -246,7 +247,7 @@ def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | No
         )
     slots = [_slots_entry(entry) for entry in entries]
     if slots and hud != any(own.hud for own in slots):
-        raise ValueError(f"hud must be {not hud}, as of the slots, got {hud}")
+        raise ValueError(f"hud must be {not hud}, as in the slots, got {hud}")
     return slots or None, hud
 
 
@@ -270,11 +271,12 @@ def _slots_entry(entry: Any) -> Slots:
 def _select(
     game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool
 ) -> tuple[Game, Selection]:
-    """The game, without its display if the policy does not see it, and the slots that the policy
-    sees.
+    """The game, and the slots that the policy sees.
+
+    The game lacks its display if the policy does not see it.
 
     Raises:
-        ValueError: the game lacks some of them.
+        ValueError: the game lacks some of the slots.
     """
     if slots is None:
         game = _with_display(game, hud)
@@ -287,7 +289,7 @@ def _select(
 
 
 def _with_display(game: Game, hud: bool) -> Game:
-    """The game with its display or without it."""
+    """The game with or without its display."""
     if game.hud == hud:
         return game
     return load(game.name, hud=hud) if hud or game is load(game.name) else game.without_hud()
@@ -300,7 +302,7 @@ def _flag(description: Mapping[str, Any], name: str) -> bool:
 
 
 def _known(description: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `SavedPolicy` that a description gives."""
+    """The arguments of `SavedPolicy` in a description."""
     if not description:
         return {}
     settings, preset = description["settings"], description["preset"]
@@ -322,7 +324,7 @@ def layers_of(
     inputs: Shape,
     groups: Groups = (),
 ) -> Layers:
-    """The weights and biases, which must have the shapes of the network."""
+    """The weights and biases, after a check of their shapes."""
     count = next(i for i in range(len(arrays) + 1) if f"w{i}" not in arrays)
     weights = [arrays[f"w{i}"] for i in range(count)]
     layers = []

@@ -1,4 +1,4 @@
-"""Rollouts of random actions, held random actions or a saved policy, kept as recordings."""
+"""Recordings of random actions, held random actions or a saved policy."""
 
 import contextlib
 import dataclasses
@@ -15,9 +15,8 @@ from ocjax.play.policies import BUILT_IN, Policy, make_policy, needs
 from ocjax.play.stepping import steps
 from ocjax.recordings import Recording
 
-DEFAULT = Settings(
-    frame_skip=3, repeat_action_probability=0.0
-)  # an odd number covers both phases of flickering objects
+# An odd frame skip covers both phases of flickering objects.
+DEFAULT = Settings(frame_skip=3, repeat_action_probability=0.0)
 
 State = dict[str, Any]  # of one instance, by the names of a recording's arrays
 
@@ -36,40 +35,38 @@ def rollout(
     game_mode: int | None = None,
     game_difficulty: int | None = None,
 ) -> Recording:
-    """Step several instances of a game side by side, and record states.
+    """Play several instances of a game in parallel, and record states.
 
-    A saved policy plays under the settings of its training, with the game's own rewards. Other
-    policies have three emulated frames per step and no sticky actions. Explicit arguments override
-    both.
+    A saved policy plays under the settings of its training, with unclipped rewards. Other policies
+    have three emulated frames per step and no sticky actions. Explicit arguments override both.
 
     Args:
         game: the game.
-        samples: states of all instances together, at least `num_envs`.
+        samples: number of states of all instances together, at least `num_envs`.
         policy: see `make_policy`.
-        seed: seed of the policy and of the first instance; the following instances get the
-            following seeds.
+        seed: seed of the policy and of the first instance; the other instances get the following
+            seeds.
         num_envs: number of instances.
         frame_skip: emulated frames per step.
         after: emulated frames that each instance plays before its first sample, rounded up to whole
             steps.
         repeat_action_probability: the probability that an emulated frame repeats the previous
             action.
-        whole_games: whether each instance plays complete games, at least one, and the samples are
-            drawn from all of their states, uniformly at random and without replacement; the last
+        whole_games: whether each instance plays complete games, at least one. Samples are then
+            drawn from all their states, uniformly at random and without replacement; the last
             sample of an instance is the end of its last game. Otherwise, samples are successive
             states. By default, saved policies play complete games.
-        game_mode: game mode as ale-py numbers it; None for the game's default.
-        game_difficulty: game difficulty, likewise.
+        game_mode: ale-py's number of the game mode; by default the game's own.
+        game_difficulty: ale-py's number of the difficulty; by default the game's own.
 
     Returns:
         A recording with frames, previous frames, returns, lives, resets, ends and settings: the
-        samples of the first instance, then those of the second, and so on. Without successive
-        states, it has no frame skip of its own, and `resets` marks the first sample of a game.
+        samples of the first instance, then of the second, and so on. With `whole_games`, its frame
+        skip is None, and `resets` marks the first sample of a game.
 
     Raises:
-        PolicyError: a ValueError; there is no such policy, or it does not fit the game.
-        RomError: a ValueError; the ROM is missing, or is not the one that the game's decoder was
-            written for.
+        PolicyError: the policy does not exist or does not fit the game; a ValueError.
+        RomError: the ROM is missing or the wrong one; a ValueError.
         ValueError: an argument is out of range.
     """
     if samples < num_envs:
@@ -109,7 +106,7 @@ def rollout(
 
 
 def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[list[State]]:
-    """Successive states of each instance of a pool that has just been reset, after some skipped steps."""
+    """Successive states of each instance of a freshly reset pool, after some skipped steps."""
     states: list[list[State]] = [[] for _ in range(pool.num_envs)]
     turns = track(range(-skipped, count), description=f"playing {pool.game.name}", transient=True)
     for t, _ in zip(turns, steps(pool, act), strict=False):
@@ -122,7 +119,7 @@ def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[li
 def _sample_games(
     pool: AlePool, act: Policy, count: int, skipped: int, rng: np.random.Generator
 ) -> list[list[State]]:
-    """States of complete games of each instance of a pool that has just been reset, after some skipped steps."""
+    """Random states of each instance's complete games, after some skipped steps."""
     samplers = [_Sampler(count, rng) for _ in range(pool.num_envs)]
     with Progress(transient=True) as progress:
         bar = progress.add_task(f"playing complete games of {pool.game.name}", total=len(samplers))
@@ -138,15 +135,16 @@ def _sample_games(
 
 
 class _Sampler:
-    """A uniform sample of the states of complete games, of unknown length: algorithm R (Vitter,
-    1985), and always the last state.
+    """A uniform sample of the states of complete games of unknown length.
+
+    It uses algorithm R (Vitter, 1985), and always includes the last state.
 
     Args:
         count: the size of the sample.
         rng: the source of randomness.
 
     Attributes:
-        complete: whether a game has ended and there have been enough states.
+        complete: whether a game has ended after enough states.
     """
 
     def __init__(self, count: int, rng: np.random.Generator) -> None:
@@ -155,7 +153,10 @@ class _Sampler:
         self.complete = False
 
     def add(self, state: Callable[[], State], *, last: bool) -> None:
-        """Add the next state, which is computed if it is kept; `last` if it ends its game."""
+        """Add the next state; `last` marks the end of its game.
+
+        `state` is only called if the sample keeps the state.
+        """
         self.complete = last and self._seen + 1 >= self._count
         k = self._count - 1 if self.complete else self._place()
         if k < self._count:
@@ -164,7 +165,10 @@ class _Sampler:
         self._games += last
 
     def _place(self) -> int:
-        """The place of the next state in the sample, of which the last one is reserved; `count` if it is not kept."""
+        """The index of the next state in the sample, or `count` if it is dropped.
+
+        The last index is reserved for the last state.
+        """
         random = self._count - 1
         if self._seen < random:
             return self._seen
@@ -181,7 +185,7 @@ class _Sampler:
 
 
 def _state(pool: AlePool, i: int) -> State:
-    """The present state of an instance."""
+    """The current state of an instance."""
     return {
         "rams": pool.ram[i].copy(),
         "screens": pool.screen[i, 1].copy(),

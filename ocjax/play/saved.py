@@ -1,4 +1,4 @@
-"""`SavedPolicy`: a policy that is data. It sees objects or pixels, and applies a network to them.
+"""`SavedPolicy`: a policy that is data, a network on objects or pixels.
 
 `N` is the number of instances and `A` the number of actions.
 """
@@ -25,19 +25,19 @@ MAX_INPUT = 10.0  # standardised inputs are clipped to this many standard deviat
 
 
 class PolicyError(ValueError):
-    """A policy does not exist, cannot be read, or was made for another game; the message says which."""
+    """A policy does not exist, is not readable, or was made for another game."""
 
 
 class Seen(NamedTuple):
-    """What policies see of N instances: arrays of NumPy or JAX."""
+    """The values of N instances that policies see: arrays of NumPy or JAX."""
 
     ram: Any  # uint8 [N, 128]
     started: Any  # bool [N]: an episode has just begun
-    # uint8 [N, H, 160], the maximum of the step's last two grey frames; None: nobody needs it
+    # uint8 [N, H, 160], the maximum of the step's last two grey frames, or None
     pooled: Any = None
 
     def rows(self, rows: slice) -> "Seen":
-        """What is seen of some instances."""
+        """The values of some instances."""
         return Seen(*(None if array is None else array[rows] for array in self))
 
 
@@ -46,22 +46,22 @@ Policy = Callable[[Seen], np.ndarray]  # -> int [N], indices into the action set
 
 @dataclasses.dataclass(frozen=True)
 class SavedPolicy:
-    """A network from observations of the objects in RAM, or of the pixels, to a score for each
-    action.
+    """A network that computes a score for each action from objects in RAM or from pixels.
 
     Args:
         game: the game, with or without its display.
         layers: weights and biases of each layer.
-        observation: what the network takes: `Vector` or `Dqn`.
-        mean, deviation: by which features are standardised, float32 `[inputs]`; None for networks
-            that take them as they are.
-        sampled: whether actions are drawn with the probabilities that the scores are logits of;
-            otherwise the best one is taken.
-        settings: under which it was trained; None if unknown.
+        observation: the network's input: `Vector` or `Dqn`.
+        mean, deviation: moments to standardise the features, float32 `[inputs]`, or None for
+            networks without standardised inputs.
+        sampled: whether actions are drawn at random with the scores as logits; otherwise the action
+            with the best score is taken.
+        settings: the settings of the training; None if unknown.
         preset: the name of the preset that the settings are based on; None if unknown.
-        frames: emulated frames of its training; 0 if unknown.
-        slots: which it sees, in the order of its inputs; by default those of the game.
-        network: its name in `ocjax.play.networks`.
+        frames: emulated frames of the training; 0 if unknown.
+        slots: the slots that the policy sees, in the order of its inputs; by default the game's
+            slots.
+        network: name in `ocjax.play.networks`.
     """
 
     game: Game
@@ -78,7 +78,7 @@ class SavedPolicy:
 
     @functools.cached_property
     def selection(self) -> Selection:
-        """The slots that it sees; of a policy on objects."""
+        """The slots that a policy on objects sees."""
         assert isinstance(self.observation, Vector)
         return Selection(
             self.game, slots_of(self.game, self.observation) if self.slots is None else self.slots
@@ -86,7 +86,7 @@ class SavedPolicy:
 
     @functools.cached_property
     def groups(self) -> Groups:
-        """The groups of its inputs, if the network needs them."""
+        """The groups of the inputs, if the network needs them."""
         if not NETWORKS[self.network].grouped:
             return ()
         assert isinstance(self.observation, Vector)
@@ -94,7 +94,7 @@ class SavedPolicy:
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The pixel arrays that it needs, by their names in `EmulatorPool`."""
+        """The required pixel arrays, by their names in `EmulatorPool`."""
         return self.observation.screens
 
     @property
@@ -127,7 +127,10 @@ class SavedPolicy:
         return self.observation.update(selection.game, "rem", snapshot, memory)
 
     def playing(self, num_envs: int, seed: int) -> Policy:
-        """The policy as a function of what it sees, which remembers what its observations need from earlier steps."""
+        """The policy as a function of `Seen`.
+
+        The function carries the memory of the observation from step to step.
+        """
         game = self.game if isinstance(self.observation, Dqn) else self.selection.game
         memory, rng = self.observation.initial(game, "rem", num_envs), np.random.default_rng(seed)
         observe = jax.jit(self._observe)
@@ -140,7 +143,7 @@ class SavedPolicy:
         return act
 
     def _description(self) -> dict[str, Any]:
-        """What the file says of the policy."""
+        """The description of the policy in its file."""
         about = {
             "game": self.game.name,
             "md5": self.game.md5,
@@ -162,7 +165,10 @@ class SavedPolicy:
         }
 
     def write(self, path: Path) -> None:
-        """Write the policy to an .npz file, with weights in half precision and without code; see `ocjax.play.policies.read`."""
+        """Write the policy to an .npz file, with weights in half precision and without code.
+
+        See `ocjax.play.policies.read`.
+        """
         moments = {"mean": self.mean, "deviation": self.deviation}
         arrays: dict[str, Any] = {
             name: a.astype(np.float32) for name, a in moments.items() if a is not None
@@ -175,7 +181,7 @@ class SavedPolicy:
 
 
 def slots_of(game: Game, kind: Vector) -> tuple[Slots, ...]:
-    """The slots of all categories, and what an observation reads of them."""
+    """The slots of all categories, with the attributes that an observation reads."""
     read = {
         (category, feature)
         for _, category, _, feature in dataclasses.replace(kind, history=1).features_of(game)

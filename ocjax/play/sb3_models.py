@@ -1,7 +1,7 @@
-"""Reading policies from models that Stable-Baselines3 has saved (`.zip`). Of these, only the
-weights are read; no code in them runs.
+"""Reading policies from models of Stable-Baselines3 (`.zip`).
 
-Reading needs PyTorch, but not Stable-Baselines3.
+Only the weights are read; code in the files never runs. Reading needs PyTorch, but not
+Stable-Baselines3.
 """
 
 import io
@@ -21,13 +21,13 @@ from ocjax.files import npz
 from ocjax.play.policy_files import LARGEST, MOST_BYTES, layers_of
 from ocjax.play.saved import PolicyError, SavedPolicy
 
-PRESET = "dqn"  # of models, which do not say how they were trained
+PRESET = "dqn"  # for models, which lack the settings of their training
 MEMBER = "policy.pth"
 MOST_PICKLED = 2**20  # bytes of the description of the tensors
 SUPPORTED = (
     'PPO, A2C and DQN with CnnPolicy on obs="dqn" or with MlpPolicy on obs="vector", with '
-    "discrete actions, and without features or "
-    "layers of their own after the convolutions"
+    "discrete actions, without custom feature extractors "
+    "and without additional layers after the convolutions"
 )
 _EXTRACTOR = r"features_extractor\.(cnn\.[024]|linear\.0)"
 _ACTOR_CRITIC = re.compile(
@@ -37,25 +37,26 @@ _DQN = re.compile(rf"q_net(_target)?\.({_EXTRACTOR}|q_net\.\d+)\.(weight|bias)")
 
 
 class _Architecture(NamedTuple):
-    """Where the weights are."""
+    """The location of the weights in a model."""
 
-    layers: list[str]  # the names of the modules, in order
-    network: str  # its name in `ocjax.play.networks`
+    layers: list[str]  # names of the modules, in order
+    network: str  # name in `ocjax.play.networks`
     sampled: bool
 
 
 def read(path: str | Path, game: Game) -> SavedPolicy:
-    """Read a model of Stable-Baselines3. Its settings are those of the preset "dqn", as the file
-    has none.
+    """Read a model of Stable-Baselines3.
+
+    The file has no settings, so the policy gets the preset "dqn".
 
     Args:
         path: a file that `model.save` wrote.
-        game: the game that it plays.
+        game: the game that the policy plays.
 
     Raises:
-        PolicyError: the file is missing, damaged or too large, holds another kind of model, or does
-            not fit the game.
-        MissingExtraError: a ModuleNotFoundError; PyTorch is not installed.
+        PolicyError: the file is missing, damaged or too large, contains another kind of model, or
+            does not fit the game.
+        MissingExtraError: PyTorch is not installed; a ModuleNotFoundError.
     """
     state = _weights(path)
     found = _architecture(path, set(state))
@@ -89,7 +90,7 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 
 
 def _with_inputs(path: str | Path, game: Game, inputs: int) -> Game:
-    """The game, with or without its display, whose vector has so many numbers."""
+    """The game with or without its display, to match the model's number of inputs."""
     whole = game if game.hud else load(game.name)
     choices = {len(Vector().features_of(chosen)): chosen for chosen in (whole.without_hud(), whole)}
     if inputs not in choices:
@@ -102,7 +103,7 @@ def _with_inputs(path: str | Path, game: Game, inputs: int) -> Game:
 
 
 def _architecture(path: str | Path, names: set[str]) -> _Architecture:
-    """The architecture that has tensors of these names."""
+    """The architecture, from the names of the tensors."""
     if names and all(map(_ACTOR_CRITIC.fullmatch, names)):
         prefix, head, activation, sampled = "features_extractor", ["action_net"], "mlp", True
         hidden = _numbered(names, "mlp_extractor.policy_net")
@@ -121,7 +122,7 @@ def _architecture(path: str | Path, names: set[str]) -> _Architecture:
 
 
 def _numbered(names: set[str], prefix: str) -> list[str]:
-    """The modules of a sequence, by their numbers."""
+    """The modules of a sequence, in the order of their numbers."""
     found = {
         name.removesuffix(".weight")
         for name in names
@@ -131,7 +132,7 @@ def _numbered(names: set[str], prefix: str) -> list[str]:
 
 
 def _weights(path: str | Path) -> dict[str, np.ndarray]:
-    """The tensors of the policy by name, float32, of bounded size and with finite numbers."""
+    """The policy's tensors by name, float32, after a check of their size and numbers."""
     torch = require("torch")
     try:
         data = _member(Path(path))
@@ -161,7 +162,7 @@ def _weights(path: str | Path) -> dict[str, np.ndarray]:
 
 
 def _is_plain(torch: Any, tensor: Any) -> bool:
-    """Whether it is a dense tensor of floats in memory."""
+    """True for a dense tensor of floats in CPU memory."""
     return (
         isinstance(tensor, torch.Tensor)
         and tensor.layout == torch.strided
@@ -171,11 +172,12 @@ def _is_plain(torch: Any, tensor: Any) -> bool:
 
 
 def _member(path: Path) -> bytes:
-    """The bytes of the policy's weights, another zip archive. Sizes are checked before anything is
-    read.
+    """The bytes of the policy's weights, another zip archive.
+
+    Sizes are checked before reading.
 
     Raises:
-        ValueError: it is missing, compressed or too large.
+        ValueError: the member is missing, compressed or too large.
         OSError: the file cannot be read.
     """
     if not path.is_file():

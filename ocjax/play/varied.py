@@ -1,4 +1,4 @@
-"""How a policy plays variations of its game."""
+"""Results of a policy on variations of its game."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
@@ -14,15 +14,16 @@ ORIGINAL = "original"  # the game without a variation
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """How a policy plays one variation, or the original game.
+    """A policy's result on one variation, or on the original game.
 
     Args:
-        name: of the variation, or "original".
+        name: name of the variation, or "original".
         games: number of complete games.
-        mean, deviation: of their returns; the deviation is that of a sample, 0 for one game.
-        drop: by how many percent of the original's absolute mean return the mean is lower; negative
-            if it is higher, None for the original itself and where the original's mean is 0.
-        seed: of the first instance; the others have the following ones.
+        mean, deviation: mean and sample standard deviation of the returns; the deviation is 0 for
+            one game.
+        drop: the decrease from the original's mean, in percent of its absolute value; negative for
+            an increase. It is None for the original, and if the original's mean is 0.
+        seed: seed of the first instance; the others have the following seeds.
     """
 
     name: str
@@ -36,20 +37,19 @@ class Row:
 def compare(
     game: Game, policy: str, names: Sequence[str], episodes: int, *, seed: int = 0, **protocol: Any
 ) -> list[Row]:
-    """Play complete games of the original and of variations, each with the same seeds.
+    """Play complete games of the original and of variations, all with the same seeds.
 
     Args:
         game: the game.
         policy: see `ocjax.play.games.play`.
-        names: of the variations.
-        episodes: number of games of each.
-        seed: of the emulators and the policy.
-        protocol: `preset`, `frame_skip` and `repeat_action_probability`, as of
-            `ocjax.play.games.play`.
+        names: names of the variations.
+        episodes: number of games per variation.
+        seed: seed of the emulators and the policy.
+        protocol: `preset`, `frame_skip` and `repeat_action_probability` of `ocjax.play.games.play`.
 
     Raises:
-        ValueError: a variation does not exist, or is one of another game; there is no such policy,
-            or the ROM is the wrong one.
+        ValueError: a variation or the policy does not exist or is for another game, or the ROM is
+            the wrong one.
     """
     found = {name: variations.find(name, game.name) for name in names}
     played = {ORIGINAL: play(game, policy, episodes, seed=seed, **protocol)}
@@ -61,11 +61,13 @@ def compare(
 
 
 def chosen(game: Game, text: str) -> list[str]:
-    """The names of variations in a text: "all", "objects" for those that remove and freeze
-    categories, or "lazy_enemy,freeze Ball".
+    """Parse a list of variations.
+
+    The text is "all", "objects" (variations that remove or freeze categories), or names such as
+    "lazy_enemy,freeze Ball".
 
     Raises:
-        ValueError: the game has no variations, or none of a name.
+        ValueError: the game has no variations, or a name is unknown.
     """
     if text == "objects":
         names = [name for name in variations.names(game.name) if not name.startswith("recolor")]

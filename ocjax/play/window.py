@@ -1,4 +1,4 @@
-"""A window with a moving picture and a line of text, which reports keys."""
+"""A window with a moving picture and text, which reports keys."""
 
 import time
 from collections.abc import Callable
@@ -14,17 +14,17 @@ def show(
     step: Callable[[], tuple[Image.Image, str] | None],
     on_key: Callable[[str, bool], None],
 ) -> None:
-    """Show pictures in a window until there are no more, or the window is closed.
+    """Show pictures in a window until it is closed or `step` returns None.
 
     Args:
-        title: of the window.
-        step: the next picture and the text beside it, called 30 times a second; None closes the
-            window.
+        title: the window's title.
+        step: called 30 times a second; returns the next picture and the text beside it, or None to
+            close the window.
         on_key: called with a key and whether it was pressed (True) or released. Keys are single
-            characters, or Tk's names for the others, such as "Up" and "Escape".
+            characters, or Tk's names such as "Up" and "Escape".
 
     Raises:
-        RuntimeError: there is no display, or Python has no tkinter.
+        RuntimeError: the display or Python's tkinter is missing.
     """
     try:
         import tkinter

@@ -310,7 +310,7 @@ def test_more_frames_continue_a_training(tmp_path):
     path = tmp_path / "run" / "metrics.csv"
     text = path.read_text()
     path.write_text(text[: text.index("\n") + 1])
-    with pytest.raises(TrainingError, match=r"metrics.csv has 0 rows, the checkpoint is of row \d"):
+    with pytest.raises(TrainingError, match=r"metrics.csv has 0 rows, but the checkpoint needs \d"):
         Trainer(config, tmp_path / "run")
     path.write_text(text)
     for damaged in (tmp_path / "run" / "checkpoints").rglob("*METADATA"):

@@ -110,7 +110,7 @@ def test_a_row_of_the_checkpoint_that_is_cut_off(tmp_path, cut):
     path = tmp_path / "metrics.csv"
     os.truncate(path, path.stat().st_size - cut)
     text = path.read_text()
-    with pytest.raises(ValueError, match=r"metrics.csv has 1 rows, the checkpoint is of row 2"):
+    with pytest.raises(ValueError, match=r"metrics.csv has 1 rows, but the checkpoint needs 2"):
         Metrics(tmp_path).restore(metrics.save(), 2)
     assert path.read_text() == text
 

@@ -1,18 +1,18 @@
-"""Variations of games as writes to RAM, after those of HackAtari (Delfosse et al., 2024).
+"""Variations of games as writes to RAM, after HackAtari (Delfosse et al., 2024).
 
     ocjax.make_vec("Pong", 64, hook="lazy_enemy")
     ocjax.make_vec("Pong", 64, hook=["Pong:lazy_enemy", my_function])
 
-A variation is a hook: it writes its bytes before every emulated frame. Several are combined by
-`hook=[...]`. The addresses and values are those of HackAtari 0.0.6 and of the games' decoders in
-`extractors/`, and the tests check the effect of each on the screen. The names are HackAtari's where
-the effect is the same. What HackAtari does every fifth, sixth or tenth frame happens here every
-fourth or eighth frame of the game's own counter, and random numbers are a hash of the emulator's
-state, so that a restored state continues identically.
+A variation is a hook: it writes its bytes before every emulated frame. `hook=[...]` combines
+several. Addresses and values come from HackAtari 0.0.6 and from the games' decoders in
+`extractors/`; the tests check every effect on the screen. Variations with HackAtari's effect have
+HackAtari's name. HackAtari's changes in every fifth, sixth or tenth frame happen here in every
+fourth or eighth frame of the game's own counter. Random numbers are a hash of the emulator's state;
+see `Variation`.
 
-Categories of objects are removed, frozen and recoloured by name as well: `hook="Pong:remove
-Enemy"`, `hook="Boxing:recolor Player red"`, or `hook=variations.freeze("Freeway", "Car")`.
-`variations.names(game)` lists what is known for a game.
+Names also remove, freeze and recolour categories of objects: `hook="Pong:remove Enemy"`,
+`hook="Boxing:recolor Player red"`, or `hook=variations.freeze("Freeway", "Car")`.
+`variations.names(game)` lists the known names of a game.
 """
 
 import difflib
@@ -55,7 +55,7 @@ _GAMES = dict(sorted({**sports.GAMES, **shooters.GAMES, **mazes.GAMES}.items()))
 ALL: Mapping[str, Variation] = MappingProxyType(
     {f"{game}:{name}": v for game, some in _GAMES.items() for name, v in some.items()}
 )
-"""Every variation by its game and name, such as "Freeway:stop_all_cars"."""
+"""All variations by game and name, such as "Freeway:stop_all_cars"."""
 
 
 def of(game: str) -> Mapping[str, Variation]:
@@ -65,7 +65,7 @@ def of(game: str) -> Mapping[str, Variation]:
         game: the game's name in any of the usual spellings.
 
     Raises:
-        UnknownGameError: a ValueError; there is no such game.
+        UnknownGameError: the game is unknown; a ValueError.
     """
     return MappingProxyType(_GAMES.get(load(game).name, {}))
 
@@ -74,12 +74,13 @@ def find(name: str, game: str | None = None) -> Variation:
     """A variation by name.
 
     Args:
-        name: the game and the name, "Freeway:stop_all_cars", or the name alone; or what is done
-            with a category, "Freeway:freeze Car", "Pong:remove Enemy", "Boxing:recolor Player red".
-        game: the game, if the name does not say it.
+        name: the game and the name, "Freeway:stop_all_cars", or the name alone. Names can also
+            change a category: "Freeway:freeze Car", "Pong:remove Enemy", "Boxing:recolor Player
+            red".
+        game: the game, if it is not in the name.
 
     Raises:
-        ValueError: there is no such variation; the message has those of the game.
+        ValueError: the variation is unknown; the message lists the game's variations.
     """
     before, colon, own = name.rpartition(":")
     if not colon and game is None:

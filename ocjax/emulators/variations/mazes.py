@@ -33,7 +33,7 @@ _asterix = partial(Variation, "Asterix")
 
 
 def _free(lanes: range) -> dict[int, int]:
-    """What empties lanes of Asterix."""
+    """Writes that empty lanes of Asterix."""
     return {73 + i: i + 1 for i in lanes} | {18 - i: 11 for i in lanes}
 
 
@@ -51,7 +51,7 @@ ASTERIX = {
 }
 
 _heist = partial(Variation, "BankHeist")
-_BANK, _POLICE = 253, 254  # what is in a place of the maze
+_BANK, _POLICE = 253, 254  # objects at a place of the maze
 BANK_HEIST = {
     "unlimited_gas": _heist("The fuel does not run out.", {86: 0}),
     "no_police": _heist(
@@ -72,6 +72,7 @@ BANK_HEIST = {
 }
 
 _kong = partial(Variation, "DonkeyKong")
+# Positions of Mario.
 _PLACES = (
     (49, 154),
     (110, 154),
@@ -82,7 +83,7 @@ _PLACES = (
     (53, 48),
     (111, 43),
     (111, 21),
-)  # of Mario
+)
 _MARIO = tuple(
     _kong("One place.", {19: x, 27: y}, when={16: (0,)}) for x, y in _PLACES
 )  # on the first board
@@ -185,13 +186,14 @@ KUNG_FU_MASTER = {
 }
 
 _mspacman = partial(Variation, "MsPacman")
+# Positions of the ghosts.
 _CAGE = {
     "orange": {6: 93, 12: 80},
     "cyan": {7: 83, 13: 80},
     "pink": {8: 93, 14: 67},
     "red": {9: 83, 15: 67},
-}  # positions of the ghosts
-_PILLS = range(59, 101)  # a bit for each
+}
+_PILLS = range(59, 101)  # one bit per pill
 _FEW_PILLS = tuple(
     _mspacman(
         "Pills of one byte.",
@@ -222,6 +224,7 @@ MS_PACMAN = {
 }
 
 _montezuma = partial(Variation, "MontezumaRevenge")
+# Positions in the first room.
 _ENTRANCES = (
     (77, 235),
     (88, 192),
@@ -229,7 +232,7 @@ _ENTRANCES = (
     (133, 148),
     (33, 148),
     (22, 192),
-)  # places of the first room
+)
 MONTEZUMA_REVENGE = {
     "random_position_start": _montezuma(
         "Lives after the first begin at a random place of the first room.",
@@ -265,10 +268,8 @@ NAME_THIS_GAME = {
 }
 
 _venture = partial(Variation, "Venture")
-_ENEMIES, _MORE = (
-    range(37, 42),
-    {90: (8, 9)},
-)  # colours of enemies, and the places where one byte more is one
+# Colours of enemies, and the places where one more byte is an enemy's colour.
+_ENEMIES, _MORE = (range(37, 42), {90: (8, 9)})
 _RAINBOW = (0, 12, 48, 113, 200)
 VENTURE = {
     **{

@@ -1,4 +1,4 @@
-"""How a variation of a game is declared: as bytes that are written before every emulated frame."""
+"""The declaration of a variation: bytes that are written before every emulated frame."""
 
 import hashlib
 import itertools
@@ -14,18 +14,17 @@ __all__ = ["Moment", "Variation"]
 
 
 class Moment(NamedTuple):
-    """What the emulator knows besides the RAM before a frame; saved states have it."""
+    """The emulator's state besides the RAM before a frame; saved states contain it."""
 
-    # the RAM before the last frame, as the hooks left it; at the beginning of a game, the present
-    # RAM
+    # The RAM before the last frame, after the hooks' edits; the current RAM at the start of a game.
     before: np.ndarray
-    seed: int  # of the environment
+    seed: int  # the environment's seed
     frame: int  # emulated frames since the ROM was loaded
     game_frame: int  # emulated frames of the game
 
 
 def _numbers(ram: np.ndarray, moment: Moment, name: str) -> Iterator[int]:
-    """Random numbers that depend on the state of the emulator alone."""
+    """Random numbers that depend only on the emulator's state."""
     state = b"".join([ram.tobytes(), repr(moment[1:]).encode(), name.encode()])
     for i in itertools.count():
         yield int.from_bytes(
@@ -37,34 +36,35 @@ def _numbers(ram: np.ndarray, moment: Moment, name: str) -> Iterator[int]:
 class Variation:
     """A variation of a game, which is a hook.
 
+    All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame and the
+    seed. Saved states contain these and the RAM before the last frame, so that a restored state
+    continues identically.
+
     Args:
         game: the game's name.
-        doc: what is different.
-        writes: the bytes that are written, by address.
-        masks: the bits that are written, by address, if not all bits of the byte are.
-        copies: addresses whose bytes are written, by the address that each is written to.
-        replaces: the new value of a byte by its old value, by address. Other values stay.
-        keeps: addresses of bytes that are written as they were before the last frame.
-        draws: the values of which a random one is written in every frame, by address.
-        choices: further variations of the game, of which a random one is written in every frame.
-            One that is given twice is twice as likely.
-        when: the values of bytes with which this is written, by address. With the byte of a game's
-            frame counter, `range(0, 256, 8)` is every eighth frame.
-        before: the values of bytes before the last frame with which this is written, by address.
+        doc: a description of the difference. It also seeds the random numbers.
+        writes: the byte to write.
+        masks: the bits to write, if not all bits of the byte.
+        copies: the address to copy a byte from.
+        replaces: the new values of a byte by its old values. Other values stay.
+        keeps: addresses of bytes that keep their value from before the last frame.
+        draws: the values to choose from, at random in every frame.
+        choices: further variations of the game. A random one is written in every frame; a variation
+            that is given twice is twice as likely.
+        when: the values of bytes that enable this variation. With the byte of a game's frame
+            counter, `range(0, 256, 8)` enables it in every eighth frame.
+        before: the values of bytes before the last frame that enable this variation.
         changed: addresses of bytes that must have changed since before the last frame.
-        frames: the emulated frames of a game, counted from 0, in which this is written. None stands
-            for all.
-        parts: further variations of the game, with conditions of their own.
+        frames: the emulated frames of a game, counted from 0, that enable this variation; all by
+            default.
+        parts: further variations of the game with separate conditions.
 
     Raises:
-        ValueError: an address is not in 0 to 127, or a value or a mask not in 0 to 255, or there is
-            nothing to draw from.
-
-    Random numbers are a hash of the RAM, the frame and the seed. Saved states have these and the
-    RAM before the last frame, so that a restored state continues identically.
+        ValueError: an address is not from 0 to 127, a value or a mask is not from 0 to 255, or an
+            address of `draws` has no values.
     """
 
-    takes_moment: ClassVar[bool] = True  # tells the emulator to pass the moment
+    takes_moment: ClassVar[bool] = True  # requests the moment from the emulator
     game: str
     doc: str
     writes: Mapping[int, int] = field(default_factory=dict)
@@ -123,7 +123,7 @@ class Variation:
 
         Args:
             ram: the RAM.
-            moment: the fields of a `Moment`; None stands for the beginning of the first game of an
+            moment: the fields of a `Moment`; by default the start of the first game of an
                 environment with seed 0.
         """
         now = Moment(ram.copy(), 0, 0, 0) if moment is None else Moment(*moment)
@@ -150,7 +150,7 @@ class Variation:
         )
 
     def _write(self, ram: np.ndarray, before: np.ndarray) -> None:
-        """Write what is not random."""
+        """Apply the changes that are not random."""
         for address, value in self.writes.items():
             mask = self.masks.get(address, 255)
             ram[address] = ram[address] & (255 - mask) | value & mask

@@ -1,4 +1,7 @@
-"""Variations by object: categories that are removed, frozen or recoloured by the bytes that `ocjax ram control` has confirmed."""
+"""Variations by object: remove, freeze or recolour a category.
+
+They write the bytes that `ocjax ram control` has confirmed.
+"""
 
 import functools
 import json
@@ -23,20 +26,23 @@ _DOCS = {
 
 @functools.cache
 def _controls() -> dict[str, dict[str, dict[str, Any]]]:
-    """What is confirmed, by game, kind and category: `bytes`, the values by address, and `also`, what else is recoloured."""
+    """The confirmed bytes, by game, kind and category.
+
+    `bytes` has the values by address, and `also` the other categories that are recoloured.
+    """
     return json.loads(
         resources.files("ocjax.emulators.variations").joinpath("objects.json").read_text()
     )
 
 
 def names(game: str) -> tuple[str, ...]:
-    """What can be done in a game, such as "remove Enemy" and "recolor Player".
+    """The names of a game's variations by object, such as "remove Enemy" and "recolor Player".
 
     Args:
         game: the game's name in any of the usual spellings.
 
     Raises:
-        UnknownGameError: a ValueError; there is no such game.
+        UnknownGameError: the game is unknown; a ValueError.
     """
     return tuple(
         f"{kind} {category}"
@@ -53,18 +59,18 @@ def remove(game: str, category: str) -> Variation:
         category: name of the category.
 
     Raises:
-        ValueError: no bytes are known that do it, or there is no such game or category.
+        ValueError: no bytes are known for it, or the game or category is unknown.
     """
     return _variation("remove", game, category)
 
 
 def freeze(game: str, category: str) -> Variation:
-    """The variation in which the objects of a category stay at fixed places; see `remove`."""
+    """The variation with a category's objects at fixed positions; see `remove`."""
     return _variation("freeze", game, category)
 
 
 def recolor(game: str, category: str, color: int | str) -> Variation:
-    """The variation in which the objects of a category have another colour; see `remove`.
+    """The variation with another colour of a category's objects; see `remove`.
 
     Args:
         game: the game's name in any of the usual spellings.
@@ -72,7 +78,7 @@ def recolor(game: str, category: str, color: int | str) -> Variation:
         color: a palette index from 0 to 255, or one of `COLORS`.
 
     Raises:
-        ValueError: no bytes are known that do it, or there is no such game, category or colour.
+        ValueError: no bytes are known for it, or the game, category or colour is unknown.
     """
     index = COLORS.get(color, -1) if isinstance(color, str) else color
     if not 0 <= index < 256:
@@ -105,8 +111,9 @@ def _variation(kind: str, game: str, category: str, color: int | None = None) ->
 
 
 def by_name(game: str, name: str) -> Variation | None:
-    """The variation of a name such as "remove Enemy", "freeze Car" or "recolor Player red"; None if
-    the name is of another form.
+    """The variation with a name such as "remove Enemy", "freeze Car" or "recolor Player red".
+
+    It is None if the name has another form.
 
     Raises:
         ValueError: see `remove` and `recolor`.

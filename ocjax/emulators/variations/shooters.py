@@ -14,7 +14,7 @@ def _all(addresses: range, value: int) -> dict[int, int]:
 
 
 def _at_speed(others: int, bombers: int) -> tuple[Variation, ...]:
-    """Ships of Atlantis with a speed, those of bombers apart."""
+    """Ships of Atlantis with a speed; bombers have another one."""
     kinds = ((others, [*range(_BOMBER), *range(_BOMBER + 1, 256)]), (bombers, [_BOMBER]))
     return tuple(
         Variation(
@@ -44,7 +44,7 @@ def _bombers() -> Iterator[Variation]:
 
 
 def _random_ships() -> Iterator[Variation]:
-    """Ships of Atlantis of random kinds, with the speeds of these."""
+    """Ships of Atlantis of random kinds, with the speeds of their kinds."""
     for i in _SLOT:
         yield Variation(
             "Atlantis",
@@ -93,7 +93,7 @@ CHOPPER_COMMAND = {
     "invisible_player": _chopper(
         "The player's helicopter is not drawn, and the score is darker.", {118: 38}
     ),
-    # The byte is a place in a table of colours.
+    # The byte is an index into a table of colours.
     "color_black": _chopper("The land is black.", {117: 38}),
     "color_white": _chopper("The land is white.", {117: 40}),
     "color_red": _chopper("The land is red.", {117: 23}),
@@ -106,19 +106,18 @@ _MISSILES = range(37, 47)  # rows of missiles, the lowest first
 
 
 def _x(code: int) -> int:
-    """The column of a position in the chip's coding, from the left edge of a demon's half."""
+    """The column of a position in the TIA's coding, from the left edge of a demon's half."""
     fine = code >> 4
     return code % 16 * 15 + (28 if fine > 7 else 12) - fine
 
 
-_LEFT = tuple(
-    code for code in range(256) if _x(code) <= 127
-)  # positions of left halves that are not at the right edge
+# Positions of left halves that are not at the right edge.
+_LEFT = tuple(code for code in range(256) if _x(code) <= 127)
 _RIGHT = tuple(code for code in range(256) if _x(code) >= 33)
 
 
 def _held_demons() -> Iterator[Variation]:
-    """Demons of each row that stay in their column while they are whole, and the diving one."""
+    """Whole demons of each row, and the diving one, that stay in their column."""
     for i in range(3):
         whole = {47 + i: range(128, 192), 54 + i: range(128)}  # alive, and not split
         yield _demons(
@@ -157,15 +156,15 @@ RIVERRAID = {
 }
 
 _seaquest = partial(Variation, "Seaquest")
-_LANES = range(44, 48)  # colours of the enemies; their positions are 14 bytes before
-_OUTSIDE = 200  # a position
+_LANES = range(44, 48)  # colours of the enemies; their positions are 14 bytes lower
+_OUTSIDE = 200  # a position outside the screen
 _INSIDE = tuple(x for x in range(256) if x != _OUTSIDE)
 SEAQUEST = {
     "disable_enemies": _seaquest(
         "There are no enemies.", _all(range(36, 40), 0) | {60: 0}
     ),  # under water, and at the surface
-    # At the surface the game fills the oxygen, and takes a life if it is not full and no diver is
-    # on board.
+    # At the surface the game refills the oxygen. It takes a life if the oxygen is not full and no
+    # diver is on board.
     "unlimited_oxygen": _seaquest(
         "The oxygen stays full under water.", {102: 63}, when={97: range(20, 256)}
     ),

@@ -16,13 +16,13 @@ def _all(addresses: range, value: int) -> dict[int, int]:
 
 
 def _moved(by: int, values: range) -> dict[int, int]:
-    """The new value of a position that moves, by its old value."""
+    """The new values of a moving position, by old values."""
     return {v: v + by for v in values}
 
 
 _boxing = partial(Variation, "Boxing")
-_CLOSE = 14  # columns from the player to an enemy whom it touches
-_STEPS = (  # of the boxer: to the right unless the enemy is there, to the left, up and down
+_CLOSE = 14  # columns from the player to an enemy that it touches
+_STEPS = (  # of the boxer: to the right unless the enemy is in the way, to the left, up, down
     _boxing(
         "A step to the right.",
         parts=tuple(
@@ -109,7 +109,7 @@ DOUBLE_DUNK = {
 }
 
 _derby = partial(Variation, "FishingDerby")
-_FISH = range(69, 75)  # their positions
+_FISH = range(69, 75)  # positions of fish
 FISHING_DERBY = {
     "shark_no_movement_easy": _derby("The shark stays in the opponent's half.", {75: 105}),
     "shark_no_movement_hard": _derby("The shark stays in the player's half.", {75: 25}),
@@ -131,7 +131,7 @@ FISHING_DERBY = {
 }
 
 _pong = partial(Variation, "Pong")
-_IN_PLAY = range(1, 256)  # positions of a ball that is not hidden
+_IN_PLAY = range(1, 256)  # positions of a visible ball
 PONG = {
     "lazy_enemy": _pong(
         "The enemy stays in the middle of the court.", {21: 127}

@@ -1,6 +1,5 @@
-"""The program of one worker process, which steps a block of emulators and leaves the results in
-shared memory.
+"""The program of a worker process, which steps a block of emulators into shared memory.
 
-`interface` declares what a pool and its workers share, `emulator` runs one environment, `program`
-runs a block of them. None of these modules imports ocjax: see `__main__.py`.
+`interface` declares the data that a pool shares with its workers, `emulator` runs one environment,
+`program` runs a block of them. These modules do not import ocjax: see `__main__.py`.
 """

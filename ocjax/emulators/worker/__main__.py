@@ -1,13 +1,13 @@
-"""Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID`; it
-inherits both file descriptors.
+"""Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID`.
 
-Its standard input is the parent's `sys.path` as JSON, so that hooks can import their modules.
+The process inherits both file descriptors. It reads the parent's `sys.path` as JSON from its
+standard input, so that hooks can import their modules.
 
-Importing this package as `ocjax.emulators.worker`
-would also import JAX, which takes start-up time and memory, and a worker does not need it. This
-file therefore imports the package by its location, as the top-level package `_worker`, and the
-modules of the package import each other relatively. The parent folder is never on the path, because
-its `envpool.py` would shadow the package envpool.
+Importing this package as `ocjax.emulators.worker` would also import JAX, which a worker does not
+need and which takes start-up time and memory. This file therefore imports the package by its
+location, as the top-level package `_worker`, and the modules of the package import each other
+relatively. The parent folder is never on `sys.path`, because its `envpool.py` would shadow the
+package envpool.
 """
 
 import importlib.util

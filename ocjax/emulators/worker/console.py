@@ -1,5 +1,4 @@
-"""The bytes of ALE's saved states: a check of every field that ALE trusts, and the facts that
-restoring needs.
+"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring.
 
 ALE reads lengths, banks and positions without a check, so a forged state could make it write
 outside its memory.
@@ -12,17 +11,15 @@ from .sticky import generator_state
 
 BYTE, WORD, ANY = range(2**8), range(2**16), range(-(2**31), 2**31)
 COUNT = range(2**31)
-_BOOLS = (0xFAB1FAB2 - 2**32, 0xBAD1BAD2 - 2**32)  # as ALE writes True and False
-_STOPPED = 1  # bit of the processor's status: the last frame is complete
+_BOOLS = (0xFAB1FAB2 - 2**32, 0xBAD1BAD2 - 2**32)  # True and False
+_STOPPED = 1  # bit of the processor's status for a complete last frame
 _TRUE = _BOOLS[:1]
 _LINE = 228  # clocks of a scan line
 
-Kind = (
-    range | tuple[int, ...] | str
-    # the allowed integers; "same integer" or "same" text as in other states of the game; "random"
-    # text
-)
-Fields = tuple[tuple[int, Kind], ...]  # how many fields of each kind follow one another
+# The allowed integers; the "same integer" or the "same" text as in other states of the game; or the
+# text of "random" numbers.
+Kind = range | tuple[int, ...] | str
+Fields = tuple[tuple[int, Kind], ...]  # (number of fields, their kind), in order
 
 _HEAD: Fields = ((2, ANY), (4, COUNT))  # paddles; numbers of frames, mode, difficulty
 _FRAMES_AT = 12  # bytes before the number of frames since the reset
@@ -53,10 +50,8 @@ _CARTRIDGES: dict[bytes, Fields] = {
     b"CartridgeF8": ((1, range(2)),),
     b"CartridgeF6": ((1, range(4)),),
     b"CartridgeFE": (),
-    b"CartridgeE0": (
-        (1, (4,)),
-        (4, "same integer"),
-    ),  # ALE does not restore which parts of the ROM are mapped
+    # ALE does not restore the mapped parts of the ROM.
+    b"CartridgeE0": ((1, (4,)), (4, "same integer")),
     b"CartridgeDPC": (
         *(
             (1, range(2)),
@@ -80,21 +75,20 @@ class ConsoleState(NamedTuple):
     """Facts of one of ALE's states."""
 
     frames: int  # emulated since the reset
-    # whether the last frame is; ALE leaves one incomplete that takes very long, as Q*bert's first
-    # one
+    # The last frame is complete. ALE stops very long frames early, such as Q*bert's first.
     complete: bool
-    random: bytes  # the random numbers, as `ExecutedAction.synchronize` takes them
+    random: bytes  # the random numbers, for `ExecutedAction.synchronize`
 
 
 class _Reader:
-    """Reads a state beside another one of the same game, which is known to be good."""
+    """Reads a state in parallel with a known good state of the same game."""
 
     def __init__(self, data: bytes, good: bytes) -> None:
         self.data, self.good = data, good
         self.at = self.good_at = 0
 
     def integers(self, count: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """The next integers, and those of the good state."""
+        """The next integers of both states."""
         size = 4 * count
         if self.at + size > len(self.data):
             raise ValueError("it is too short")
@@ -106,7 +100,7 @@ class _Reader:
         return pair
 
     def text(self) -> tuple[bytes, bytes]:
-        """The next text, and that of the good state."""
+        """The next text of both states."""
         (length,), (good_length,) = self.integers(1)
         if not 0 <= length <= len(self.data) - self.at:
             raise ValueError(f"a text has {length} bytes")
@@ -145,14 +139,14 @@ class _Reader:
 
 
 def check(data: bytes, good: bytes) -> None:
-    """Check that bytes are a well-formed state of ALE, whose fields are all in their ranges.
+    """Check that bytes are a well-formed state of ALE with all fields in their ranges.
 
     Args:
         data: the state.
-        good: a state of the same game, of an emulator that has loaded the ROM.
+        good: a state of the same game, from an emulator that has loaded the ROM.
 
     Raises:
-        ValueError: a field is out of range; the message says which one.
+        ValueError: a field is out of range; the message names it.
     """
     outer = _Reader(data, good)
     outer.read(_HEAD)
@@ -175,7 +169,7 @@ def check(data: bytes, good: bytes) -> None:
 def _check_clocks(clocks: list[int], good: list[int], *, complete: bool) -> None:
     """Check the clocks of the picture.
 
-    ALE begins each frame with new ones, unless the last frame is incomplete.
+    ALE resets them at each frame, unless the last frame is incomplete.
     """
     _, start, stop, last_update, left, *_ = clocks
     fits = stop - start == good[2] - good[1] and last_update >= start and 0 <= left <= _LINE
@@ -184,7 +178,7 @@ def _check_clocks(clocks: list[int], good: list[int], *, complete: bool) -> None
 
 
 def _check_game(reader: _Reader) -> None:
-    """Read the fields of the game, which are integers and bools, up to the random numbers."""
+    """Read the game's fields: the integers and bools before the random numbers."""
     size = _tail(reader.good)[0] - 8 - reader.good_at
     where, (values, good) = reader.at, reader.integers(size // 4)
     if any(g in _BOOLS and value not in _BOOLS for value, g in zip(values, good, strict=True)):
@@ -192,7 +186,7 @@ def _check_game(reader: _Reader) -> None:
 
 
 def _tail(inner: bytes) -> tuple[int, bytes]:
-    """Where the random numbers at the end of a state begin, and they."""
+    """The random numbers at the end of a state: their start, and their text."""
     start = len(inner.rstrip(b"0123456789 "))
     return start, inner[start:]
 
@@ -207,9 +201,10 @@ def facts(data: bytes) -> ConsoleState:
 
 
 def equal(a: bytes, b: bytes) -> bool:
-    """Whether two states are the same.
+    """True if two states are equal.
 
-    ALE rounds the last field of Pitfall II's cartridge each time that it reads and writes a state.
+    The last field of Pitfall II's cartridge is ignored, because ALE rounds it whenever it reads and
+    writes a state.
     """
     at = a.find(_ROUNDED)
     rounded = (

@@ -24,41 +24,40 @@ from .interface import (
 from .snapshot import EmulatorState
 from .sticky import ExecutedAction
 
-PRESSING = (
-    "berzerk",
-    "double_dunk",
-)  # ROMs that ALE's reset presses a button in, for as many frames as ALE's frame skip
-NOOP = 0  # its index in every action set
+# ROMs where ALE's reset presses a button. The number of frames is ALE's frame skip.
+PRESSING = ("berzerk", "double_dunk")
+NOOP = 0  # index in every action set
 FULL = 1.0  # strength of an action that is not continuous
 
 Hook = Callable[[np.ndarray], None]
 
 
 class Phase(enum.IntEnum):
-    """Where an environment is between its start and the end of a game. "Shown" is what the shared arrays hold."""
+    """The phases of an environment, from its start to the end of a game.
+
+    The "shown" episode is the one in the shared arrays.
+    """
 
     UNLOADED = 0  # no ROM has been loaded
     LOADED = 1  # no episode has been shown since the ROM was loaded
     RUNNING = 2  # the shown episode continues
     LIFE_LOST = 3  # the shown episode ended with a life, and its game continues
     GAME_OVER = 4  # the shown episode ended with its game, or was truncated
-    NEXT_READY = (
-        5  # as GAME_OVER, and the emulator has already begun the next game, which is not shown yet
-    )
+    NEXT_READY = 5  # like GAME_OVER, but the emulator has begun the next game, which is not shown
 
 
 class Event(enum.Enum):
-    """What moves an environment from one phase to another."""
+    """The events that move an environment from one phase to another."""
 
     LOAD = enum.auto()  # a new emulator loads the ROM, seeded
     START = enum.auto()  # the beginning of the next episode is shown
     LOSE_LIFE = enum.auto()  # a step ends the episode, but not the game
     END_GAME = enum.auto()  # a step ends the game
-    PREPARE = enum.auto()  # the next game begins before it is asked for
+    PREPARE = enum.auto()  # the next game begins in advance
 
 
-# Event -> (the phases in which it may happen, the phase that it leads to). Restoring a saved state
-# leads to the phase of the saved state.
+# Event -> (phases before it, phase after it). Restoring a saved state leads to the phase of that
+# state.
 TRANSITIONS: Mapping[Event, tuple[frozenset[Phase], Phase]] = MappingProxyType(
     {
         Event.LOAD: (frozenset(Phase), Phase.LOADED),
@@ -77,16 +76,16 @@ def apply_hooks(
     seed: int = 0,
     place: str = "",
 ) -> np.ndarray:
-    """Write to the console what hooks, with their names, change in a copy of its RAM.
+    """Let hooks edit a copy of the console's RAM, and write the changes to the console.
 
     A hook with the attribute `takes_moment` also gets the RAM before the last frame, the seed and
-    ALE's numbers of frames.
+    ALE's frame numbers.
 
     Returns:
         The edited RAM.
 
     Raises:
-        RuntimeError: a hook failed; the message says where with `place`.
+        RuntimeError: a hook failed; the message contains its name and `place`.
     """
     ram, frame, game_frame = ale.getRAM(), ale.getFrameNumber(), ale.getEpisodeFrameNumber()
     edited, moment = (
@@ -111,11 +110,10 @@ class Emulator:
     Args:
         i: its row in the arrays.
         config: the worker's configuration.
-        shown: arrays that the environment writes its results to.
+        shown: arrays for the results.
         commands: arguments of the commands.
-        hooks: names, and functions that are called in turn with the RAM before every emulated
-            frame.
-        starts: likewise, called at the beginning of every game.
+        hooks: names and functions, called in order with the RAM before every emulated frame.
+        starts: names and functions, called at the start of every game.
     """
 
     def __init__(
@@ -151,9 +149,11 @@ class Emulator:
         single = hooks or self.previous or config.noop_max or config.rom in PRESSING
         self.whole_steps = self.least_skip == self.most_skip and not single
         self.executed = ExecutedAction(config.repeat_action_probability)
-        self.start_totals = (0.0, 0)  # return and length with which the next episode starts
-        self.before: np.ndarray | None = None  # the RAM before the last frame, as the hooks left it
-        self.shown_state = b""  # NEXT_READY: the state of the game that is shown
+        self.start_totals = (0.0, 0)  # return and length at the start of the next episode
+        self.before: np.ndarray | None = (
+            None  # the RAM before the last frame, after the hooks' edits
+        )
+        self.shown_state = b""  # NEXT_READY: the state of the shown game
 
     def change(self, event: Event) -> None:
         """Change the phase."""
@@ -165,14 +165,13 @@ class Emulator:
         self.phase = after
 
     def load(self, seed: int) -> None:
-        """Make a new emulator; a negative seed stands for a random one."""
+        """Make a new emulator; a negative seed selects a random seed."""
         c = self.config
         ale = ale_py.ALEInterface()
         ale.setFloat("repeat_action_probability", c.repeat_action_probability)
         ale.setInt("max_num_frames_per_episode", c.max_episode_frames)
         ale.setInt("frame_skip", self.frames_per_act)
-        # Seeds are derived as in ale-py's Gymnasium environment, so that equal seeds give equal
-        # episodes.
+        # Derive seeds as ale-py's Gymnasium environment does: equal seeds give equal episodes.
         rng_seed, ale_seed = np.random.SeedSequence(None if seed < 0 else seed).generate_state(2)
         self.rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(rng_seed))))
         ale.setInt("random_seed", int(ale_seed.astype(np.int32)))
@@ -194,11 +193,14 @@ class Emulator:
 
     @property
     def seed(self) -> int:
-        """What remains of the seed: the increment of the generator's state, which saved states have."""
+        """A number that identifies the seed: the increment of the generator's state.
+
+        Saved states contain it.
+        """
         return self.rng.bit_generator.state["state"]["inc"]
 
     def play(self, action: int, strength: float = FULL, *, visible: bool = True) -> float:
-        """Emulate the frames of one step with an action held, and return their reward.
+        """Hold an action for the frames of one step, and return their reward.
 
         Screens are copied only if `visible`.
         """
@@ -209,22 +211,22 @@ class Emulator:
             if visible and k == frames - 1:
                 self.keep_previous(shown=k == 0)
                 if frames == 1 and POOLED in self.screens:
-                    self.previous[GRAY][:] = 0  # nothing is pooled across steps
+                    self.previous[GRAY][:] = 0  # do not pool across steps
             reward += self.frame(action, strength)
         return reward
 
     def act(self, action: int, strength: float) -> float:
-        """Send an action to the emulator: for a whole step, or for one frame where steps are not whole."""
+        """Send an action to the emulator for `frames_per_act` frames."""
         self.executed.send(self.config.actions[action], strength, self.frames_per_act)
         return self.ale.act(self.actions[action], strength)
 
     def draw_skip(self) -> int:
-        """The number of emulated frames of the next step, which is random where the settings give a range."""
+        """The number of emulated frames of the next step; random if `frame_skip` is a range."""
         low, high = self.least_skip, self.most_skip
         return low if low == high else int(self.rng.integers(low, high + 1))
 
     def frame(self, action: int, strength: float = FULL) -> float:
-        """Emulate one frame, after the hooks have edited the RAM, and return its reward."""
+        """Let the hooks edit the RAM, emulate one frame, and return its reward."""
         if self.hooks:
             self.before = apply_hooks(
                 self.ale, self.hooks, self.before, self.seed, f" in environment {self.i}"
@@ -232,7 +234,7 @@ class Emulator:
         return self.act(action, strength)
 
     def copy_frame(self, name: str, out: np.ndarray) -> None:
-        """Copy the latest emulated frame, in the form of the pixel array of that name."""
+        """Copy the latest emulated frame in the format of a pixel array."""
         if name == "screen":
             self.ale.getScreen(out)
         elif name == GRAY:
@@ -241,7 +243,10 @@ class Emulator:
             self.ale.getScreenRGB(out)
 
     def keep_previous(self, *, shown: bool) -> None:
-        """Keep the latest frame before the next is emulated: from the arrays if they show it, else from the emulator."""
+        """Keep the latest frame before the next one is emulated.
+
+        If the arrays show the frame, copy it from there, else from the emulator.
+        """
         for name, out in self.previous.items():
             if shown:
                 out[:] = self.screens[name][-1]
@@ -257,7 +262,10 @@ class Emulator:
                 self.copy_frame(name, frames[-1])
 
     def reset(self) -> None:
-        """Show the beginning of the next episode: of the next life if only a life was lost, else of a new game."""
+        """Show the start of the next episode.
+
+        After the loss of a life it continues the game, else it is a new game.
+        """
         if self.phase is not Phase.NEXT_READY:
             self.begin_episode()
         self.change(Event.START)
@@ -274,13 +282,13 @@ class Emulator:
         self.show_screens()
 
     def prepare_next(self) -> None:
-        """Begin the next game while the end of this one is still shown."""
+        """Begin the next game while the arrays still show the end of this one."""
         self.shown_state = self.state()
         self.begin_episode()
         self.change(Event.PREPARE)
 
     def begin_episode(self) -> None:
-        """Emulate the beginning of the next episode without showing it."""
+        """Emulate the start of the next episode without showing it."""
         self.start_totals = self.shown.episode_return[self.i], self.shown.episode_length[self.i]
         new_game = self.phase is not Phase.LIFE_LOST
         if not new_game:
@@ -292,7 +300,7 @@ class Emulator:
             self.restart_if_over()
 
     def new_game(self) -> None:
-        """Begin a game with its random no-ops, which do not count as steps."""
+        """Begin a game with random no-ops, which do not count as steps."""
         noop_max = self.config.noop_max
         self.reset_console()
         for _ in range(int(self.rng.integers(1, noop_max + 1)) if noop_max else 0):
@@ -300,17 +308,17 @@ class Emulator:
             self.restart_if_over()
 
     def add_reward(self, reward: float) -> None:
-        """Count a reward from before the episode's first step."""
+        """Add a reward that occurs before the episode's first step."""
         total, length = self.start_totals
         self.start_totals = total + reward, length
 
     def restart_if_over(self) -> None:
-        """Begin again if the game has ended before the episode's first step."""
+        """Begin a new game if this one has ended before the episode's first step."""
         if self.ale.game_over():
             self.reset_console()
 
     def reset_console(self) -> None:
-        """Reset the console, and write the RAM with which games begin here."""
+        """Reset the console, and write the RAM of the game's start."""
         self.start_totals = (0.0, 0)
         self.reset_game()
         if self.starts:
@@ -323,13 +331,16 @@ class Emulator:
             )
 
     def reset_game(self) -> None:
-        """Reset the console, which releases all buttons; in the games of `PRESSING` it also draws random numbers."""
+        """Reset the console, which releases all buttons.
+
+        In the games of `PRESSING` it also draws random numbers.
+        """
         self.ale.reset_game()
         self.executed.release()
         self.executed.synchronize(console.facts(self.console_state()).random)
 
     def end(self, *, game_over: bool) -> None:
-        """End the episode with the step just taken, with the game or only with a life."""
+        """End the episode with the last step; without `game_over`, it ended with a life."""
         shown, i = self.shown, self.i
         self.change(Event.END_GAME if game_over else Event.LOSE_LIFE)
         shown.game_over[i] = game_over or self.next_episode_begins_game()
@@ -345,21 +356,24 @@ class Emulator:
             shown.reward[i], shown.terminated[i], shown.truncated[i] = result
 
     def next_episode_begins_game(self) -> bool:
-        """Whether a game, after the loss of a life, reaches its limit of frames before the first step of the next episode."""
+        """True if, after a lost life, the start of the next episode reaches the frame limit.
+
+        The next episode is then a new game.
+        """
         state = self.rng.bit_generator.state
         frames = sum(self.draw_skip() for _ in range(1 + len(self.config.start_actions)))
         self.rng.bit_generator.state = state
         return self.ale.getEpisodeFrameNumber() + frames >= self.config.max_episode_frames
 
     def record_final(self) -> None:
-        """Preserve what is shown at the end of an episode."""
+        """Copy the shown arrays at the end of an episode."""
         for name in OBSERVED:
             final = getattr(self.shown.final, name)
             if final is not None:
                 final[self.i] = getattr(self.shown, name)[self.i]
 
     def state(self) -> bytes:
-        """The state that is shown, with everything that the next steps depend on."""
+        """The shown state, with all values that determine the next steps."""
         if self.phase is Phase.NEXT_READY:
             return self.shown_state
         c, before = self.config, b"" if self.before is None else self.before.tobytes()
@@ -378,7 +392,7 @@ class Emulator:
         return self.ale.cloneState(include_rng=True).serialize()
 
     def save(self) -> None:
-        """Leave the state in the shared memory."""
+        """Write the state to the shared memory."""
         state = self.state()
         if len(state) > STATE_BYTES:
             raise RuntimeError(
@@ -389,13 +403,16 @@ class Emulator:
         self.commands.state_bytes[self.i] = len(state)
 
     def restore(self) -> None:
-        """Continue from the state in the shared memory, with the RAM there; the other observed arrays are the pool's to restore."""
+        """Continue from the state and the RAM in the shared memory.
+
+        The pool restores the other observed arrays.
+        """
         saved = snapshot.unpack(
             self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes()
         )
         try:
             self.restore_console(saved)
-        except Exception:  # ALE's errors are of many types
+        except Exception:  # ALE raises errors of many types
             self.phase, self.commands.rejected[self.i] = Phase.UNLOADED, True
             return
         self.rng.bit_generator.state = saved.generator
@@ -404,25 +421,24 @@ class Emulator:
         self.write_ram(self.ram)
 
     def restore_console(self, saved: EmulatorState) -> None:
-        """Bring the emulator to a saved state, including the facts that ALE's state lacks.
+        """Restore a saved state, including facts that ALE's state lacks.
 
-        These are the action that a sticky frame repeats, whether the last frame is complete, and
-        the pixels that the next frame does not draw. They remain from the frames that the emulator
-        has emulated before it gets ALE's state.
+        These are the action that a sticky frame repeats, the completeness of the last frame, and
+        the pixels that the next frame does not draw. The emulator gets them by emulating frames
+        before it loads ALE's state.
 
         Raises:
-            ValueError: the emulator did not take over the state.
+            ValueError: the emulator did not accept the state.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         if facts.frames:
             self.hold(saved.action, saved.strength)
-            if not console.facts(
-                self.console_state()
-            ).complete:  # written RAM has jammed the processor
+            # Written RAM may have jammed the processor.
+            if not console.facts(self.console_state()).complete:
                 self.reset_game()
                 self.hold(saved.action, saved.strength)
-        else:  # resets leave the same pixels, and in some games an incomplete frame
-            self.ale.restoreState(ale)  # its game mode
+        else:  # a reset gives the same pixels, and in some games an incomplete frame
+            self.ale.restoreState(ale)  # for the game mode
             self.reset_game()
         prepared = (
             console.facts(self.console_state()).complete == facts.complete
@@ -441,7 +457,10 @@ class Emulator:
                 break
 
     def write_ram(self, new: np.ndarray) -> None:
-        """Write RAM, uint8 `[128]`; where the game is over, only what is shown changes, as the game has no further step."""
+        """Write RAM, uint8 `[128]`.
+
+        After the end of a game only the shown RAM changes, because the game has no further step.
+        """
         if self.phase not in (Phase.GAME_OVER, Phase.NEXT_READY):
             for address in np.flatnonzero(new != self.ale.getRAM()).tolist():
                 self.ale.setRAM(address, int(new[address]))

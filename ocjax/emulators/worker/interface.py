@@ -1,8 +1,8 @@
-"""What a pool and its workers share: commands, configuration and the arrays in shared memory.
+"""The data that a pool shares with its workers: commands, configuration and arrays.
 
-The pool sends commands with numbers over the socket. The worker notes in `CommandArrays.finished`
-that it has executed one, or has failed, and replies with one byte to wake the pool up. What went
-wrong it writes to stderr. A command that comes again has its old number and is not executed again.
+The pool sends numbered commands over the socket. After a command has succeeded or failed, the
+worker records its number in `CommandArrays.finished` and replies with one byte to wake the pool up.
+It writes error messages to stderr. A repeated command has its old number and is not executed again.
 """
 
 import dataclasses
@@ -42,18 +42,14 @@ class WorkerConfig:
     max_episode_frames: int
     max_episode_steps: int | None
     noop_max: int
-    start_actions: tuple[
-        int, ...
-    ]  # indices of the actions that each episode starts with, one step each
+    start_actions: tuple[int, ...]  # indices of the first actions of each episode, one step each
     episodic_life: bool
     game_modes: tuple[int | None, ...]  # one per emulator of the pool, None for the game's default
-    game_difficulties: tuple[int | None, ...]  # likewise
-    hooks: tuple[
-        tuple[str, str], ...
-    ]  # name of each hook, and the hook pickled by value, in hexadecimal
-    starts: tuple[
-        tuple[tuple[str, str], ...], ...
-    ]  # likewise, for each emulator of the pool, what its games begin with
+    game_difficulties: tuple[int | None, ...]  # one per emulator of the pool
+    # The name of each hook, and the hook pickled by value, in hexadecimal.
+    hooks: tuple[tuple[str, str], ...]
+    # In the same form, the hooks at the start of games, for each emulator of the pool.
+    starts: tuple[tuple[tuple[str, str], ...], ...]
 
     def to_json(self) -> str:
         """The configuration as one line of JSON."""
@@ -81,50 +77,41 @@ def _screen(frames: int, *channels: int) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ObservedArrays:
-    """What observations and their info are made of, for N emulators with screens of H x W pixels.
+    """The arrays for observations and `info`, for N emulators with screens of H x W pixels.
 
-    These are the arrays that are preserved in `EmulatorArrays.final` when an episode ends and the
-    next one starts in the same step.
+    With same-step autoreset, `EmulatorArrays.final` preserves these arrays at the end of an
+    episode.
     """
 
-    ram: np.ndarray = field(metadata=_array("uint8", 128))  # the console's RAM
+    ram: np.ndarray = field(metadata=_array("uint8", 128))
     lives: np.ndarray = field(metadata=_array("int32"))
-    frame_number: np.ndarray = field(
-        metadata=_array("int64")
-    )  # emulated frames since the game began
-    episode_return: np.ndarray = field(
-        metadata=_array("float64")
-    )  # unclipped rewards since the game began
-    episode_length: np.ndarray = field(metadata=_array("int64"))  # agent steps since the game began
-    game_over: np.ndarray = field(
-        metadata=_array("bool")
-    )  # the step ended the game: the next episode begins a new one
-    executed: np.ndarray = field(
-        metadata=_array("int32")
-    )  # the action of the last emulated frame, as ale-py numbers it
-    screen: np.ndarray | None = field(
-        default=None, metadata=_screen(2)
-    )  # palette indices of the last two emulated frames, the latest last
-    gray: np.ndarray | None = field(
-        default=None, metadata=_screen(1)
-    )  # the last emulated frame in shades of grey
-    pooled: np.ndarray | None = field(
-        default=None, metadata=_screen(1)
-    )  # the pixelwise maximum of the step's last two in shades of grey
+    # Since the game began: emulated frames, unclipped rewards, and agent steps.
+    frame_number: np.ndarray = field(metadata=_array("int64"))
+    episode_return: np.ndarray = field(metadata=_array("float64"))
+    episode_length: np.ndarray = field(metadata=_array("int64"))
+    # The step ended the game: the next episode begins a new one.
+    game_over: np.ndarray = field(metadata=_array("bool"))
+    # ale-py's number of the action of the last emulated frame.
+    executed: np.ndarray = field(metadata=_array("int32"))
+    # Palette indices of the last two emulated frames, the latest last.
+    screen: np.ndarray | None = field(default=None, metadata=_screen(2))
+    # The last emulated frame in grey.
+    gray: np.ndarray | None = field(default=None, metadata=_screen(1))
+    # The pixelwise maximum of the step's last two frames in grey.
+    pooled: np.ndarray | None = field(default=None, metadata=_screen(1))
     rgb: np.ndarray | None = field(default=None, metadata=_screen(1, 3))  # the last emulated frame
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class EmulatorArrays(ObservedArrays):
-    """Everything that a pool shows after a step."""
+    """The results of a step."""
 
     reward: np.ndarray = field(metadata=_array("float64"))  # unclipped
     terminated: np.ndarray = field(metadata=_array("bool"))
     truncated: np.ndarray = field(metadata=_array("bool"))
     started: np.ndarray = field(metadata=_array("bool"))  # an episode began in this step
-    final: ObservedArrays | None = (
-        None  # with same-step autoreset: the arrays at the end of each emulator's last episode
-    )
+    # With same-step autoreset: the arrays at the end of each emulator's last episode.
+    final: ObservedArrays | None = None
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -132,26 +119,19 @@ class CommandArrays:
     """Arguments and results of the commands."""
 
     action: np.ndarray = field(metadata=_array("int32"))  # STEP: index into the action set
-    strength: np.ndarray = field(
-        metadata=_array("float32")
-    )  # STEP: the part of a paddle's full speed
+    strength: np.ndarray = field(metadata=_array("float32"))  # STEP: fraction of a paddle's speed
     seed: np.ndarray = field(metadata=_array("int64"))  # RESET: -1 for none
-    chosen: np.ndarray = field(
-        metadata=_array("bool")
-    )  # RESET, RESTORE and WRITE: which emulators they apply to
-    loaded: np.ndarray = field(metadata=_array("bool"))  # which emulators have loaded their ROM
-    rejected: np.ndarray = field(
-        metadata=_array("bool")
-    )  # RESTORE: which emulators did not take over their state
+    # RESET, RESTORE and WRITE: the emulators that the command applies to.
+    chosen: np.ndarray = field(metadata=_array("bool"))
+    loaded: np.ndarray = field(metadata=_array("bool"))  # the emulator has loaded its ROM
+    # RESTORE: the emulator did not accept its state.
+    rejected: np.ndarray = field(metadata=_array("bool"))
     new_ram: np.ndarray = field(metadata=_array("uint8", 128))  # WRITE: the desired RAM
-    state: np.ndarray = field(
-        metadata=_array("uint8", STATE_BYTES)
-    )  # SAVE and RESTORE, as `snapshot` packs it
-    state_bytes: np.ndarray = field(
-        metadata=_array("int64")
-    )  # SAVE and RESTORE: how many of these bytes are used
-    # The number of the last command that the worker executed, in the row of its first emulator;
-    # negative if that failed.
+    # SAVE and RESTORE: the bytes of `snapshot.pack`, and their number.
+    state: np.ndarray = field(metadata=_array("uint8", STATE_BYTES))
+    state_bytes: np.ndarray = field(metadata=_array("int64"))
+    # The number of the worker's last command, in the row of its first emulator; negative after a
+    # failure.
     finished: np.ndarray = field(metadata=_array("int64"))
 
 
@@ -167,7 +147,7 @@ _Arrays = TypeVar("_Arrays", ObservedArrays, EmulatorArrays, CommandArrays)
 
 
 class _Place(NamedTuple):
-    """Where an array lies in the shared memory."""
+    """The position of an array in the shared memory."""
 
     dtype: str
     shape: tuple[int, ...]
@@ -175,7 +155,7 @@ class _Place(NamedTuple):
 
 
 def _layout(config: WorkerConfig) -> tuple[dict[tuple[str, str], _Place], int]:
-    """The place of each array, by group and name, and the size of all of them in bytes."""
+    """The position of each array, by group and name, and the total size in bytes."""
     groups: list[tuple[str, type]] = [("shown", EmulatorArrays), ("command", CommandArrays)]
     if config.autoreset == SAME_STEP:
         groups.append(("final", ObservedArrays))
@@ -202,7 +182,7 @@ def _layout(config: WorkerConfig) -> tuple[dict[tuple[str, str], _Place], int]:
 
 
 def memory_size(config: WorkerConfig) -> int:
-    """Bytes of shared memory that a pool takes."""
+    """Bytes of shared memory for a pool."""
     return _layout(config)[1]
 
 

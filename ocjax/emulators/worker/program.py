@@ -23,11 +23,9 @@ from .emulator import Emulator, Hook, Phase
 from .interface import CommandArrays, EmulatorArrays, WorkerConfig
 
 _STDERR = 2
-_MOST_STDERR, _KEPT_STDERR = (
-    65_536,
-    4_000,
-)  # bytes of stderr, and how many of the last stay when there are more
-_PARENT_CHECK = 1.0  # seconds between two looks whether the parent still runs
+# Maximal bytes of stderr, and the number of the last bytes that are kept beyond that.
+_MOST_STDERR, _KEPT_STDERR = (65_536, 4_000)
+_PARENT_CHECK = 1.0  # seconds between two checks that the parent still runs
 
 
 class EmulatorBlock:
@@ -66,7 +64,10 @@ class EmulatorBlock:
         return [e for e in self.emulators if self.commands.chosen[e.i]]
 
     def reset(self) -> None:
-        """Start the next episodes of the chosen environments, with a new emulator where a seed is given."""
+        """Start the next episodes of the chosen environments.
+
+        A seed makes a new emulator.
+        """
         for e in self.chosen():
             seed = int(self.commands.seed[e.i])
             if seed >= 0 or e.phase is Phase.UNLOADED:
@@ -74,11 +75,11 @@ class EmulatorBlock:
             e.reset()
 
     def step(self) -> None:
-        """Step all environments. Those whose episode had ended start the next one instead, unless
-        autoreset is disabled.
+        """Step all environments.
 
-        With same-step autoreset, an episode can only have ended before the step if its last state
-        has been restored.
+        An environment with an ended episode starts the next one instead, unless autoreset is
+        disabled. With same-step autoreset, this only happens after the end of an episode has been
+        restored.
         """
         ended = [e.phase is not Phase.RUNNING for e in self.emulators]
         if self.autoreset == interface.DISABLED and any(ended):
@@ -87,8 +88,8 @@ class EmulatorBlock:
                 f"the episodes of environments {numbers} have ended: reset these environments "
                 "before the next step"
             )
-        # All emulation precedes all reading of results: each emulation evicts everything else from
-        # the processor's caches.
+        # Emulate all environments before reading any results: each emulation evicts all other data
+        # from the processor's caches.
         sent = zip(
             self.commands.action[self.rows].tolist(),
             self.commands.strength[self.rows].tolist(),
@@ -105,10 +106,13 @@ class EmulatorBlock:
             )
 
     def show(self, rewards: list[float], ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Write a step's results to the arrays; return whose game is over and whose episode ends
-        with a life, both bool.
+        """Write a step's results to the arrays.
 
-        Episodes that `ended` before the step, bool, ignore the step and do not count it.
+        `ended`, bool, marks episodes that ended before the step; they ignore the step and do not
+        count it.
+
+        Returns:
+            Two bool arrays: the games that ended, and the episodes that ended with a life.
         """
         shown, rows = self.shown, self.rows
         ales = [e.ale for e in self.emulators]
@@ -132,10 +136,10 @@ class EmulatorBlock:
         return game_over, life_over
 
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
-        """Begin the next games of environments whose game is over, until interrupted.
+        """Begin the next games of environments with an ended game, until interrupted.
 
-        A new game costs as much as 16 steps. This runs between two commands, while the pool does
-        not wait for the worker.
+        A new game costs as much as 16 steps. This method runs between two commands, while the pool
+        does not wait for the worker.
         """
         for e in self.emulators:
             if e.phase is Phase.GAME_OVER:
@@ -176,15 +180,13 @@ def _load_hooks(hooks: Iterable[tuple[str, str]]) -> list[tuple[str, Hook]]:
 
 
 def main(socket_fd: int, memory_fd: int, parent: int) -> None:
-    """Run the worker until its socket closes or its parent, of which this is the process ID, has ended."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent to handle
+    """Run the worker until its socket closes or the process `parent` has ended."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-    if hasattr(
-        os, "SCHED_BATCH"
-    ):  # a worker that wakes up must not preempt the parent before that has woken the other workers
-        with contextlib.suppress(
-            OSError
-        ):  # a sandbox may forbid it, which costs a few percent of speed
+    if hasattr(os, "SCHED_BATCH"):
+        # With this policy, a woken worker does not preempt the parent before the parent has woken
+        # the other workers. A sandbox may forbid it, which costs a few percent of speed.
+        with contextlib.suppress(OSError):
             os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
     ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
     link = socket.socket(fileno=socket_fd)
@@ -205,7 +207,7 @@ def _serve(
 ) -> None:
     """Execute commands until the socket closes.
 
-    After a failure all commands fail, as the state is unknown.
+    After a failure the state is unknown, so all further commands fail.
     """
     last, healthy = 0, True
 
@@ -223,9 +225,9 @@ def _serve(
 
 
 def limit_stderr() -> None:
-    """Drop all but the end of stderr when it has grown long.
+    """Truncate a long stderr to its end.
 
-    It is a file, which messages of hooks would fill without limit.
+    stderr is a file, and messages of hooks would fill it without limit.
     """
     size = os.fstat(_STDERR).st_size
     if size <= _MOST_STDERR:
@@ -238,7 +240,7 @@ def limit_stderr() -> None:
 
 
 def _attempt(action: Callable[..., None], *args: Any) -> bool:
-    """Whether an action succeeds; if not, the reason is on stderr."""
+    """Run an action; return False, and print the error to stderr, if it fails."""
     try:
         action(*args)
     except Exception:
@@ -250,8 +252,8 @@ def _attempt(action: Callable[..., None], *args: Any) -> bool:
 def _end_with(parent: int) -> None:
     """End this process when the parent has ended.
 
-    The socket does not tell while a hook hangs or while a forked child of the parent holds it, too.
-    A signal on the parent's death would come too early, when the thread ends that made the pool.
+    The socket stays open while a hook hangs, or while a forked child of the parent also holds it. A
+    signal on the parent's death would come too early: at the end of the thread that made the pool.
     """
     while os.getppid() == parent:
         time.sleep(_PARENT_CHECK)

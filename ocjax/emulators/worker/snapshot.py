@@ -1,4 +1,4 @@
-"""The format of a saved emulator: a header that says what it is, a checksum, and numbers.
+"""The format of a saved emulator: a header that identifies it, a checksum, and numbers.
 
 Unlike a pickle, it cannot contain code.
 """
@@ -11,26 +11,25 @@ from . import console
 
 MAGIC = b"ocjaxALE"
 VERSION = 3
-_HEADER = struct.Struct(
-    "<8sH32s16sI"
-)  # magic, version, name and MD5 hash of the ROM, CRC-32 of everything after the header
-# Phase, action and its strength, the random generator's state, increment, whether it has 32 bits
-# left, and these, and the number of bytes of `before`.
+# Magic, version, name and MD5 hash of the ROM, CRC-32 of everything after the header.
+_HEADER = struct.Struct("<8sH32s16sI")
+# Phase, action and its strength; the random generator's state, increment, flag of 32 remaining
+# bits, and these bits; the number of bytes of `before`.
 _NUMBERS = struct.Struct("<BBf16s16sBIB")
-_PHASES = range(2, 5)  # those of an emulator that shows an episode or its end
+_PHASES = range(2, 5)  # phases that show an episode or its end
 RUNNING = _PHASES[0]  # an episode
 _ACTIONS = range(18)
-_LENGTHS = (0, 128)  # of `before`: nothing, or a RAM
+_LENGTHS = (0, 128)  # of `before`: empty, or a RAM
 
 
 class EmulatorState(NamedTuple):
-    """What the future of an emulator depends on."""
+    """All values that determine the future of an emulator."""
 
     phase: int
-    action: int  # which the last emulated frame executed, as ale-py numbers it
+    action: int  # ale-py's number of the action of the last emulated frame
     strength: float  # of this action
     generator: dict[str, Any]  # state of NumPy's PCG64
-    before: bytes  # the RAM before the last frame, as the hooks left it; empty without hooks
+    before: bytes  # the RAM before the last frame, after the hooks' edits; empty without hooks
     ale: bytes  # ALE's state
 
 
@@ -70,11 +69,12 @@ def unpack(data: bytes) -> EmulatorState:
 
 
 def check(data: bytes, rom: str, md5: str, good: bytes) -> int:
-    """Check that bytes are an undamaged state of an emulator with this ROM, whose ALE has a state
-    like `good`; returns its phase.
+    """Check that bytes are an undamaged state of an emulator with this ROM; return its phase.
+
+    `good` is a state of ALE to compare with.
 
     Raises:
-        ValueError: they are not.
+        ValueError: the bytes are damaged, or belong to another ROM or version.
     """
     if len(data) < _HEADER.size + _NUMBERS.size or not data.startswith(MAGIC):
         raise ValueError(

@@ -1,46 +1,43 @@
-"""Which action each frame executes: under sticky actions, ALE's random numbers decide, and this
-module draws the same ones.
+"""The action that each frame executes, under sticky actions.
 
-Before each emulated frame ALE draws two numbers in [0, 1). If the first one is below the
-probability, the frame repeats the action of the frame before. The second one is of the other
-player, who does nothing.
+ALE decides by random numbers, and this module draws the same ones. Before each emulated frame ALE
+draws two numbers in [0, 1). If the first is below the probability, the frame repeats the action of
+the previous frame. The second number belongs to the other player, who does nothing.
 """
 
 import re
 
 import numpy as np
 
-WORDS = 624  # of the state of the Mersenne Twister
+WORDS = 624  # size of the Mersenne Twister's state
 _TEXT = re.compile(rb"[0-9]{1,10}(?: [0-9]{1,10}){%d,%d}" % (WORDS - 1, WORDS))
-_FRAMES = 1024  # that are drawn at once
+_FRAMES = 1024  # frames to draw at once
 
 
 class ExecutedAction:
     """The action that the last emulated frame executed. ALE's own state lacks it.
 
     Args:
-        probability: the probability that a frame repeats the action of the frame before.
+        probability: the probability that a frame repeats the action of the previous frame.
 
     Attributes:
-        action: the action, as ale-py numbers it.
-        strength: the part of a paddle's full speed that it was sent with.
+        action: ale-py's number of the action.
+        strength: the action's fraction of a paddle's full speed.
     """
 
     def __init__(self, probability: float) -> None:
-        self._probability = float(np.float32(probability))  # as ALE stores it
+        self._probability = float(np.float32(probability))  # ALE's precision
         self._generator = np.random.MT19937()
-        self._taken, self._next = (
-            b"",
-            0,
-        )  # 1 for each frame that takes a new action, and the next frame's index
+        # 1 for each frame that takes a new action, and the index of the next frame.
+        self._taken, self._next = (b"", 0)
         self.release()
 
     def release(self) -> None:
-        """Note that the console was reset, which releases all buttons."""
+        """Handle a reset of the console, which releases all buttons."""
         self.action, self.strength = 0, 1.0
 
     def synchronize(self, text: bytes) -> None:
-        """Continue with the random numbers of one of ALE's states, from the text in it."""
+        """Continue with the random numbers in the text of one of ALE's states."""
         if not self._probability:
             return
         key, position = generator_state(text)
@@ -48,7 +45,11 @@ class ExecutedAction:
         self._taken, self._next = b"", 0
 
     def send(self, action: int, strength: float, frames: int) -> bool:
-        """Draw the numbers of frames for which ALE gets an action; return whether one of them takes it."""
+        """Draw the random numbers of `frames` frames that get an action from ALE.
+
+        Returns:
+            True if one of the frames takes the action.
+        """
         if not self._probability:
             taken = True
         else:
@@ -67,15 +68,16 @@ class ExecutedAction:
 
 
 def generator_state(text: bytes) -> tuple[np.ndarray, int]:
-    """The Mersenne Twister whose state a C++ library has written: its words, uint32 `[624]`, and
-    how many of these are used.
+    """The state of a Mersenne Twister from the text of a C++ library.
+
+    Returns:
+        The words, uint32 `[624]`, and the number of used words.
 
     Raises:
         ValueError: the text is not such a state.
     """
     numbers = np.fromstring(text, np.uint64, sep=" ") if _TEXT.fullmatch(text) else np.zeros(0)
-    # libstdc++ writes the number of used words after them; libc++ writes the words in the order of
-    # their use.
+    # libstdc++ appends the number of used words; libc++ writes the words in the order of their use.
     position = int(numbers[WORDS]) if len(numbers) > WORDS else WORDS
     if not len(numbers) or numbers.max() >= 2**32 or position > WORDS:
         raise ValueError("the state of the random numbers is damaged")
