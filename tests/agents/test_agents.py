@@ -302,7 +302,8 @@ def test_more_frames_continue_a_training(tmp_path):
     saved = policies.read(tmp_path / "run" / "policy.npz", ocjax.load("Pong"))
     assert saved.frames == 3 * UPDATE
     assert saved.settings == second.policy().settings
-    features = np.random.default_rng(0).uniform(0, 160, (3, len(saved.mean)))
+    inputs = len(config.vector.features_of(second.game))
+    features = np.random.default_rng(0).uniform(0, 1, (3, inputs)).astype(np.float32)
     assert np.allclose(saved.logits(features), second.policy().logits(features), atol=0.01)
     second.close()
     with pytest.raises(TrainingError, match="holds another training"):
