@@ -34,8 +34,8 @@ class Run(NamedTuple):
 class Row(NamedTuple):
     """The result of a run.
 
-    The means and deviations are those of the returns of complete games: of the policy, and of random play. `rise` is the relative
-    rise of the return over the last quarter of the run.
+    It has the mean and the standard deviation of the returns of complete games, of the policy and
+    of random play. `rise` is the relative rise of the return over the last quarter of the run.
     """
 
     game: str

@@ -1,4 +1,4 @@
-"""Draw docs/games.gif, the objects that REM finds while agents play, and docs/variations.png, variations of games.
+"""Draw docs/games.gif, REM's objects while agents play, and docs/variations.png.
 
 python docs/picture.py
 """
@@ -79,7 +79,7 @@ def main() -> None:
 
 
 def draw_play(name: str, after: int) -> list[Image.Image]:
-    """Frames of a game with REM's objects, played by the agent that ships with ocjax, or at random without one."""
+    """Frames with REM's objects, played by the shipped agent, or at random without one."""
     game = ocjax.load(name)
     policy = "trained" if (SHIPPED / f"{name}.npz").exists() else "repeat"
     tape = rollout(
@@ -117,7 +117,7 @@ def draw_variations() -> Image.Image:
 
 
 def play(game: str, hook: str | None) -> np.ndarray:
-    """The last frame of a game that is played with random actions, uint8 `[H, 160, 3]`, at most 210 rows."""
+    """The last frame of random play, uint8 `[H, 160, 3]`, at most 210 rows."""
     env = make(
         game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=hook
     )

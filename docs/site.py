@@ -1,4 +1,4 @@
-"""Hooks of MkDocs: pages that are made from the README, the benchmarks, the game files and the public modules.
+"""Hooks of MkDocs: pages made from the README, the benchmarks, the games and the modules.
 
     mkdocs build --strict  # with the extra `docs`
 
@@ -79,10 +79,14 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
 
 
 def _gallery(games: list[Game]) -> Iterator[str]:
-    yield f"# Games\n\nAll {len(games)} games work with both methods. Each picture shows the objects that REM finds in one state.\n"
+    yield (
+        f"# Games\n\nAll {len(games)} games work with both methods. Each picture shows the objects "
+        "that REM finds in one state.\n"
+    )
     yield '<div class="grid cards" markdown>\n'
     for game in games:
-        yield f"- [![{game.name}]({game.name}.png)]({game.name}.md)\n\n    [{game.name}]({game.name}.md)\n"
+        page = f"({game.name}.md)"
+        yield f"- [![{game.name}]({game.name}.png)]{page}\n\n    [{game.name}]{page}\n"
     yield "</div>"
 
 
@@ -100,7 +104,8 @@ def _page(game: Game) -> Iterator[str]:
         )
         names = " or ".join(f"`{name}`" for name in (c["name"], *c["aliases"]))
         dot = f'<span style="color: rgb{colors[c["name"]]}">■</span>'
-        yield f"| {dot} | {names} | {first if end - first == 1 else f'{first}-{end - 1}'} | {attributes} | {c['doc']} |"
+        slots = str(first) if end - first == 1 else f"{first}-{end - 1}"
+        yield f"| {dot} | {names} | {slots} | {attributes} | {c['doc']} |"
     yield "\nThe coloured squares are the colours of the boxes in the picture."
     yield "Objects in dashed boxes exist, but the game does not draw them on this frame.\n"
     yield "## Accuracy\n\n| figure | % |\n|---|---|"
@@ -118,9 +123,15 @@ def _page(game: Game) -> Iterator[str]:
 def _play(about: dict[str, Any]) -> Iterator[str]:
     """The agent that ships with ocjax, and the variations."""
     if about["agent"]:
-        yield f"## Agent\n\n`ocjax play {about['name']}` lets the [agent](../agents.md) play that ships with ocjax.\n"
+        yield (
+            f"## Agent\n\n`ocjax play {about['name']}` plays with the [agent](../agents.md) that "
+            "ships with ocjax.\n"
+        )
     if about["variations"]:
-        yield f"## Variations\n\nFor `hook=` of the environments, and for `ocjax play {about['name']} --variations`:\n"
+        yield (
+            "## Variations\n\nFor `hook=` of the environments, and for "
+            f"`ocjax play {about['name']} --variations`:\n"
+        )
         yield "| name | what is different |\n|---|---|"
         yield from (f"| `{name}` | {doc} |" for name, doc in about["variations"].items())
         yield ""
@@ -128,7 +139,11 @@ def _play(about: dict[str, Any]) -> Iterator[str]:
 
 def _machine(about: dict[str, Any]) -> Iterator[str]:
     """Modes, ROM and RAM."""
-    yield f"## ROM and RAM\n\nALE's ROM `{about['rom']}`, MD5 `{about['md5']}`, {about['screen'][1]} x {about['screen'][0]} pixels.\n"
+    height, width = about["screen"]
+    yield (
+        f"## ROM and RAM\n\nALE's ROM `{about['rom']}`, MD5 `{about['md5']}`, "
+        f"{width} x {height} pixels.\n"
+    )
     modes, difficulties = (
         ", ".join(map(str, about["variants"][name])) for name in ("modes", "difficulties")
     )

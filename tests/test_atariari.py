@@ -23,8 +23,16 @@ def test_games():
 
 
 def test_labels_are_bytes():
-    assert atariari.labels("Pong", PATTERN) == {"player_y": 51, "player_x": 46, "enemy_y": 50, "enemy_x": 45, "ball_x": 49, "ball_y": 54,
-                                                "enemy_score": 13, "player_score": 14}  # fmt: skip
+    assert atariari.labels("Pong", PATTERN) == {
+        "player_y": 51,
+        "player_x": 46,
+        "enemy_y": 50,
+        "enemy_x": 45,
+        "ball_x": 49,
+        "ball_y": 54,
+        "enemy_score": 13,
+        "player_score": 14,
+    }
     assert atariari.labels(ocjax.load("Pong"), PATTERN) == atariari.labels("Pong", PATTERN)
     assert atariari.labels("ALE/Bowling-v5", PATTERN)["pin_existence_9"] == 66
 

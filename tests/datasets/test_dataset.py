@@ -421,10 +421,13 @@ pipeline.BLOCK_ROWS = {"rem": 4, "vem": 4}
 def kill(*args):
     os.kill(os.getpid(), signal.SIGKILL)
 if sys.argv[2] == "extracting":
-    files.extract("minari:pong/oda-v0", sys.argv[1], report=lambda done, total: done >= 12 and kill())
+    report = lambda done, total: done >= 12 and kill()
+    files.extract("minari:pong/oda-v0", sys.argv[1], report=report)
 else:
     take, taken = minari._Objects.take, []
-    minari._Objects.take = lambda *args: kill() if len(taken) == 5 else taken.append(args) or take(*args)
+    def counted(*args):
+        return kill() if len(taken) == 5 else taken.append(args) or take(*args)
+    minari._Objects.take = counted
     files.extract("minari:pong/oda-v0", sys.argv[1])
 """
 

@@ -331,7 +331,8 @@ def test_workers_do_not_outlive_their_parent(how):
     without close()."""
     code = textwrap.dedent("""
         import signal, sys, time, numpy as np, ocjax
-        signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored where the tests run in a shell's background
+        # A shell that runs the tests in its background ignores the signal.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         from ocjax.envs import AlePool
         pool = AlePool(ocjax.load("Pong"), 4, num_workers=2)
         pool.reset([0] * 4)

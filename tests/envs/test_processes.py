@@ -43,7 +43,8 @@ def test_making_environments_does_not_start_jax():
         games = [ocjax.load(name, hud=hud) for name in ocjax.games() for hud in (True, False)]
         for mode in ("rem", "vem", "both"):
             gymnasium.make("ocjax/Pong-v5", mode=mode, obs=list(NAMES), render_mode="objects")
-            ocjax.make_vec("Pong", 2, mode=mode, obs=list(NAMES), num_workers=0, reward_fn=lambda before, after, action: 0.0)
+            reward = lambda before, after, action: 0.0
+            ocjax.make_vec("Pong", 2, mode=mode, obs=list(NAMES), num_workers=0, reward_fn=reward)
         for mode in ("ram", "vision", "both"):
             OCAtari("Pong", mode=mode, obs_mode="dqn")
         print(len(games), xla_bridge.backends_are_initialized())
@@ -230,7 +231,8 @@ def test_extraction_is_refused_in_forked_processes():
         game = ocjax.load("Pong")
         game.rem(np.zeros(128, np.uint8))
         if os.fork() == 0 and os.fork() == 0:
-            for extract, shape in ((game.rem, (3, 128)), (game.vem, (210, 160)), (game.vem, (2, 210, 160, 3))):
+            cases = (game.rem, (3, 128)), (game.vem, (210, 160)), (game.vem, (2, 210, 160, 3))
+            for extract, shape in cases:
                 try:
                     extract(np.zeros(shape, np.uint8))
                 except RuntimeError as error:

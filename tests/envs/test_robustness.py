@@ -385,7 +385,8 @@ def test_workers_end_with_a_killed_parent_whose_forked_child_lives():
             if os.fork() == 0:
                 time.sleep(8)
                 os._exit(0)
-            os.write(write, b" ".join(b"%d" % w.process.pid for pool in pools for w in pool._workers))
+            ids = [w.process.pid for pool in pools for w in pool._workers]
+            os.write(write, b" ".join(b"%d" % number for number in ids))
             os.kill(os.getpid(), signal.SIGKILL)
         pids = os.read(read, 100).split()
         def alive(pid):
@@ -406,7 +407,8 @@ def test_workers_outlive_the_thread_that_made_them():
         import threading, time, numpy as np, ocjax
         from ocjax.envs import AlePool
         pools = []
-        thread = threading.Thread(target=lambda: pools.append(AlePool(ocjax.load("Pong"), 2, num_workers=1)))
+        start = lambda: pools.append(AlePool(ocjax.load("Pong"), 2, num_workers=1))
+        thread = threading.Thread(target=start)
         thread.start(); thread.join()
         time.sleep(1.5)
         pools[0].reset([0, 0]); pools[0].send(np.zeros(2, int)); pools[0].wait()

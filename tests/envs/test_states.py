@@ -196,12 +196,31 @@ def test_files_with_a_correct_checksum_and_wrong_contents_are_refused():
         {"md5": 5, "arrays": arrays},
         {"md5": state.md5, "arrays": list(arrays)},
         {"md5": state.md5, "arrays": {"ram": ram}},
-        *({"md5": state.md5, "arrays": arrays | {"ram": wrong}} for wrong in (
-            None, [], ["|u1"], ["|u1", 128], ["|u1", [1, -128]], ["|u1", [1, 128.0]], ["|u1", [True, 128]], ["|u1", [2, 64]],
-            ["|O", [1, 128]], ["O", [1, 16]], ["|V1", [1, 128]], ["<M8[s]", [1, 16]], ["(2)u1", [1, 64]], ["i4,i4", [1, 16]],
-            ["nonsense", [1, 128]], [["a", "u1"], [1, 128]], ["|u1", [2**62, 4]], ["|u1", [1, 129]], ["|u1", []],
-        )),
-    ):  # fmt: skip
+        *(
+            {"md5": state.md5, "arrays": arrays | {"ram": wrong}}
+            for wrong in (
+                None,
+                [],
+                ["|u1"],
+                ["|u1", 128],
+                ["|u1", [1, -128]],
+                ["|u1", [1, 128.0]],
+                ["|u1", [True, 128]],
+                ["|u1", [2, 64]],
+                ["|O", [1, 128]],
+                ["O", [1, 16]],
+                ["|V1", [1, 128]],
+                ["<M8[s]", [1, 16]],
+                ["(2)u1", [1, 64]],
+                ["i4,i4", [1, 16]],
+                ["nonsense", [1, 128]],
+                [["a", "u1"], [1, 128]],
+                ["|u1", [2**62, 4]],
+                ["|u1", [1, 129]],
+                ["|u1", []],
+            )
+        ),
+    ):
         with pytest.raises(ValueError, match="the states are damaged"):
             States.from_bytes(file_of(description, body))
     too_long = struct.pack("<I", 2**32 - 1)

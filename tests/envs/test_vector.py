@@ -238,9 +238,13 @@ def test_presets_equal_gymnasiums_environments(preset, actions):
     """The RAM equals that of ale-py's environment with the same options and seed, byte for byte."""
     p = PRESETS[preset]
     reference = gymnasium.make(
-        "ALE/Breakout-v5", obs_type="ram", frameskip=p.frame_skip, repeat_action_probability=p.repeat_action_probability,
-        full_action_space=p.full_action_space, max_num_frames_per_episode=p.max_episode_frames,
-    )  # fmt: skip
+        "ALE/Breakout-v5",
+        obs_type="ram",
+        frameskip=p.frame_skip,
+        repeat_action_probability=p.repeat_action_probability,
+        full_action_space=p.full_action_space,
+        max_num_frames_per_episode=p.max_episode_frames,
+    )
     env = make("Breakout", mode="raw", preset=preset)
     assert np.array_equal(env.reset(seed=3)[0], reference.reset(seed=3)[0])
     for a in actions[:, 0]:

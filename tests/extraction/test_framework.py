@@ -261,7 +261,8 @@ def check(got):
 def check_compiled(g):
     compiled = jax.jit(g).lower(split).compile()
     check(compiled(split))
-    found = [word for word in ("all-gather", "all-reduce", "all-to-all", "collective-permute") if word in compiled.as_text()]
+    words = ("all-gather", "all-reduce", "all-to-all", "collective-permute")
+    found = [word for word in words if word in compiled.as_text()]
     assert not found, found
 
 
@@ -276,7 +277,8 @@ for kind, types in (("Auto", {"axis_types": (AxisType.Auto,)}), ("default", {}))
         check(jax.vmap(f)(split))
         check_compiled(jax.vmap(f))
         for check_vma in (False, True):
-            check_compiled(jax.shard_map(f, mesh=mesh, in_specs=spec, out_specs=spec, check_vma=check_vma))
+            specs = {"in_specs": spec, "out_specs": spec}
+            check_compiled(jax.shard_map(f, mesh=mesh, **specs, check_vma=check_vma))
         with jax.set_mesh(mesh):
             check(f(split))
             check_compiled(f)
@@ -314,14 +316,16 @@ from tests.support.synthetic import GAME
 
 rams = np.random.default_rng(0).integers(0, 256, (8, 8, 128), dtype=np.uint8)
 want = jax.tree.leaves(GAME.rem(rams))
-for types in ((AxisType.Explicit, AxisType.Explicit), (AxisType.Explicit, AxisType.Auto), (AxisType.Auto, AxisType.Auto)):
+explicit, auto = AxisType.Explicit, AxisType.Auto
+for types in ((explicit, explicit), (explicit, auto), (auto, auto)):
     mesh = jax.make_mesh((2, 2), ("a", "b"), axis_types=types)
     for spec in (("a", "b"), (None, "b"), (("a", "b"),), ("b",), (), (None, "b", "a")):
         split = jax.device_put(rams, NamedSharding(mesh, PartitionSpec(*spec)))
         along_batch = NamedSharding(mesh, PartitionSpec(*spec[:2]))
         for leaf, expected in zip(jax.tree.leaves(GAME.rem(split)), want, strict=True):
             assert np.array_equal(leaf, expected)
-            assert leaf.sharding.is_equivalent_to(along_batch, leaf.ndim), (types, spec, leaf.sharding)
+            equivalent = leaf.sharding.is_equivalent_to(along_batch, leaf.ndim)
+            assert equivalent, (types, spec, leaf.sharding)
 """
 
 
@@ -342,8 +346,10 @@ rams = np.random.default_rng(0).integers(0, 256, (4, 128), dtype=np.uint8)
 if sys.argv[1] == "after":
     jax.config.update("jax_enable_x64", True)
 for objects in (GAME.rem(rams), jax.jit(GAME.rem)(rams), jax.vmap(GAME.rem)(rams)):
-    got = {name: str(getattr(objects, name).dtype) for name in ("xywh", "valid", "orientation", "value", "rgb")}
-    assert got == {"xywh": "int16", "valid": "bool", "orientation": "int8", "value": "int32", "rgb": "uint8"}, got
+    want = {"xywh": "int16", "valid": "bool", "orientation": "int8", "value": "int32"}
+    want["rgb"] = "uint8"
+    got = {name: str(getattr(objects, name).dtype) for name in want}
+    assert got == want, got
     assert objects.center.dtype == np.float32
 assert jax.numpy.arange(3).dtype == np.int64  # what the caller asked for stays
 """

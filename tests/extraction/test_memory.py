@@ -37,7 +37,8 @@ def resident(line):
 def growth(f, x):
     kept = jax.block_until_ready(f(x))  # dropped, it would be freed some time later
     before = 0
-    while abs(before - (before := resident("VmRSS"))) > 2**18:  # what the call itself needed is given back after it, by other threads
+    # Other threads return the memory of the call after it.
+    while abs(before - (before := resident("VmRSS"))) > 2**18:
         time.sleep(0.5)
         ctypes.CDLL(None).malloc_trim(0)
     pathlib.Path("/proc/self/clear_refs").write_text("5")

@@ -162,7 +162,10 @@ RIGHT = {
 @pytest.mark.parametrize("kind", WRONG)
 @pytest.mark.parametrize(
     "name",
-    "md5 hud features grid_features history normalize sampled settings preset frames frame_skip noop_max".split(),
+    (
+        "md5 hud features grid_features history normalize sampled settings preset frames "
+        "frame_skip noop_max"
+    ).split(),
 )
 def test_fields_of_the_description(policy, tmp_path, name, kind):
     """A wrong one is an error at once, not when the policy plays."""
