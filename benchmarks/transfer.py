@@ -74,9 +74,8 @@ def make_collect(env: Any, network: networks.Network) -> Callable[..., Any]:
         (_, obs, state), (x, *rest) = lax.scan(
             step, (learner, obs, state), jax.random.split(key, H.horizon)
         )
-        rollout = ppo.Rollout(
-            jnp.concatenate([x, features(obs)[None]]), *rest, jnp.zeros_like(rest[-1])
-        )  # pyright: ignore
+        observed = jnp.concatenate([x, features(obs)[None]])
+        rollout = ppo.Rollout(observed, *rest, jnp.zeros_like(rest[-1]))  # pyright: ignore
         return obs, state, rollout
 
     return jax.jit(collect)

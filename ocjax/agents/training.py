@@ -79,10 +79,8 @@ class Trainer:
         self.frames_per_update = h.num_envs * h.horizon * skip
         first, second = (self._make_envs(start) for start in (0, h.num_envs // 2))
         self._collector = Collector(first, second, h.horizon, config.seed)
-        (inputs, *_), self.num_actions = (
-            first.single_observation_space.shape,
-            first.single_action_space.n,
-        )  # pyright: ignore
+        observations, actions = first.single_observation_space, first.single_action_space
+        (inputs, *_), self.num_actions = observations.shape, actions.n  # pyright: ignore
         self._network = config.network if self._objects else "nature_cnn"
         network = self._make_network(inputs)
         standardize = NETWORKS[self._network].standardized
