@@ -89,12 +89,13 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         reward_fn: RewardFunction | None = None,
         continuous: ContinuousActions | None = None,
     ) -> None:
+        # The pool comes first: Gymnasium 1.0 closes environments that were not completed.
+        self.pool, self.game, self.mode, self.num_envs = pool, pool.game, mode, pool.num_envs
         if reward_fn is not None and mode == "raw":
             raise ValueError(
                 "reward_fn is a function of objects, which mode 'raw' does not extract"
             )
         self._reward_fn = None if reward_fn is None else batched(reward_fn)
-        self.pool, self.game, self.mode, self.num_envs = pool, pool.game, mode, pool.num_envs
         self.metadata = {
             "autoreset_mode": autoreset_mode,
             "render_modes": list(RENDER_MODES),

@@ -195,7 +195,7 @@ def test_a_missing_extra_is_one_line(command, package, install, tmp_path, monkey
     result = run(*command, *["folder"] * (command[-1] == "--out"))
     assert result.exit_code == 2
     assert re.fullmatch(
-        rf"Error: \w+ is not installed: pip install {re.escape(install)}\n", result.stderr
+        rf"Error: \w+ is not installed: pip install {re.escape(install)}\n", result.output
     )
     assert not [path for path in tmp_path.glob("x.*") if path.is_file()]
 

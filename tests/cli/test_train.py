@@ -120,9 +120,9 @@ def test_experiments(configured):
 def test_wrong_options_are_one_line(options, message, tmp_path):
     result = run("train", "Pong", "--out", tmp_path / "run", *options)
     assert result.exit_code == 2
-    assert result.stderr.startswith("Error: ")
-    assert message in result.stderr
-    assert result.stderr.count("\n") == 1
+    assert result.output.startswith("Error: ")
+    assert message in result.output
+    assert result.output.count("\n") == 1
     assert not (tmp_path / "run").exists()
 
 

@@ -111,7 +111,8 @@ def test_closed_standard_streams(tmp_path, closed):
         tmp_path / "out",
     ]
     subprocess.run(command, check=False, timeout=120, capture_output=True)
-    assert (tmp_path / "out").read_text() == "stepped\n"
+    # Messages of XLA can be in the file, which has the number of the closed stream.
+    assert (tmp_path / "out").read_text().splitlines()[-1] == "stepped"
 
 
 @pytest.mark.parametrize(
