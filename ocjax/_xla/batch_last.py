@@ -46,7 +46,9 @@ _EXTENDED: dict[str, Callable[..., jax.Array]] = {
     "tile": lambda p, n, x: lax.tile(x, (*p["reps"], 1)),
     "transpose": lambda p, n, x: lax.transpose(x, (*p["permutation"], len(p["permutation"]))),
 }
-SMALL = 64  # elements below which results are not stored: a call costs more than it saves
+# Elements. Smaller results are not stored: the call costs more than it saves.
+# Row `small results` of benchmarks/tricks.py.
+MIN_STORED_ELEMENTS = 64
 Value = tuple[Any, bool]  # an array, and whether its last axis is the batch
 
 
@@ -99,7 +101,9 @@ def _evaluate(program: Program, x: jax.Array, stored: set[int]) -> list[Value]:
         )
         for i, array in zip(outputs, out if eqn.primitive.multiple_results else [out], strict=True):
             known[i] = (
-                materialize(lambda v: v, array, small=SMALL) if batched and i in stored else array,
+                materialize(lambda v: v, array, small=MIN_STORED_ELEMENTS)
+                if batched and i in stored
+                else array,
                 batched,
             )
     return [value_of(v) for v in program.outputs]

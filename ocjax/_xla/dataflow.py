@@ -37,8 +37,11 @@ _CALLS = {
     "closed_call": "call_jaxpr",
     "custom_jvp_call": "call_jaxpr",
 }
-SMALL_CONSTANT = 64  # maximum number of elements of constants that are compared by value
-WORTH = 30  # minimum number of operations in the code that storing a result must save
+# Elements. Constants with more elements are compared by identity, which limits the keys' length.
+MAX_COMPARED_ELEMENTS = 64
+# Operations in the code that storing a result must save. With 14 or 20 no game is faster, and
+# compilation takes longer. Rows `stored values` of benchmarks/tricks.py.
+MIN_SAVED_OPERATIONS = 30
 
 
 class Constant(NamedTuple):
@@ -124,7 +127,7 @@ def _key(operand: Operand) -> Any:
     a = np.asarray(operand.value)
     return (
         (a.dtype.str, a.shape, a.tobytes())
-        if a.size <= SMALL_CONSTANT
+        if a.size <= MAX_COMPARED_ELEMENTS
         else ("constant", id(operand.value))
     )
 
@@ -184,7 +187,7 @@ def worth_storing(program: Program) -> set[int]:
             )
         extra = len(places_of[out]) - 1
         saved = extra * needed[out].bit_count()
-        if step.name in _REDUCTIONS or (extra >= most[out] and saved >= WORTH):
+        if step.name in _REDUCTIONS or (extra >= most[out] and saved >= MIN_SAVED_OPERATIONS):
             stored.add(out)
             needed[out] = 0
     return stored

@@ -15,8 +15,13 @@ import jax
 from jax import lax
 from jax.experimental.xla_metadata import set_xla_metadata
 
-SMALL = 2**12  # elements below which materializing costs more than it saves
-CACHE_LINES = 512  # rows with a multiple of this length map to the same cache lines
+# Elements. A smaller array is computed again at each use: its call costs more than it saves.
+# Row `small arrays` of benchmarks/tricks.py.
+MIN_MATERIALIZED_ELEMENTS = 2**12
+# Elements per row. Rows of a multiple of this length map to the same cache lines. The padding is
+# in elements, too. Evidence: `padded`.
+ALIASED_ROW_LENGTH = 512
+ROW_PADDING = 16
 
 
 def on_cpu() -> bool:
@@ -48,7 +53,7 @@ def varying(tree: Any, like: jax.Array) -> Any:
     return jax.tree.map(mark, tree)
 
 
-def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any:
+def materialize(f: Callable[..., Any], *x: jax.Array, small: int | None = None) -> Any:
     """Compute `f(*x)` once and store it.
 
     XLA fuses cheap operations into each of their consumers, so every kernel that reads masks,
@@ -56,9 +61,10 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int = SMALL) -> Any
     must not be inlined. (It removes `lax.optimization_barrier` before it fuses.) Without such
     calls, VEM takes 210 to 470 instead of 40 for Space Invaders and 210 to 540 instead of 29 to 40
     for Ms. Pac-Man, and REM 0.33 instead of 0.12 for Space Invaders. Below `small` elements the
-    call costs more than it saves, and `f` is called directly.
+    call costs more than it saves, and `f` is called directly. The default is
+    `MIN_MATERIALIZED_ELEMENTS`.
     """
-    if x[0].size < small or not on_cpu():
+    if x[0].size < (MIN_MATERIALIZED_ELEMENTS if small is None else small) or not on_cpu():
         return f(*x)
     return set_xla_metadata(jax.jit(f)(*x), inlineable="false")
 
@@ -69,4 +75,4 @@ def padded(lanes: int) -> int:
     Rows of 4,096 bytes map to the same cache lines, and transposing 128 of them takes 22 ns per
     state. With 16 more bytes per row it takes 10.
     """
-    return lanes + 16 if on_cpu() and lanes % CACHE_LINES == 0 else lanes
+    return lanes + ROW_PADDING if on_cpu() and lanes % ALIASED_ROW_LENGTH == 0 else lanes

@@ -34,10 +34,19 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.saver import saved
 
-CHUNK = 4096  # states per chunk
-SMALL = 32  # states below which intermediate results are not materialized
-MANY = 44  # bytes above which transposing all of the RAM is cheaper than selecting bytes
-NEAR = 4  # bytes between two addresses below which one slice takes both
+# States per chunk. Chunks of 512 to 4,096 states take the same time, and the results of 4,096 stay
+# in the processor's cache. Rows `chunks` of benchmarks/tricks.py.
+CHUNK = 4096
+# States. Smaller batches do not materialize the stages' results: the calls cost more than they
+# save. Row `small batches` of benchmarks/tricks.py.
+MIN_MATERIALIZED_STATES = 32
+# Bytes. If a game reads more, transposing all of the RAM is cheaper than selecting them.
+# Rows `selected bytes` and `transposed RAM` of benchmarks/tricks.py.
+MAX_SELECTED_BYTES = 44
+# Bytes. One slice reads two addresses with at most this many unused bytes in between.
+# Row `joined slices` of benchmarks/tricks.py.
+MAX_SKIPPED_BYTES = 3
+BLOCK = 16  # bytes: the bounds of the transposed RAM are multiples of it
 
 
 class Slots(NamedTuple):
@@ -66,12 +75,13 @@ def stretches(addresses: Sequence[int]) -> list[range]:
     """
     out: list[range] = []
     for a in sorted(addresses):
-        if out and a - out[-1].stop < NEAR:
+        if out and a - out[-1].stop <= MAX_SKIPPED_BYTES:
             out[-1] = range(out[-1].start, a + 1)
         else:
             out.append(range(a, a + 1))
-    few = sum(map(len, out)) <= MANY
-    return out if few else [range(out[0].start // 16 * 16, -(-out[-1].stop // 16) * 16)]
+    if sum(map(len, out)) <= MAX_SELECTED_BYTES:
+        return out
+    return [range(out[0].start // BLOCK * BLOCK, -(-out[-1].stop // BLOCK) * BLOCK)]
 
 
 def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
@@ -85,8 +95,10 @@ def read(rams: jax.Array, ranges: Sequence[range]) -> jax.Array:
             at += len(r)
         return out
 
-    selected = kernels.materialize(rows, rams, small=SMALL * RAM_SIZE)
-    return kernels.materialize(jnp.transpose, selected, small=SMALL * selected.shape[1])
+    selected = kernels.materialize(rows, rams, small=MIN_MATERIALIZED_STATES * RAM_SIZE)
+    return kernels.materialize(
+        jnp.transpose, selected, small=MIN_MATERIALIZED_STATES * selected.shape[1]
+    )
 
 
 def decode(
@@ -159,10 +171,9 @@ def pack(
 
 def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
     """Unpack the first `lanes` columns to `Objects` of batch shape `[lanes]`."""
-    small = SMALL * game.num_slots
+    small = MIN_MATERIALIZED_STATES * game.num_slots
     slots = kernels.materialize(lambda b: b.T[:lanes], rows.boxes, small=small)
-    valid, xywh = kernels.materialize(words.boxes, slots.ravel(), small=small)
-    valid, xywh = valid.reshape(slots.shape), xywh.reshape(*slots.shape, 4)
+    valid, xywh = _boxes(slots, small)
     orientation = _attribute(
         rows.orientation, spans(game, "orientation"), (lanes, game.num_slots), jnp.int8
     )
@@ -171,6 +182,12 @@ def unpack(game: Declaration, rows: Rows, lanes: int) -> Objects:
     if game.saver is not None and rows.saver is not None:
         rgb = saved(rgb, valid, rows.saver[:lanes], game.saver, game.palette)
     return Objects(xywh, valid, orientation, value, rgb, game)
+
+
+def _boxes(slots: jax.Array, small: int) -> tuple[jax.Array, jax.Array]:
+    """Unpack the validity and the boxes of slots `[lanes, N]`, as one row (see `words.boxes`)."""
+    valid, xywh = kernels.materialize(words.boxes, slots.ravel(), small=small)
+    return valid.reshape(slots.shape), xywh.reshape(*slots.shape, 4)
 
 
 def _attribute(
@@ -205,7 +222,9 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
 
         return unpack(
             game,
-            kernels.materialize(rows, read(rams, ranges), small=SMALL * len(addresses)),
+            kernels.materialize(
+                rows, read(rams, ranges), small=MIN_MATERIALIZED_STATES * len(addresses)
+            ),
             len(rams),
         )
 

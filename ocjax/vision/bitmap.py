@@ -20,8 +20,9 @@ from ocjax.console.boxes import WIDTH, Area
 U = jnp.uint32
 ALL = np.array(0xFFFFFFFF, np.uint32)
 # Rows per reduction. XLA splits a longer reduction into three kernels and a copy of its operand. It
-# does not fuse that copy with the operand's computation.
-MAX_REDUCED = 32
+# does not fuse that copy with the operand's computation. Row `short reductions` of
+# benchmarks/tricks.py.
+MAX_REDUCED_ROWS = 32
 Bitmap = jax.Array
 
 
@@ -435,12 +436,12 @@ def or_rows(bitmap: jax.Array) -> jax.Array:
 
 
 def _blocks(x: jax.Array, axis: int) -> jax.Array:
-    """Split an axis into equal, zero-padded blocks of at most `MAX_REDUCED` rows.
+    """Split an axis into equal, zero-padded blocks of at most `MAX_REDUCED_ROWS` rows.
 
     The shape changes from `[n, ...]` to `[blocks, size, ...]`.
     """
     n = x.shape[axis]
-    count = -(-n // MAX_REDUCED)
+    count = -(-n // MAX_REDUCED_ROWS)
     size = -(-n // count)
     padded = jnp.pad(x, [(0, (count * size - n) * (i == axis)) for i in range(x.ndim)])
     return padded.reshape(*x.shape[:axis], count, size, *x.shape[axis + 1 :])

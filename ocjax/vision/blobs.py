@@ -15,9 +15,9 @@ from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
 
-# Use two boards if this divides the number of filled words by at least this factor, with equally
-# many candidates in each search.
-LESS = 1.9
+# Ratio. Two boards are used if one board fills at least this many times as many words, with
+# equally many candidates in each search. Evidence: `_boards`.
+MIN_RATIO_OF_ONE_BOARD = 1.9
 
 
 def detect_blobs(
@@ -74,7 +74,9 @@ def _boards(searches: Sequence[Search]) -> list[list[int]]:
     apart = min(
         (split(w, h) for w in widths for h in heights), key=lambda boards: sum(map(words, boards))
     )
-    return apart if words(together) >= LESS * sum(map(words, apart)) else [together]
+    return (
+        apart if words(together) >= MIN_RATIO_OF_ONE_BOARD * sum(map(words, apart)) else [together]
+    )
 
 
 def _search(rule: Blobs, count: int, region: Area) -> Search:

@@ -17,10 +17,12 @@ from ocjax.vision.numbers import Reading, read_numbers
 from ocjax.vision.rules import Bounds, Gauge
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
-STRIP = 8  # rows per strip; at most 32, one bit each in `_marks`
-# Maximum height of regions that are gathered together. For higher regions, slicing each region is
-# faster.
-LOW = 40
+# Rows per strip; at most 32, one bit each in `_marks`. Rows `strips` of benchmarks/tricks.py.
+STRIP_ROWS = 8
+# Rows. Higher regions are sliced one by one, which is faster than gathering them together.
+# Row `gathered regions` of benchmarks/tricks.py.
+MAX_GATHERED_ROWS = 40
+MIN_GATHERED_REGIONS = 3  # of one mask; fewer are sliced one by one
 
 
 def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) -> list[Detected]:
@@ -95,20 +97,20 @@ def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.A
     """
     groups = _groups(masks, regions)
     order = [i for group in groups for i in group]
-    strips = np.array([-(-(bottom - top) // STRIP) for _, top, _, bottom in regions])
+    strips = np.array([-(-(bottom - top) // STRIP_ROWS) for _, top, _, bottom in regions])
     begins = np.zeros_like(strips)
     # An empty strip precedes all regions.
     begins[order] = 1 + np.cumsum([0, *strips[order[:-1]]])
-    stack = jnp.zeros((WIDTH // 32, STRIP * (1 + int(strips.sum())), masks[0].shape[2]), U)
+    stack = jnp.zeros((WIDTH // 32, STRIP_ROWS * (1 + int(strips.sum())), masks[0].shape[2]), U)
     for group in groups:
         rows = _rows(masks[group[0]], [regions[i] for i in group])
-        stack = lax.dynamic_update_slice(stack, rows, (0, STRIP * int(begins[group[0]]), 0))
+        stack = lax.dynamic_update_slice(stack, rows, (0, STRIP_ROWS * int(begins[group[0]]), 0))
     columns, used = materialize(_marks, stack)
     index = np.arange(strips.max())[:, None]
     index = np.where(index < strips, begins + index, 0)  # strips of each region, `[most, n]`
     first, last = bm.columns(lax.reduce(columns[:, index], U(0), lax.bitwise_or, (1,)))
-    top, bottom = bm.columns(used[index], STRIP)
-    first_rows = jnp.asarray(STRIP * begins[:, None], jnp.int32)
+    top, bottom = bm.columns(used[index], STRIP_ROWS)
+    first_rows = jnp.asarray(STRIP_ROWS * begins[:, None], jnp.int32)
     head, _ = bm.columns(bm.rows_at(stack, first_rows + jnp.where(bottom < 0, 0, top)))
     tops = np.array([[region[1]] for region in regions], np.int32)
     return first, top + tops, last - first + 1, bottom - top + 1, head
@@ -122,8 +124,8 @@ def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
         row that holds a pixel, `[strips, B]`. The top row is the most significant bit.
     """
     words, rows, lanes = stack.shape
-    in_strips = stack.reshape(words, rows // STRIP, STRIP, lanes)
-    bits = (U(1 << 31) >> np.arange(STRIP, dtype=np.uint32))[None, :, None]
+    in_strips = stack.reshape(words, rows // STRIP_ROWS, STRIP_ROWS, lanes)
+    bits = (U(1 << 31) >> np.arange(STRIP_ROWS, dtype=np.uint32))[None, :, None]
     used = jnp.sum(jnp.where(bm.any_of(in_strips) != 0, bits, U(0)), axis=1, dtype=U)
     return lax.reduce(in_strips, U(0), lax.bitwise_or, (2,)), used
 
@@ -132,11 +134,11 @@ def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]
     """Group regions that are gathered at once: three or more low regions of one mask."""
     of_mask: dict[int, list[int]] = {}
     for i, (mask, (_, top, _, bottom)) in enumerate(zip(masks, regions, strict=True)):
-        of_mask.setdefault(id(mask) if bottom - top <= LOW else -1 - i, []).append(i)
+        of_mask.setdefault(id(mask) if bottom - top <= MAX_GATHERED_ROWS else -1 - i, []).append(i)
     return [
         part
         for group in of_mask.values()
-        for part in ([group] if len(group) > 2 else [[i] for i in group])
+        for part in ([group] if len(group) >= MIN_GATHERED_REGIONS else [[i] for i in group])
     ]
 
 
@@ -149,7 +151,7 @@ def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
         return bm.cut(mask, regions[0])
     rows, inside = [], []
     for left, top, right, bottom in regions:
-        height = -(-(bottom - top) // STRIP) * STRIP
+        height = -(-(bottom - top) // STRIP_ROWS) * STRIP_ROWS
         rows.append(np.minimum(top + np.arange(height), bottom - 1))
         inside.append(bm.areas(height, [(left, 0, right, bottom - top)]))
     return mask[:, np.concatenate(rows)] & jnp.asarray(np.concatenate(inside, axis=1))

@@ -33,8 +33,10 @@ __all__ = [
 
 Filter = Callable[[Bitmap, jax.Array], Bitmap]
 _Search = Callable[[jax.Array], Any]
-# rows per step along lines within words, which then hold 16 inner columns
-_AT_ONCE = 8
+# Rows per step along lines. Lines move by one column per row, so a word has a margin of this many
+# columns on both sides of its inner columns. Evidence: `NoLines`, and row `steps along lines` of
+# benchmarks/tricks.py.
+_ROWS_PER_STEP = 8
 SLOPES = 0, 1, -1  # of lines: columns to the right per row
 
 
@@ -176,7 +178,9 @@ class NoLines:
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
         """Return the selected pixels."""
         thin = materialize(lambda m: m & ~(bm.shift_left(m, 1) | bm.shift_right(m, 1)), mask)
-        rounds = [min(_AT_ONCE, self.most - done) for done in range(0, self.most, _AT_ONCE)]
+        rounds = [
+            min(_ROWS_PER_STEP, self.most - done) for done in range(0, self.most, _ROWS_PER_STEP)
+        ]
         lines = thin  # at first the first pixels of lines, at the end all their pixels
         for step in (_leading, _following):
             for rows in rounds:

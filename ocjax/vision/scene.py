@@ -25,15 +25,16 @@ from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs
 from ocjax.vision.shades import Shades
 from ocjax.vision.steps import Context, Step
 
-# If at most this many regions have the same colours, each region computes its own rows of the mask.
-FEW = 2
-# Minimum number of boxes to materialize the pixels inside them. Road Runner, with 13 boxes,
-# then takes 24 us per frame instead of 30; games with fewer boxes take longer.
-MANY_BOXES = 12
-# Minimum number of colours to materialize the first mask. XLA does not vectorise the loop that
-# computes this mask and writes the board's empty rows: Freeway, with 11 colours, takes 18 us per
-# frame instead of 15.
-MANY_COLORS = 10
+# Regions. If at most this many regions have the same colours, each computes its own rows of the
+# mask. Row `unshared masks` of benchmarks/tricks.py.
+MAX_UNSHARED_REGIONS = 2
+# Boxes for which the pixels inside are materialized. Road Runner, with 13 boxes, then takes 24 us
+# per frame instead of 30; games with fewer boxes take longer.
+MIN_MATERIALIZED_BOXES = 12
+# Colours for which the first mask is materialized. XLA does not vectorise the loop that computes
+# this mask and writes the board's empty rows. Without this, Freeway, with 11 colours, takes 18 us
+# per frame instead of 15.
+MIN_MATERIALIZED_COLORS = 10
 
 
 class Scene:
@@ -102,7 +103,7 @@ class Scene:
         key = _counts_alike(rule, rule.own_palette), self.region(rule)
         if key not in self._cuts:
             pixels = bm.cut(self.counted(rule, rule.own_palette), self.region(rule))
-            is_slow = not self._cuts and len(rule.own_palette) >= MANY_COLORS
+            is_slow = not self._cuts and len(rule.own_palette) >= MIN_MATERIALIZED_COLORS
             self._cuts[key] = (
                 kernels.materialize(lambda pixels: pixels, pixels) if is_slow else pixels
             )
@@ -155,7 +156,11 @@ class Scene:
             return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.height)
 
         box = jnp.concatenate([self.found[name].box for name in names])
-        return kernels.materialize(inside, box, small=0) if len(box) >= MANY_BOXES else inside(box)
+        return (
+            kernels.materialize(inside, box, small=0)
+            if len(box) >= MIN_MATERIALIZED_BOXES
+            else inside(box)
+        )
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         read_once = _is_whole(rule) or self._read_once(rule, colors)
@@ -190,7 +195,9 @@ class Scene:
         # Colours are read at single pixels, which would compute an unmaterialized mask again.
         reads_color = len(colors) > 1
         return (
-            self._bounds[colors] <= FEW and not rule.filters and not (rule.digits and reads_color)
+            self._bounds[colors] <= MAX_UNSHARED_REGIONS
+            and not rule.filters
+            and not (rule.digits and reads_color)
         )
 
 

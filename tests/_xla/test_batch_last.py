@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocjax._xla.batch_last import batch_last
-from ocjax._xla.dataflow import WORTH, flatten, places, worth_storing
+from ocjax._xla.dataflow import MIN_SAVED_OPERATIONS, flatten, places, worth_storing
 from tests.support.states import ROOT
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -60,7 +60,7 @@ def stored(f):
     return [step.name for step in p.steps if values & {*step.outputs}]
 
 
-def long(x, n=WORTH):
+def long(x, n=MIN_SAVED_OPERATIONS):
     """`n` operations."""
     for i in range(n):
         x = x ^ (x + i) if i % 2 else x * (i + 3)

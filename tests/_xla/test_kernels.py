@@ -8,7 +8,7 @@ import pytest
 
 from ocjax._xla import kernels
 
-LARGE = 2 * kernels.SMALL + 3
+LARGE = 2 * kernels.MIN_MATERIALIZED_ELEMENTS + 3
 
 
 @pytest.mark.parametrize(
@@ -40,4 +40,4 @@ def test_materialize_stores():
 
 @pytest.mark.parametrize("lanes", [1, 31, 512, 513])
 def test_padding(lanes):
-    assert lanes <= kernels.padded(lanes) <= lanes + 16
+    assert lanes <= kernels.padded(lanes) <= lanes + kernels.ROW_PADDING

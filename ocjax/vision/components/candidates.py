@@ -15,11 +15,13 @@ from jax import lax
 from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
-from ocjax.vision.components.layout import BLOCK, Layout
+from ocjax.vision.components.layout import BLOCK_ROWS, Layout
 
-STARTS_BITS = 5  # bits of a word's number of candidates, which is at most 16
-ROWS = 4  # rows per word of counts
-ROW_BITS = 8
+# Bits per count, and counts per word. A word of a row has at most 16 candidates, and a row at most
+# 80. Evidence: `Index`.
+BITS_OF_WORD_COUNT = 5
+BITS_OF_ROW_COUNT = 8
+ROW_COUNTS_PER_WORD = 4
 
 
 class Candidates(NamedTuple):
@@ -71,20 +73,25 @@ class Index:
             found = starts(list(here), list(above), self._corners[1:, None])
             return functools.reduce(
                 operator.or_,
-                (lax.population_count(word) << STARTS_BITS * i for i, word in enumerate(found)),
+                (
+                    lax.population_count(word) << BITS_OF_WORD_COUNT * i
+                    for i, word in enumerate(found)
+                ),
             )
 
         in_words = materialize(in_rows, board)
         counts = materialize(
-            lambda in_words: _packed(_total(_fields(in_words, STARTS_BITS, words))), in_words
+            lambda in_words: _packed(_total(_fields(in_words, BITS_OF_WORD_COUNT, words))), in_words
         )
         blocks = jnp.sum(
-            _total(_fields(counts, ROW_BITS, ROWS)).reshape(-1, BLOCK // ROWS, layout.board.lanes),
+            _total(_fields(counts, BITS_OF_ROW_COUNT, ROW_COUNTS_PER_WORD)).reshape(
+                -1, BLOCK_ROWS // ROW_COUNTS_PER_WORD, layout.board.lanes
+            ),
             axis=1,
             dtype=jnp.int32,
         )
         above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
-        ends = above[layout.board.begins // BLOCK]
+        ends = above[layout.board.begins // BLOCK_ROWS]
         # candidates before each segment
         self.segments = jnp.pad(jnp.cumsum((ends[1:] - ends[:-1]).ravel()), (1, 0))
         self.total = self.segments[-1]
@@ -112,8 +119,8 @@ class Index:
             The row of the board, and the number of those others that are in this row.
         """
         lanes = self.layout.board.lanes
-        begin = bm.at(jnp.asarray(self.layout.board.begins // BLOCK, jnp.int32), mask)
-        most = int(np.diff(self.layout.board.begins).max()) // BLOCK  # of a mask
+        begin = bm.at(jnp.asarray(self.layout.board.begins // BLOCK_ROWS, jnp.int32), mask)
+        most = int(np.diff(self.layout.board.begins).max()) // BLOCK_ROWS  # of a mask
         block = begin + _last_at_most(
             lambda i: bm.at(self._above, jnp.minimum(begin + i, self.n_blocks) * lanes + lane),
             most,
@@ -121,12 +128,19 @@ class Index:
         )
         block = jnp.minimum(block, self.n_blocks - 1)
         rest = rest - bm.at(self._above, block * lanes + lane)
-        quads = (block * (BLOCK // ROWS))[None] + np.arange(BLOCK // ROWS, dtype=np.int32)[:, None]
+        quads = (block * (BLOCK_ROWS // ROW_COUNTS_PER_WORD))[None] + np.arange(
+            BLOCK_ROWS // ROW_COUNTS_PER_WORD, dtype=np.int32
+        )[:, None]
         counts = bm.at(self._counts, quads * lanes + lane[None])
         row, rest = _which(
-            [count for quad in counts for count in _fields(quad, ROW_BITS, ROWS)], rest
+            [
+                count
+                for quad in counts
+                for count in _fields(quad, BITS_OF_ROW_COUNT, ROW_COUNTS_PER_WORD)
+            ],
+            rest,
         )
-        return block * BLOCK + row + 1, rest
+        return block * BLOCK_ROWS + row + 1, rest
 
     def _column(self, lane: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
         """Find the column of the candidate that follows `rest` others in its row.
@@ -137,7 +151,7 @@ class Index:
         word, rest = _which(
             _fields(
                 bm.at(self._words, (row - 1) * lanes + lane),
-                STARTS_BITS,
+                BITS_OF_WORD_COUNT,
                 self.layout.board.mask_words,
             ),
             rest,
@@ -165,8 +179,10 @@ def _total(numbers: Sequence[jax.Array]) -> jax.Array:
 
 def _packed(counts: jax.Array) -> jax.Array:
     """Pack the counts of four rows in a word, uint32 `[rows / 4, lanes]`."""
-    rows = counts.astype(U).reshape(-1, ROWS, counts.shape[1])
-    return functools.reduce(operator.or_, (rows[:, i] << ROW_BITS * i for i in range(ROWS)))
+    rows = counts.astype(U).reshape(-1, ROW_COUNTS_PER_WORD, counts.shape[1])
+    return functools.reduce(
+        operator.or_, (rows[:, i] << BITS_OF_ROW_COUNT * i for i in range(ROW_COUNTS_PER_WORD))
+    )
 
 
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:

@@ -15,12 +15,16 @@ from ocjax.vision.components.search import UNLIMITED, Search, words_across
 from ocjax.vision.pictures import Picture
 from ocjax.vision.shapes import Shape, limits
 
-BLOCK = 8  # rows per count of candidates
-CANDIDATES_PER_FRAME = 8  # per round
-# Words of a window above which a round halves its number of candidates: Pitfall takes 32 us per
+# Rows per sum of candidates; a multiple of `candidates.ROW_COUNTS_PER_WORD`.
+# Row `blocks of rows` of benchmarks/tricks.py.
+BLOCK_ROWS = 8
+# Candidates per frame and round, on average. Rows `candidates` of benchmarks/tricks.py.
+CANDIDATES_PER_FRAME = 8
+# Words of a window. For larger windows a round has half as many candidates: Pitfall takes 32 us per
 # frame instead of 38, James Bond 34 instead of 38.
-LARGE_WINDOW = 120
-WORD = 32  # the number of candidates per round is a multiple of it
+MAX_WORDS_OF_FULL_ROUND = 120
+# Candidates. The number per round is a multiple of this, because `slots` has one bit for each.
+CANDIDATES_MULTIPLE = 32
 ANY_SIZE = UNLIMITED, UNLIMITED
 ANY_PIXELS = 0, 2**30
 WITHOUT_CORNERS, WITH_CORNERS = 0, -1  # words with no bits set, or all
@@ -197,7 +201,7 @@ def _board_size(
 ) -> BoardSize:
     """Size the board for masks of these heights."""
     parts = [
-        -(-(height + s.gap[1] + 1) // BLOCK) * BLOCK
+        -(-(height + s.gap[1] + 1) // BLOCK_ROWS) * BLOCK_ROWS
         for height, s in zip(heights, searches, strict=True)
     ]
     begins = np.cumsum([0, *parts])
@@ -206,9 +210,9 @@ def _board_size(
 
 
 def _candidates_of_a_round(window: WindowSize, lanes: int) -> int:
-    is_large = window.words * window.reach_y > LARGE_WINDOW
+    is_large = window.words * window.reach_y > MAX_WORDS_OF_FULL_ROUND
     per_frame = CANDIDATES_PER_FRAME // (2 if is_large else 1)
-    return -(-per_frame * lanes // WORD) * WORD
+    return -(-per_frame * lanes // CANDIDATES_MULTIPLE) * CANDIDATES_MULTIPLE
 
 
 def _reads_pixels(searches: Sequence[Search], i: int) -> bool:

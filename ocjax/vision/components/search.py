@@ -9,7 +9,9 @@ from ocjax.console.boxes import WIDTH
 from ocjax.vision.pictures import Picture
 from ocjax.vision.shapes import ANY_SHAPE, Shape
 
-WINDOW = (31, 32)  # width and height of the first window if a rule sets no limit
+# Width and height in pixels of the first window if a rule sets no limit. Larger components are
+# filled again on the whole board (`measuring.measure_large`).
+DEFAULT_WINDOW = (31, 32)
 MAX_PARTS = 4  # maximum number of objects in one component
 UNLIMITED = 256  # pixels: more than any width or height
 
@@ -43,7 +45,8 @@ class Search:
         """Width and height of the first window."""
         sizes = [shape.max_size for shape in self.shapes if shape.max_size is not None]
         width, height = (
-            max(side) for side in zip(*sizes, *([WINDOW] if self.unlimited else []), strict=True)
+            max(side)
+            for side in zip(*sizes, *([DEFAULT_WINDOW] if self.unlimited else []), strict=True)
         )
         return min(width, WIDTH), min(height, UNLIMITED)
 

@@ -14,7 +14,7 @@ from ocjax._xla.kernels import materialize
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import U
 
-COUNT_BITS = 12
+COUNT_BITS = 12  # of an object's number, which shares a word with a position
 MAX_COUNT = 2**COUNT_BITS  # more than the slots of any search
 
 

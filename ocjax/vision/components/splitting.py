@@ -25,7 +25,7 @@ from ocjax.vision.detected import words
 from ocjax.vision.pictures import PICTURE_WIDTH, Picture
 
 # Column of a component's first pixel in words that can hold any picture.
-PIVOT = PICTURE_WIDTH - 1
+FIRST_PIXEL_COLUMN = PICTURE_WIDTH - 1
 
 
 class Edges(NamedTuple):
@@ -58,7 +58,7 @@ def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture
         edges: of each component's region.
         pictures: tried in this order; the first one that fits applies.
     """
-    height, begin = max(map(len, pictures)), reach - PIVOT
+    height, begin = max(map(len, pictures)), reach - FIRST_PIXEL_COLUMN
     near = _columns(filled[:, :height], begin)
     ink = _first_picture(near, edges, pictures)
     first = _in_windows(ink, begin, filled.shape)
@@ -94,7 +94,9 @@ def in_two(
 
 def _first_picture(near: jax.Array, edges: Edges, pictures: Sequence[Picture]) -> jax.Array:
     """Select the pixels of the picture that fits in words `[rows, n]` around the first pixels."""
-    inside = bm.columns_between(PIVOT + edges.left[None], PIVOT + edges.right[None], 1)[0]
+    inside = bm.columns_between(
+        FIRST_PIXEL_COLUMN + edges.left[None], FIRST_PIXEL_COLUMN + edges.right[None], 1
+    )[0]
     above = np.arange(len(near), dtype=np.int32)[:, None] < edges.bottom[None]
     blank = ~near & jnp.where(above, inside, U(0))
     drawn = [_drawn(picture, len(near)) for picture in pictures]
@@ -106,8 +108,8 @@ def _first_picture(near: jax.Array, edges: Edges, pictures: Sequence[Picture]) -
 
 
 def _drawn(picture: Picture, height: int) -> np.ndarray:
-    """Draw a picture, uint32 `[height, 1]`, with its first pixel in column `PIVOT`."""
-    shift = 32 - PIVOT - picture[0].bit_length()
+    """Draw a picture, uint32 `[height, 1]`, with its first pixel in column `FIRST_PIXEL_COLUMN`."""
+    shift = 32 - FIRST_PIXEL_COLUMN - picture[0].bit_length()
     return np.array(
         [row << shift for row in (*picture, *[0] * (height - len(picture)))], np.uint32
     )[:, None]
