@@ -103,7 +103,7 @@ def riverraid_score(ram: np.ndarray) -> int:
     HackAtari imports this function.
     """
     game = load("Riverraid")
-    return int(game.rem(ram).of(game, "PlayerScore").value[0])
+    return int(game.rem(ram).of("PlayerScore").value[0])
 
 
 def make_deterministic(seed: int, env: Any, states_dict: Any = None) -> None:

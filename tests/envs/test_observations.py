@@ -1,5 +1,7 @@
 """Observations and masks against their definitions."""
 
+import dataclasses
+
 import jax
 import numpy as np
 import pytest
@@ -126,7 +128,7 @@ def test_empty_masks_and_wrong_options(pong, objects, gray):
     with pytest.raises(ValueError, match="give gray"):
         masks.masks(objects, "object")
     with pytest.raises(ValueError, match="have no reference to their game"):
-        masks.masks(objects.of(pong, "Ball"), "binary")
+        masks.masks(dataclasses.replace(objects, game=None), "binary")
     with pytest.raises(ValueError, match="stack at least 1"):
         Masks("binary", stack=0)
 

@@ -536,7 +536,7 @@ def test_variations(name, hook, category, most):
         rng, places = np.random.default_rng(0), []
         for t in range(150):
             envs.step(rng.integers(envs.single_action_space.n, size=2))
-            found = jax.tree.map(np.asarray, envs.tensors.of(envs.game, category))
+            found = jax.tree.map(np.asarray, envs.tensors.of(category))
             if t > 60:
                 places.append(
                     np.ma.array(
