@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ocjax import ocatari
     from ocjax._xla.process import retain_freed_memory, use_compilation_cache
     from ocjax.console.boxes import Box
-    from ocjax.envs import make_vec
+    from ocjax.envs import make, make_vec
     from ocjax.extraction.categories import Category
     from ocjax.extraction.edits import edit
     from ocjax.extraction.game import Game, GameError
@@ -40,6 +40,7 @@ __all__ = [
     "edit",
     "games",
     "load",
+    "make",
     "make_vec",
     "merge_frames",
     "ocatari",
@@ -76,6 +77,7 @@ _MODULE_OF = {
     "edit": "extraction.edits",
     "games": "extraction.names",
     "load": "extraction.registry",
+    "make": "envs",
     "make_vec": "envs",
     "merge_frames": "transforms.tracking",
     "perturb": "transforms.perturbation",

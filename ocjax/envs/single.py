@@ -23,8 +23,8 @@ def _parts(action: str) -> list[str]:
 class ObjectEnv(Uncopied, gym.Env):
     """One instance of a game, stepped in this process.
 
-    `make_vec` explains the options and observations. `gymnasium.make("ocjax/Pong-v5")` makes such
-    an environment; `ocjax.envs.make` makes it without Gymnasium's wrappers.
+    `ocjax.make("Pong")` makes it, and `gymnasium.make("ocjax/Pong-v5")` makes it with Gymnasium's
+    wrappers. `ocjax.make_vec` explains the options and observations.
 
     Args:
         envs: a vector environment of one instance, with autoreset disabled.

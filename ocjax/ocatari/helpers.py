@@ -48,7 +48,7 @@ ABSENT = {
     "MAX_NB_OBJECTS_HUD": _TABLES,
     "MAX_ESSENTIAL_OBJECTS": _TABLES,
     "PositionHistoryEnv": (
-        "it does not run in OCAtari 2.2.1 either; `ocjax.envs.make(game, obs='vector')` observes "
+        "it does not run in OCAtari 2.2.1 either; `ocjax.make(game, obs='vector')` observes "
         "positions and movements"
     ),
     "DEVICE": "OCAtari 2.2.1 has none either",
