@@ -169,7 +169,7 @@ def test_vectors_match_their_feature_names():
     }
     states = []
     for t in range(130):
-        objects, started = jax.tree.map(np.asarray, envs.tensors), envs.pool.started.copy()
+        objects, started = jax.tree.map(np.asarray, envs.objects), envs.pool.started.copy()
         rows = {
             name: np.asarray(getattr(objects, name), float)
             for name in ("x", "y", "w", "h", "orientation", "value", "valid")

@@ -123,7 +123,7 @@ def test_environments_observe_perturbed_objects():
         for _ in range(25):
             observation, _, _, _, info = noisy.step(np.zeros(3, int))
             assert noisy.observation_space.contains(observation)
-            truth = jax.tree.map(np.asarray, envs.tensors)
+            truth = jax.tree.map(np.asarray, envs.objects)
             shown.append(observation["valid"] != 0)
             assert not (shown[-1] & ~truth.valid).any()
             existing += truth.valid.sum()
