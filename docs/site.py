@@ -41,6 +41,8 @@ PUBLIC = (
         "ocjax.files",
         "ocjax.files.atari_head",
         "ocjax.datasets",
+        "ocjax.errors",
+        "ocjax.annotations",
     ),
     *("ocjax.evaluation", "ocjax.evaluation.parity", "ocjax.ocatari", "ocjax.jaxatari"),
 )

@@ -76,7 +76,7 @@ def test_files_of_the_wrong_game_or_rom_are_refused(tmp_path):
     ):
         with pytest.raises(recordings.RecordingError, match=message):
             recordings.read(written(**arrays), game)
-    with pytest.raises(ocjax.UnknownGameError):
+    with pytest.raises(ocjax.errors.UnknownGameError):
         recordings.read(written(rams=rams))
 
 

@@ -239,7 +239,7 @@ def test_wrong_arguments_are_refused():
     ):
         with pytest.raises(ValueError, match=message):
             ocjax.make_vec("Pong", 2, **kwargs)
-    with pytest.raises(ocjax.UnknownGameError):
+    with pytest.raises(ocjax.errors.UnknownGameError):
         ocjax.make_vec("Pung", 2)
     envs = ocjax.make_vec("Pong", 2, mode="raw")
     for seed in (-1, [1], [1, 2, 3]):
