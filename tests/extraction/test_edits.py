@@ -44,7 +44,7 @@ def test_what_if_the_ball_were_there(envs):
 
 
 def test_states_of_another_game_are_not_edited(envs):
-    with pytest.raises(ValueError, match="that of Breakout has"):
+    with pytest.raises(ValueError, match="but the ROM of Breakout has"):
         envs.clone_state().set("Breakout", "Ball", x=80)
 
 
