@@ -208,6 +208,36 @@ def test_vectors_match_their_feature_names():
     envs.close()
 
 
+@pytest.mark.parametrize("kind", [Vector(), Vector(FEATURES), Vector(FEATURES, normalize=False)])
+def test_vectors_of_recorded_objects_are_those_of_environments(kind):
+    envs = ocjax.make_vec("Pong", 3, obs=kind, num_workers=0, max_episode_frames=120)
+    rng, (first, _) = np.random.default_rng(0), envs.reset(seed=0)
+    observed, rams, started = [first], [envs.get_ram()], [np.ones(3, bool)]
+    for _ in range(70):
+        observation, *_ = envs.step(rng.integers(6, size=3))
+        observed.append(observation)
+        rams.append(envs.get_ram())
+        started.append(envs.pool.started.copy())
+    envs.close()
+    resets, objects = np.stack(started), envs.game.rem(np.stack(rams))
+    assert resets[1:].any()
+    found = kind.of(objects[1:], objects[:-1], is_first=resets[1:])
+    assert np.array_equal(found, np.stack(observed)[1:])
+    assert np.array_equal(kind.of(objects[0]), observed[0])
+
+
+def test_wrong_recorded_objects(pong, objects):
+    with pytest.raises(ValueError, match="history must be 1 for recorded objects, got 2"):
+        Vector(history=2).of(objects)
+    with pytest.raises(ValueError, match="with one batch shape for objects and previous"):
+        Vector().of(objects[1:], objects)
+    with pytest.raises(ValueError, match="is_first must have the objects' batch shape"):
+        Vector().of(objects, objects, is_first=np.zeros(1, bool))
+    with pytest.raises(TypeError, match=r"must be ocjax\.Objects"):
+        Vector().of(np.zeros(3))
+    assert Vector().of(objects[:0]).shape == (0, len(Vector().features_of(pong)))
+
+
 def test_default_vectors_have_what_an_agent_can_use():
     """Values of scores instead of their boxes, and orientations and values of the objects that have
     them."""
