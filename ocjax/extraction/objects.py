@@ -4,6 +4,7 @@ import dataclasses
 import reprlib
 import warnings
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -11,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from ocjax.extraction import display, records
+from ocjax.extraction import display, records, storage
 from ocjax.extraction.categories import Category
 from ocjax.extraction.declaration import Declaration
 
@@ -217,6 +218,32 @@ class Objects:
             return jnp.take_along_axis(field, index, axis=slots.ndim - 1, mode="fill", fill_value=0)
 
         return jax.tree.map(one, dataclasses.replace(self, game=None))
+
+    def save(self, path: str | Path) -> None:
+        """Write an .npz file, which `Objects.load` reads.
+
+        It holds the fields, and the game's name and the md5 of its ROM. An existing file is
+        replaced atomically; if writing fails, it stays unchanged.
+
+        Raises:
+            ValueError: see `to_list`.
+            OSError: the file cannot be written.
+        """
+        storage.save(Path(path), self._host(), whose(self))
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Objects":
+        """Read a file that `save` wrote.
+
+        Returns:
+            Objects with NumPy arrays as fields.
+
+        Raises:
+            FileNotFoundError: the file does not exist.
+            ValueError: the file is damaged, or was made with another ROM or other slots.
+        """
+        fields, game = storage.load(Path(path))
+        return cls(**fields._asdict(), game=game)
 
     def to_list(self) -> list[Any]:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
