@@ -43,6 +43,7 @@ PUBLIC = (
         "ocjax.datasets",
         "ocjax.errors",
         "ocjax.annotations",
+        "ocjax.authoring",
     ),
     *("ocjax.evaluation", "ocjax.evaluation.parity", "ocjax.ocatari", "ocjax.jaxatari"),
 )

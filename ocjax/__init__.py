@@ -49,6 +49,7 @@ _MODULES = (
     "agents",
     "annotations",
     "atariari",
+    "authoring",
     "datasets",
     "envs",
     "errors",

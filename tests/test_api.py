@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 
 import ocjax
+from ocjax import authoring
+from tests.support.states import ROOT
 
 MODULES = (
     "ocjax",
     "ocjax.annotations",
     "ocjax.atariari",
+    "ocjax.authoring",
     "ocjax.console.boxes",
     "ocjax.console.compass",
     "ocjax.console.fonts",
@@ -108,6 +111,23 @@ def test_old_names_warn(old, module):
     with pytest.warns(DeprecationWarning, match=f"is now ocjax.{module}.{old}"):
         found = getattr(ocjax, old)
     assert found is getattr(getattr(ocjax, module), old)
+
+
+def _imports(path):
+    """The names that a file imports from modules of ocjax, without those of the games."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        module = getattr(node, "module", None) or ""
+        if module.startswith("ocjax.") and not module.startswith("ocjax.extractors"):
+            yield from ((module, name.name) for name in node.names)
+
+
+def test_authoring_exports_all_names_that_games_import():
+    imports = {
+        pair for path in (ROOT / "extractors").glob("**/*.py") for pair in sorted(_imports(path))
+    }
+    assert {name for _, name in imports} == set(authoring.__all__)
+    for module, name in imports:
+        assert getattr(authoring, name) is getattr(importlib.import_module(module), name)
 
 
 def _functions(module):

@@ -120,6 +120,7 @@ def test_public_modules_are_attributes():
         "agents",
         "annotations",
         "atariari",
+        "authoring",
         "datasets",
         "envs",
         "errors",
