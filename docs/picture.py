@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import ocjax
-from ocjax.envs import make, variations
+from ocjax.envs import variations
 from ocjax.play.policies import SHIPPED
 from ocjax.play.rollouts import rollout
 from ocjax.transforms.drawing import overlay, sheet
@@ -118,7 +118,7 @@ def draw_variations() -> Image.Image:
 
 def play(game: str, hook: str | None) -> np.ndarray:
     """The last frame of random play, uint8 `[H, 160, 3]`, at most 210 rows."""
-    env = make(
+    env = ocjax.make(
         game, mode="raw", obs="pixels", preset="deterministic-v4", full_action_space=True, hook=hook
     )
     frame, _ = env.reset(seed=0)

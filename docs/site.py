@@ -41,6 +41,9 @@ PUBLIC = (
         "ocjax.files",
         "ocjax.files.atari_head",
         "ocjax.datasets",
+        "ocjax.errors",
+        "ocjax.annotations",
+        "ocjax.authoring",
     ),
     *("ocjax.evaluation", "ocjax.evaluation.parity", "ocjax.ocatari", "ocjax.jaxatari"),
 )

@@ -8,41 +8,34 @@ objects = game.vem(frames)  # uint8 [..., 210, 160] palette indices, or [..., 21
 """
 
 import importlib
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from ocjax.extraction import names
 
 if TYPE_CHECKING:
-    from ocjax import ocatari
     from ocjax._xla.process import retain_freed_memory, use_compilation_cache
-    from ocjax.console.boxes import Box
-    from ocjax.envs import make_vec
-    from ocjax.extraction.categories import Category
+    from ocjax.envs import make, make_vec
     from ocjax.extraction.edits import edit
-    from ocjax.extraction.game import Game, GameError
+    from ocjax.extraction.game import Game
     from ocjax.extraction.names import games
     from ocjax.extraction.objects import Objects, velocity
-    from ocjax.extraction.registry import UnknownGameError, load
+    from ocjax.extraction.registry import load
     from ocjax.transforms.perturbation import perturb
-    from ocjax.transforms.relations import Relations, relations
+    from ocjax.transforms.relations import relations
     from ocjax.transforms.tracking import merge_frames, track
 
 __version__ = "0.2.0"
 
 __all__ = [
-    "Box",
-    "Category",
     "Game",
-    "GameError",
     "Objects",
-    "Relations",
-    "UnknownGameError",
     "edit",
     "games",
     "load",
+    "make",
     "make_vec",
     "merge_frames",
-    "ocatari",
     "perturb",
     "relations",
     "retain_freed_memory",
@@ -54,9 +47,12 @@ __all__ = [
 # Imported on first use: importing JAX takes half a second.
 _MODULES = (
     "agents",
+    "annotations",
     "atariari",
+    "authoring",
     "datasets",
     "envs",
+    "errors",
     "evaluation",
     "files",
     "jaxatari",
@@ -66,16 +62,12 @@ _MODULES = (
     "sb3",
 )
 _MODULE_OF = {
-    "Box": "console.boxes",
-    "Category": "extraction.categories",
     "Game": "extraction.game",
-    "GameError": "extraction.game",
     "Objects": "extraction.objects",
-    "Relations": "transforms.relations",
-    "UnknownGameError": "extraction.registry",
     "edit": "extraction.edits",
     "games": "extraction.names",
     "load": "extraction.registry",
+    "make": "envs",
     "make_vec": "envs",
     "merge_frames": "transforms.tracking",
     "perturb": "transforms.perturbation",
@@ -84,6 +76,14 @@ _MODULE_OF = {
     "track": "transforms.tracking",
     "use_compilation_cache": "_xla.process",
     "velocity": "extraction.objects",
+}
+# Names of earlier versions, and the public modules that have them now.
+_MOVED = {
+    "Box": "annotations",
+    "Category": "annotations",
+    "GameError": "errors",
+    "Relations": "annotations",
+    "UnknownGameError": "errors",
 }
 
 names.register()
@@ -98,8 +98,12 @@ def __getattr__(name: str) -> Any:
             importlib.import_module(f"ocjax.{_MODULE_OF[name]}"), name
         )
         return value
+    if name in _MOVED:
+        new = f"ocjax.{_MOVED[name]}"
+        warnings.warn(f"ocjax.{name} is now {new}.{name}", DeprecationWarning, stacklevel=2)
+        return getattr(importlib.import_module(new), name)
     raise AttributeError(f"module 'ocjax' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_MODULES, *_MODULE_OF})
+    return sorted([*__all__, *_MODULES, "__version__"])

@@ -139,7 +139,7 @@ def _number(objects: Objects, field: ObservedField, game: Declaration) -> jax.Ar
     count = _shape(field)
     if not field.categories:
         return jnp.zeros((*objects.batch_shape, *count), jnp.int32)
-    part = objects.of(game, field.categories[0])
+    part = objects.of(field.categories[0])
     number = (
         part.value[..., 0]
         if part.valid.shape[-1] == 1

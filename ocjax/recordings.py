@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ocjax._files import npz
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import UnknownGameError, load
-from ocjax.files import npz, writing
+from ocjax.files import writing
 
 __all__ = ["ARRAYS", "Recording", "RecordingError", "join", "read"]
 

@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+import jax
 import numpy as np
 from gymnasium.error import NoAsyncCallError
 from gymnasium.vector import AutoresetMode
@@ -86,8 +87,11 @@ class _Instance:
         return self._envs.features
 
     @property
-    def objects(self) -> list[Any]:
-        return self._envs.objects(self._i)
+    def objects(self) -> Any:
+        return jax.tree.map(lambda field: field[self._i], self._envs.objects)
+
+    def views(self, method: str | None = None) -> list[Any]:
+        return self._envs.views(self._i, method)
 
     def get_ram(self) -> np.ndarray:
         return self._envs.get_ram()[self._i]

@@ -3,14 +3,21 @@ documented and typed."""
 
 import ast
 import importlib
+import importlib.util
 import inspect
 from pathlib import Path
 
 import pytest
 
+import ocjax
+from ocjax import authoring
+from tests.support.states import ROOT
+
 MODULES = (
     "ocjax",
+    "ocjax.annotations",
     "ocjax.atariari",
+    "ocjax.authoring",
     "ocjax.console.boxes",
     "ocjax.console.compass",
     "ocjax.console.fonts",
@@ -22,6 +29,7 @@ MODULES = (
     "ocjax.datasets",
     "ocjax.emulators.variations",
     "ocjax.envs",
+    "ocjax.errors",
     "ocjax.evaluation",
     "ocjax.extraction.categories",
     "ocjax.extraction.declaration",
@@ -79,6 +87,47 @@ def test_all_names_the_public_definitions(module):
     assert len(set(module.__all__)) == len(module.__all__)
     assert not [name for name in module.__all__ if not hasattr(module, name)]
     assert not {name for name in _defined(module) if not name.startswith("_")} - set(module.__all__)
+
+
+def test_the_package_exports_these_names():
+    names = "games load make make_vec Game Objects velocity track merge_frames relations perturb"
+    others = "edit use_compilation_cache retain_freed_memory"
+    assert set(ocjax.__all__) == {*names.split(), *others.split()}
+    exported = [name for name in dir(ocjax) if importlib.util.find_spec(f"ocjax.{name}") is None]
+    assert set(exported) == {*ocjax.__all__, "__version__"}
+
+
+@pytest.mark.parametrize(
+    ("old", "module"),
+    [
+        ("Box", "annotations"),
+        ("Category", "annotations"),
+        ("GameError", "errors"),
+        ("Relations", "annotations"),
+        ("UnknownGameError", "errors"),
+    ],
+)
+def test_old_names_warn(old, module):
+    with pytest.warns(DeprecationWarning, match=f"is now ocjax.{module}.{old}"):
+        found = getattr(ocjax, old)
+    assert found is getattr(getattr(ocjax, module), old)
+
+
+def _imports(path):
+    """The names that a file imports from modules of ocjax, without those of the games."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        module = getattr(node, "module", None) or ""
+        if module.startswith("ocjax.") and not module.startswith("ocjax.extractors"):
+            yield from ((module, name.name) for name in node.names)
+
+
+def test_authoring_exports_all_names_that_games_import():
+    imports = {
+        pair for path in (ROOT / "extractors").glob("**/*.py") for pair in sorted(_imports(path))
+    }
+    assert {name for _, name in imports} == set(authoring.__all__)
+    for module, name in imports:
+        assert getattr(authoring, name) is getattr(importlib.import_module(module), name)
 
 
 def _functions(module):

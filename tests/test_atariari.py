@@ -41,7 +41,7 @@ def test_labels_of_batches_explain_the_objects():
     """The ball's bytes differ from its box by constants."""
     game, rams = ocjax.load("Pong"), excerpt("Pong")["rams"]
     labels = atariari.labels("pong", rams.reshape(2, -1, 128))
-    ball = game.rem(rams).of(game, "Ball")
+    ball = game.rem(rams).of("Ball")
     free = np.asarray(ball.valid[:, 0] & (ball.h[:, 0] == 4) & (ball.w[:, 0] == 2))
     x = labels["ball_x"].reshape(-1).astype(int)[free] - np.asarray(ball.x[:, 0])[free]
     assert free.sum() > 5
@@ -102,7 +102,7 @@ def test_its_probes_train_on_the_labels(checkout, tmp_path, monkeypatch):
     envs.close()
     rams = np.stack(rams, axis=1)  # [episode, step, 128]
     game = ocjax.load("Freeway", hud=False)
-    x = np.asarray(game.rem(rams).of(game, "Chicken").y)[..., :1]
+    x = np.asarray(game.rem(rams).of("Chicken").y)[..., :1]
     features = torch.tensor(np.eye(256, dtype=np.float32)[x[..., 0]] * 255)
     labels = {"player_y": atariari.labels("Freeway", rams)["player_y"].astype(int)}
     episodes = [list(e) for e in features]

@@ -80,7 +80,7 @@ def test_readable_records_of_the_readme():
         state.valid
     ).tolist()
     for record in records:
-        own, slot = state.of(game, record["category"]), record["slot"]
+        own, slot = state.of(record["category"]), record["slot"]
         assert [record[field] for field in "xywh"] == own.xywh[slot].tolist()
         assert list(record["rgb"]) == own.rgb[slot].tolist()
         assert record.get("value", 0) == own.value[slot]

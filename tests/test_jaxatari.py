@@ -50,8 +50,8 @@ def test_steps_are_the_emulators(env, ale):
         assert np.array_equal(ale.getRAM(), rams[t])
         assert (ale.getEpisodeFrameNumber(), ale.game_over()) == (frames[t], done[t])
     objects = env.game.rem(rams)
-    assert np.array_equal(seen.player.x, objects.of(env.game, "Player").x[:, 0])
-    assert np.array_equal(seen.score_enemy, objects.of(env.game, "EnemyScore").value[:, 0])
+    assert np.array_equal(seen.player.x, objects.of("Player").x[:, 0])
+    assert np.array_equal(seen.score_enemy, objects.of("EnemyScore").value[:, 0])
 
 
 def test_games_begin_as_in_a_new_emulator():

@@ -84,9 +84,9 @@ MISTAKES = (
     (
         "objects.of('Bal')",
         ValueError,
-        "Pong has no category 'Bal'; it has Player, Enemy, Ball, PlayerScore, EnemyScore",
+        "objects of Pong have no category 'Bal'; they have Player, Enemy, Ball, PlayerScore, Enemy",
     ),
-    ("objects.of(breakout, 'Ball')", ValueError, "these are objects of Pong, not of Breakout"),
+    ("objects.of('Ball', breakout)", ValueError, "these are objects of Pong, not of Breakout"),
     (
         "ocjax.velocity(one, others)",
         ValueError,

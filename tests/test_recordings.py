@@ -76,7 +76,7 @@ def test_files_of_the_wrong_game_or_rom_are_refused(tmp_path):
     ):
         with pytest.raises(recordings.RecordingError, match=message):
             recordings.read(written(**arrays), game)
-    with pytest.raises(ocjax.UnknownGameError):
+    with pytest.raises(ocjax.errors.UnknownGameError):
         recordings.read(written(rams=rams))
 
 
@@ -259,7 +259,7 @@ def test_samples_are_successive_emulated_frames(short):
     game = ocjax.load("Pong")
     tape = fixtures.record(game, 24, modes=(0,))
     sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
-    objects = [extract(x).of(game, "Ball") for extract, x in sources]
+    objects = [extract(x).of("Ball") for extract, x in sources]
     balls = [np.asarray(o.xywh)[:, 0].astype(int) for o in objects]
     both = np.logical_and.reduce([np.asarray(o.valid)[:, 0] for o in objects])
     assert both.sum() >= 5

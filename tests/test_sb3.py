@@ -89,7 +89,9 @@ def test_seeds_and_attributes(envs):
     envs.reset()  # takes the place of the pending step
     assert envs.get_attr("render_mode") == [None] * 3
     assert envs.get_attr("action_space", 1) == [envs.action_space]
-    assert [o.category for o in envs.get_attr("objects", [2])[0]][:2] == ["Player", "Ball"]
+    assert [o.category for o in envs.env_method("views", indices=2)[0]][:2] == ["Player", "Ball"]
+    (found,) = envs.get_attr("objects", [2])
+    assert found.to_list() == envs.envs.objects[2].to_list()
     assert envs.env_method("get_action_meanings", indices=0)[0][0] == "NOOP"
     assert np.array_equal(envs.env_method("get_ram")[1], envs.envs.get_ram()[1])
     assert envs.has_attr("features")

@@ -1,5 +1,7 @@
 """The observation "vector": features of all slots as one flat vector."""
 
+import functools
+import math
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
@@ -10,8 +12,10 @@ import numpy as np
 
 from ocjax.envs.observations import Computed, Snapshot, no_objects_of, push
 from ocjax.extraction.categories import Category
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
-from ocjax.transforms.tracking import track
+from ocjax.extraction.objects import Objects, whose
+from ocjax.transforms.tracking import check_states, first_states, track
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
 FEATURES = ("x", "y", "w", "h", "dx", "dy", "nx", "ny", "mx", "my", "orientation", "value", "valid")
@@ -78,7 +82,7 @@ class Vector(Computed):
         if self.history < 1:
             raise ValueError(f"history must be at least 1, got {self.history}")
 
-    def features_of(self, game: Game) -> tuple[tuple[int, str, int, str], ...]:
+    def features_of(self, game: Declaration) -> tuple[tuple[int, str, int, str], ...]:
         """The meaning of each number: (steps ago, category, index within the category, feature)."""
         slots = [(c.name, i, self._features(c)) for c in game.categories for i in range(c.count)]
         return tuple(
@@ -105,7 +109,7 @@ class Vector(Computed):
             "valid",
         )
 
-    def _runs(self, game: Game) -> list[tuple[slice, tuple[str, ...]]]:
+    def _runs(self, game: Declaration) -> list[tuple[slice, tuple[str, ...]]]:
         """The slots in as few runs of equal features as possible, with these features."""
         runs: list[tuple[slice, tuple[str, ...]]] = []
         for category, s in zip(game.categories, game.slices.values(), strict=True):
@@ -116,7 +120,7 @@ class Vector(Computed):
                 runs.append((s, features))
         return runs
 
-    def _scales(self, game: Game) -> dict[str, tuple[float, float, float]]:
+    def _scales(self, game: Declaration) -> dict[str, tuple[float, float, float]]:
         """The unit of each feature, and its least and greatest number in this unit."""
         height, width = game.screen
         integers = np.iinfo(np.int32)
@@ -157,13 +161,60 @@ class Vector(Computed):
         n = len(self.features_of(game)) // self.history
         return no_objects_of(game, num_envs), np.zeros((num_envs, self.history, n), np.float32)
 
+    def of(
+        self,
+        objects: Objects,
+        previous: Objects | None = None,
+        is_first: jax.Array | np.ndarray | bool | None = None,
+    ) -> jax.Array:
+        """The features of recorded objects, equal to an environment's observations.
+
+            features = Vector().of(objects[1:], objects[:-1], is_first=resets[1:])
+
+        Use `ocjax.track` first for VEM's objects, as environments do.
+
+        Args:
+            objects: of any batch shape, such as `[T, B]`.
+            previous: the objects of the step before, of the same batch shape. Without them, dx and
+                dy are zero.
+            is_first: bool of the batch shape: whether the state begins an episode. If so, dx and dy
+                are zero.
+
+        Returns:
+            float32 `[..., n]`, with the features that `features_of` names.
+
+        Raises:
+            ValueError: the history is above 1, the objects are of different games, or the shapes
+                differ.
+            TypeError: an argument is not an `Objects`, or `is_first` is not bool.
+        """
+        if self.history > 1:
+            raise ValueError(
+                f"history must be 1 for recorded objects, got {self.history}: concatenate the "
+                "features of successive states"
+            )
+        before = objects if previous is None else previous
+        _, batch = check_states(objects=objects, previous=before)
+        return _recorded(self, objects, before, first_states(is_first, batch))
+
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
         """The observation and the new memory."""
         previous, history = memory
         objects = snapshot.objects
         if mode == "vem":
             objects = track(previous, objects, is_first=snapshot.started)
-        continued = objects.valid & previous.valid & ~snapshot.started[:, None]
+        latest = self._latest(game, objects, previous, snapshot.started)
+        history = push(snapshot.started, latest, history)
+        return history.reshape(history.shape[0], -1), (objects, history)
+
+    def _latest(
+        self, game: Declaration, objects: Objects, previous: Objects, started: jax.Array
+    ) -> jax.Array:
+        """The features of states of batch shape `[B]`, float32 `[B, n]`.
+
+        `started`, bool `[B]`, marks the first states of episodes.
+        """
+        continued = objects.valid & previous.valid & ~started[:, None]
         moved = jnp.where(continued[..., None], objects.center - previous.center, jnp.float32(0))
         both = objects.valid & objects.valid[:, :1]
         distance = jnp.where(
@@ -185,11 +236,10 @@ class Vector(Computed):
             jnp.stack([columns[f][:, s] for f in features], axis=-1)
             for s, features in self._runs(game)
         ]
-        latest = jnp.concatenate([part.reshape(part.shape[0], -1) for part in parts], axis=-1)
-        history = push(snapshot.started, latest, history)
-        return history.reshape(history.shape[0], -1), (objects, history)
+        flat = [part.reshape(part.shape[0], math.prod(part.shape[1:])) for part in parts]
+        return jnp.concatenate(flat, axis=-1)
 
-    def _column(self, game: Game, name: str, numbers: jax.Array) -> jax.Array:
+    def _column(self, game: Declaration, name: str, numbers: jax.Array) -> jax.Array:
         """A feature of all slots in its unit, float32 `[B, N]`."""
         if name == "value":
             numbers = jnp.where(numbers == UNKNOWN_VALUE, jnp.int32(UNKNOWN), numbers)
@@ -197,3 +247,15 @@ class Vector(Computed):
         if name == "value" and self.normalize:
             column = jnp.sign(column) * jnp.log1p(jnp.abs(column)) / jnp.float32(_VALUE_UNIT)
         return column / jnp.float32(self._scales(game)[name][0])
+
+
+@functools.partial(jax.jit, static_argnums=0)
+def _recorded(kind: Vector, objects: Objects, previous: Objects, is_first: jax.Array) -> jax.Array:
+    """The features of objects of any batch shape, float32 `[..., n]`."""
+    batch = objects.batch_shape
+    flat = [
+        jax.tree.map(lambda a: a.reshape(math.prod(batch), *a.shape[len(batch) :]), tree)
+        for tree in (objects, previous, is_first)
+    ]
+    latest = kind._latest(whose(objects), *flat)
+    return latest.reshape(*batch, latest.shape[-1])

@@ -46,10 +46,6 @@ def make_vec(
     game: str | Game,
     num_envs: int = 1,
     *,
-    mode: Mode = "rem",
-    backend: Literal["ale", "envpool"] = "ale",
-    obs: Request | None = None,
-    hud: bool = True,
     preset: str | None = None,
     frame_skip: int | tuple[int, int] | None = None,
     repeat_action_probability: float | None = None,
@@ -62,21 +58,29 @@ def make_vec(
     episodic_life: bool | None = None,
     game_mode: int | Sequence[int | None] | None = None,
     game_difficulty: int | Sequence[int | None] | None = None,
-    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
-    num_workers: int | None = None,
-    batch_size: int | None = None,
-    hook: Hooks = None,
-    worker_timeout: float | None = WORKER_TIMEOUT,
-    render_mode: str | None = None,
-    ram_info: bool = False,
-    reward_fn: RewardFunction | None = None,
     continuous: bool = False,
     continuous_action_threshold: float = DEFAULT_THRESHOLD,
+    hook: Hooks = None,
+    reward_fn: RewardFunction | None = None,
+    mode: Mode = "rem",
+    obs: Request | None = None,
+    hud: bool = True,
+    ram_info: bool = False,
+    render_mode: str | None = None,
+    backend: Literal["ale", "envpool"] = "ale",
+    num_workers: int | None = None,
+    batch_size: int | None = None,
+    worker_timeout: float | None = WORKER_TIMEOUT,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     **unknown: Never,
 ) -> ObjectVectorEnv:
     """Make a vector environment: many instances of a game whose observations are objects.
 
-    Worker processes step the instances.
+    Worker processes step the instances. The options have three groups:
+
+    - the game's behaviour: `preset` to `reward_fn`
+    - the observation: `mode` to `render_mode`
+    - the execution: `backend` to `autoreset_mode`
 
     ale-py's names `frameskip`, `difficulty` and `max_num_frames_per_episode`, an integer as `mode`,
     and OCAtari's modes "ram" and "vision" also work.
@@ -86,16 +90,6 @@ def make_vec(
             ("PongNoFrameskip-v4") implies a preset; `preset` and the settings must not contradict
             it.
         num_envs: number of instances.
-        mode: "rem" (objects from RAM, without pixels), "vem" (objects from the screen), "both", or
-            "raw" (no objects).
-        backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra `envpool`;
-            `ocjax.envs.envpool` lists its limits).
-        obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
-            "pixels", "ram", "object_masks", "binary_masks", "class_masks" or "planes". An instance
-            of `ObjectFields`, `Vector`, `Dqn`, `Pixels`, `Ram` or `Masks` from `ocjax.envs` sets
-            options. A list of names, or a dict of names or instances, gives a Dict of observations.
-            The default is "objects", or "ram" in mode "raw".
-        hud: whether score, lives and other display objects are included.
         preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4",
             "noframeskip", "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which
             have sticky actions.
@@ -111,27 +105,37 @@ def make_vec(
         game_mode: ale-py's number of the game mode: one for all instances, or a sequence with one
             for each.
         game_difficulty: ale-py's number of the game difficulty, given in the same way.
-        autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
-        num_workers: number of processes (envpool: threads); by default one per core. With 0,
-            instances are stepped in this process.
-        batch_size: envpool only: the number of environments whose results `recv` returns.
-        hook: a function, or a sequence of functions, that edits the RAM of each instance before
-            every emulated frame; see `AlePool`. The name of a variation in
-            `ocjax.emulators.variations` also works: "stop_all_cars" or "Freeway:stop_all_cars".
-        worker_timeout: seconds that a worker process of backend "ale" may take to reply before an
-            error is raised, or None for no limit.
-        render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
-        ram_info: whether `info` contains the RAM.
-        reward_fn: a function that returns one environment's reward from the objects before a step,
-            the objects after it and the action. The objects are REM's if the mode extracts them.
-            JAX compiles the function for the batch. Its result is not clipped, and `info["reward"]`
-            is the game's own reward. Next-step autoreset ignores the action of an episode's first
-            step; this step has reward 0.
         continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
             deflection from 0 to 1, its angle in radians from -pi to pi, and its button from 0 to 1.
             The deflection is also the speed of a paddle. All 18 actions are available.
         continuous_action_threshold: the deflection above which a joystick's contact closes, and the
             same for the button.
+        hook: a function, or a sequence of functions, that edits the RAM of each instance before
+            every emulated frame; see `AlePool`. The name of a variation in
+            `ocjax.emulators.variations` also works: "stop_all_cars" or "Freeway:stop_all_cars".
+        reward_fn: a function that returns one environment's reward from the objects before a step,
+            the objects after it and the action. The objects are REM's if the mode extracts them.
+            JAX compiles the function for the batch. Its result is not clipped, and `info["reward"]`
+            is the game's own reward. Next-step autoreset ignores the action of an episode's first
+            step; this step has reward 0.
+        mode: "rem" (objects from RAM, without pixels), "vem" (objects from the screen), "both", or
+            "raw" (no objects).
+        obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
+            "pixels", "ram", "object_masks", "binary_masks", "class_masks" or "planes". An instance
+            of `ObjectFields`, `Vector`, `Dqn`, `Pixels`, `Ram` or `Masks` from `ocjax.envs` sets
+            options. A list of names, or a dict of names or instances, gives a Dict of observations.
+            The default is "objects", or "ram" in mode "raw".
+        hud: whether score, lives and other display objects are included.
+        ram_info: whether `info` contains the RAM.
+        render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
+        backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra `envpool`;
+            `ocjax.envs.envpool` lists its limits).
+        num_workers: number of processes (envpool: threads); by default one per core. With 0,
+            instances are stepped in this process.
+        batch_size: envpool only: the number of environments whose results `recv` returns.
+        worker_timeout: seconds that a worker process of backend "ale" may take to reply before an
+            error is raised, or None for no limit.
+        autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
         unknown: other options raise TypeError.
 
     Returns:
@@ -285,12 +289,67 @@ def _spec(game: Game, mode: str, obs: Any, chosen: Settings, **options: Any) -> 
     )
 
 
-def make(game: str | Game, **options: Any) -> ObjectEnv:
+@accepts_other_names
+def make(
+    game: str | Game,
+    *,
+    preset: str | None = None,
+    frame_skip: int | tuple[int, int] | None = None,
+    repeat_action_probability: float | None = None,
+    max_episode_frames: int | None = None,
+    max_episode_steps: int | None = None,
+    full_action_space: bool | None = None,
+    noop_max: int | None = None,
+    fire_reset: bool | None = None,
+    clip_rewards: bool | None = None,
+    episodic_life: bool | None = None,
+    game_mode: int | None = None,
+    game_difficulty: int | None = None,
+    continuous: bool = False,
+    continuous_action_threshold: float = DEFAULT_THRESHOLD,
+    hook: Hooks = None,
+    reward_fn: RewardFunction | None = None,
+    mode: Mode = "rem",
+    obs: Request | None = None,
+    hud: bool = True,
+    ram_info: bool = False,
+    render_mode: str | None = None,
+    **unknown: Never,
+) -> ObjectEnv:
     """Make a single environment: one instance of a game, stepped in this process.
+
+    `make_vec` explains the options. They have two groups:
+
+    - the game's behaviour: `preset` to `reward_fn`
+    - the observation: `mode` to `render_mode`
+
+    `gymnasium.make("ocjax/Pong-v5")` makes the same environment inside Gymnasium's wrappers.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`.
-        options: options of `make_vec`, except the options for vector environments only.
+        preset: a named set of settings.
+        frame_skip: see `Settings`. This option and the next eight override the preset.
+        repeat_action_probability: see `Settings`.
+        max_episode_frames: see `Settings`.
+        max_episode_steps: see `Settings`.
+        full_action_space: see `Settings`.
+        noop_max: see `Settings`.
+        fire_reset: see `Settings`.
+        clip_rewards: see `Settings`.
+        episodic_life: see `Settings`.
+        game_mode: ale-py's number of the game mode.
+        game_difficulty: ale-py's number of the game difficulty.
+        continuous: whether actions are continuous, float32 `[3]`.
+        continuous_action_threshold: the deflection above which a contact closes.
+        hook: functions or names of variations that edit the RAM before every emulated frame.
+        reward_fn: a function that returns the reward from the objects before and after a step and
+            the action.
+        mode: "rem", "vem", "both" or "raw".
+        obs: the observation, or several observations.
+        hud: whether score, lives and other display objects are included.
+        ram_info: whether `info` contains the RAM.
+        render_mode: "rgb_array" or "objects".
+        unknown: other options raise TypeError.
 
     Returns:
         The environment.
@@ -299,10 +358,36 @@ def make(game: str | Game, **options: Any) -> ObjectEnv:
         ValueError: the game or an option's value is unknown, or the ROM is the wrong one.
         TypeError: an option does not exist, or only vector environments have it.
     """
-    for name in _VECTOR_ONLY:
-        if name in options:
+    for name in unknown:
+        if name in _VECTOR_ONLY:
             raise TypeError(f"{name} is an option of make_vec: a single environment has none")
-    envs = make_vec(game, 1, num_workers=0, autoreset_mode=AutoresetMode.DISABLED, **options)
+        raise no_option(name, list(inspect.signature(make).parameters)[:-1])
+    envs = make_vec(
+        game,
+        preset=preset,
+        frame_skip=frame_skip,
+        repeat_action_probability=repeat_action_probability,
+        max_episode_frames=max_episode_frames,
+        max_episode_steps=max_episode_steps,
+        full_action_space=full_action_space,
+        noop_max=noop_max,
+        fire_reset=fire_reset,
+        clip_rewards=clip_rewards,
+        episodic_life=episodic_life,
+        game_mode=game_mode,
+        game_difficulty=game_difficulty,
+        continuous=continuous,
+        continuous_action_threshold=continuous_action_threshold,
+        hook=hook,
+        reward_fn=reward_fn,
+        mode=mode,
+        obs=obs,
+        hud=hud,
+        ram_info=ram_info,
+        render_mode=render_mode,
+        num_workers=0,
+        autoreset_mode=AutoresetMode.DISABLED,
+    )
     env = ObjectEnv(envs)
     assert envs.spec is not None
     env.spec = replace(

@@ -20,7 +20,7 @@ class PerturbObjects(VectorWrapper):
         envs = PerturbObjects(
             ocjax.make_vec("Pong", num_envs=64), jax.random.key(0), jitter=2, drop=0.1
         )
-        envs.unwrapped.tensors  # the true objects
+        envs.unwrapped.objects  # the true objects
 
     Every observation gets new errors, including the terminal ones in `final_obs`. `info` and
     rewards are unchanged.

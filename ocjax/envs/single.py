@@ -1,14 +1,16 @@
 """Single environments with objects as observations."""
 
+import warnings
 from typing import Any
 
 import gymnasium as gym
+import jax
 import numpy as np
 from gymnasium.vector.utils import iterate
 
 from ocjax.emulators.checks import Uncopied
 from ocjax.emulators.states import States
-from ocjax.envs.vector import ObjectVectorEnv
+from ocjax.envs.vector import TENSORS, ObjectVectorEnv
 from ocjax.extraction.objects import Objects
 from ocjax.transforms.game_objects import GameObject
 
@@ -23,8 +25,8 @@ def _parts(action: str) -> list[str]:
 class ObjectEnv(Uncopied, gym.Env):
     """One instance of a game, stepped in this process.
 
-    `make_vec` explains the options and observations. `gymnasium.make("ocjax/Pong-v5")` makes such
-    an environment; `ocjax.envs.make` makes it without Gymnasium's wrappers.
+    `ocjax.make("Pong")` makes it, and `gymnasium.make("ocjax/Pong-v5")` makes it with Gymnasium's
+    wrappers. `ocjax.make_vec` explains the options and observations.
 
     Args:
         envs: a vector environment of one instance, with autoreset disabled.
@@ -103,22 +105,31 @@ class ObjectEnv(Uncopied, gym.Env):
         self.envs.close()
 
     @property
-    def objects(self) -> list[GameObject]:
-        """The objects in OCAtari's style, from RAM or, in mode "vem", from pixels."""
-        return self.envs.objects(0)
+    def objects(self) -> Objects | dict[str, Objects]:
+        """The current objects, without a batch dimension.
+
+        In mode "both" it is a dict of both methods' objects.
+
+        Raises:
+            ValueError: the mode is "raw", or the environment has not been reset.
+        """
+        return jax.tree.map(lambda field: field[0], self.envs.objects)
+
+    def views(self, method: str | None = None) -> list[GameObject]:
+        """The objects as OCAtari's list of Python objects; see `ObjectVectorEnv.views`."""
+        return self.envs.views(0, method)
 
     @property
     def objects_v(self) -> list[GameObject]:
-        """The objects from pixels, in modes "vem" and "both"."""
-        return self.envs.objects(0, "vem")
+        """Deprecated form of `views("vem")`."""
+        warnings.warn('env.objects_v is now env.views("vem")', DeprecationWarning, stacklevel=2)
+        return self.views("vem")
 
     @property
     def tensors(self) -> Objects | dict[str, Objects]:
-        """The objects as `Objects` of batch shape `[1]`.
-
-        In mode "both" it is a dict of both methods' objects.
-        """
-        return self.envs.tensors
+        """Deprecated form of `objects`, with batch shape `[1]`."""
+        warnings.warn(TENSORS, DeprecationWarning, stacklevel=2)
+        return self.envs.objects
 
     @property
     def features(self) -> Any:

@@ -1,5 +1,6 @@
 """Vector environments with objects as observations."""
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -32,9 +33,11 @@ from ocjax.envs.shards import (
     select_rows,
 )
 from ocjax.extraction.objects import Objects
+from ocjax.transforms import game_objects
 from ocjax.transforms.drawing import overlay
-from ocjax.transforms.game_objects import GameObject, views
+from ocjax.transforms.game_objects import GameObject
 
+TENSORS = "environments' `tensors` is now called `objects`: use envs.objects"
 RENDER_MODES = ("rgb_array", "objects")
 _INFO = ("lives", "frame_number", "episode_return", "episode_length", "game_over")
 _OVER = "over"  # the name in `States` of the flags of ended episodes
@@ -71,8 +74,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         continuous: maps continuous actions to the pool's 18 actions, or None for discrete actions.
 
     Attributes:
-        tensors: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
-            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.tensors.xywh)`
+        objects: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
+            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.objects.xywh)`
             shares them with PyTorch.
         pool: the emulators and their arrays.
     """
@@ -136,14 +139,20 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def _repr_html_(self) -> str:
         """The environments and the first environment's objects, for a notebook."""
-        shown = self.tensors if self._shards[0].objects else {}
+        shown = self.objects if self._shards[0].objects else {}
         methods = shown if isinstance(shown, dict) else {self.mode: shown}
         about = f"<p>{self.num_envs} environments of {self.game.name}, mode {self.mode}</p>"
         return about + "".join(objects._repr_html_() for objects in methods.values())
 
     @property
     def tensors(self) -> Objects | dict[str, Objects]:
-        """The current objects.
+        """Deprecated name of `objects`."""
+        warnings.warn(TENSORS, DeprecationWarning, stacklevel=2)
+        return self.objects
+
+    @property
+    def objects(self) -> Objects | dict[str, Objects]:
+        """The current objects, batch shape `[N]`; in mode "both" a dict of both methods' objects.
 
         Raises:
             ValueError: the mode is "raw", or the environments have not been reset.
@@ -158,8 +167,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
         return dict(objects) if self.mode == "both" else objects[self.mode]
 
-    def objects(self, i: int, method: str | None = None) -> list[GameObject]:
-        """The objects of one environment, in OCAtari's style.
+    def views(self, i: int, method: str | None = None) -> list[GameObject]:
+        """The objects of one environment as OCAtari's list of Python objects.
 
         Args:
             i: the index of the environment.
@@ -180,7 +189,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             )
         k, previous = i - shard.rows.start, shard.previous.get(name)
         continued = previous is not None and not self.pool.started[i]
-        return views(row(shard.objects[name], k), row(previous, k) if continued else None)
+        return game_objects.views(
+            row(shard.objects[name], k), row(previous, k) if continued else None
+        )
 
     @property
     def features(self) -> Any:
@@ -464,7 +475,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         previous = concatenate_rows([shard.objects[name] for shard in self._shards])
         out = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(ended).tolist():
-            out[i] = views(row(objects[name], i), row(previous, i))
+            out[i] = game_objects.views(row(objects[name], i), row(previous, i))
         return {"objects": out, "_objects": ended.copy()}
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
@@ -585,8 +596,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         frames = self.pool.rgb[:, -1].copy()
         if self.render_mode == "rgb_array":
             return tuple(frames)
-        tensors = self.tensors
-        objects = jax.tree.map(np.asarray, tensors["rem"] if isinstance(tensors, dict) else tensors)
+        found = self.objects
+        objects = jax.tree.map(np.asarray, found["rem"] if isinstance(found, dict) else found)
         return tuple(
             np.asarray(overlay(self.game, frame, objects[i])) for i, frame in enumerate(frames)
         )

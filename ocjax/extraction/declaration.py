@@ -157,6 +157,23 @@ class Declaration:
         """N, the number of slots."""
         return sum(c.count for c in self.categories)
 
+    @functools.cached_property
+    def _parts(self) -> dict[str, _Part]:
+        return {}
+
+    def part(self, name: str) -> Declaration:
+        """Return the declaration of one category: its slots alone, in the same game.
+
+        The same category gives the same object, so that objects of `Objects.of` are one pytree.
+
+        Args:
+            name: the category's name or an alias.
+        """
+        if len(self.categories) == 1:
+            return self
+        category = self.categories[self.slot_category[self.slices[name].start]]
+        return self._parts.setdefault(category.name, _Part(self, category))
+
     def replaced(self, **changes: Any) -> Self:
         """Return the same game with other arguments."""
         same = {
@@ -169,6 +186,22 @@ class Declaration:
     def without_hud(self) -> Self:
         """Return the game without its display categories; its slots are a prefix of this game's."""
         return self.replaced(hud=False)
+
+
+class _Part(Declaration):
+    """One category of a game.
+
+    Args:
+        game: the game.
+        category: an entry of `game.categories`.
+    """
+
+    def __init__(self, game: Declaration, category: Category) -> None:
+        same = {field.name: getattr(game, field.name) for field in fields(game)}
+        vars(self).update(same, categories=(category,), _game=game)
+
+    def __reduce__(self) -> Any:
+        return Declaration.part, (vars(self)["_game"], self.categories[0].name)
 
 
 # --------------------------------------------------------------------------------------------------

@@ -18,6 +18,8 @@ BACKGROUND = "#222"
 def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
     """Describe the game, slots and batch shape of objects."""
     of = "no game" if game is None else game.name
+    if game is not None and len(game.categories) == 1:
+        of += f", category {game.categories[0].name}"
     return f"Objects of {of}, {slots} slots, batch shape {list(batch)}"
 
 

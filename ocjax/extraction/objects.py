@@ -2,15 +2,17 @@
 
 import dataclasses
 import reprlib
+import warnings
 from collections.abc import Iterator
-from typing import Any, overload
+from pathlib import Path
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from ocjax.extraction import display, records
+from ocjax.extraction import display, records, storage
 from ocjax.extraction.categories import Category
 from ocjax.extraction.declaration import Declaration
 
@@ -162,51 +164,43 @@ class Objects:
             )
         )
 
-    @overload
-    def of(self, game: str | Category) -> "Objects": ...
-    @overload
-    def of(self, game: Declaration, category: str | Category) -> "Objects": ...
-    def of(
-        self, game: Declaration | str | Category, category: str | Category | None = None
-    ) -> "Objects":
+    def of(self, category: str | Category, game: Declaration | None = None) -> "Objects":
         """Select the slots of a category: `objects.of("Ball")`.
 
-        Objects without a reference to their game need it as an argument: `objects.of(game,
-        "Ball")`.
-
-        The result has no reference to the game, so functions that need all slots, such as
-        `to_list`, raise ValueError for it.
+        The result keeps the game and the category, so `to_list`, `velocity` and the other functions
+        of objects work on it.
 
         Args:
-            game: the game of the objects; optional.
-            category: its name, or an entry of `game.categories`.
+            category: its name or an alias, or an entry of `game.categories`.
+            game: only for objects without a reference to their game.
 
         Raises:
-            ValueError: the objects belong to another game or to none, or the game does not have the
-                category.
+            ValueError: the objects belong to another game or to none, or have no such category.
         """
-        given, wanted = (game, category) if isinstance(game, Declaration) else (None, game)
-        if wanted is None:
-            raise ValueError('expected a category, as in objects.of("Ball"), got only a game')
-        own = self.game if given is None else given
+        if isinstance(category, Declaration):
+            category, game = _reordered(category, game)
+        own = self.game or game
         if own is None:
             raise ValueError(
-                "these objects have no reference to their game: give it, as in objects.of(game, "
-                "category)"
+                "these objects have no reference to their game: give it, as in "
+                "objects.of(category, game)"
             )
-        if self.game is not None and own.name != self.game.name:
-            raise ValueError(f"these are objects of {self.game.name}, not of {own.name}")
-        name = wanted if isinstance(wanted, str) else wanted.name
-        slots = (self.game or own).slices
-        if name not in slots:
-            raise ValueError(f"{own.name} has no category {name!r}; it has {', '.join(slots)}")
-        s = slots[name]
+        if game is not None and own.name != game.name:
+            raise ValueError(f"these are objects of {own.name}, not of {game.name}")
+        name = category if isinstance(category, str) else category.name
+        if name not in own.slices:
+            raise ValueError(
+                f"these objects of {own.name} have no category {name!r}; they have "
+                f"{', '.join(own.slices)}"
+            )
+        s = own.slices[name]
         return Objects(
             self.xywh[..., s, :],
             self.valid[..., s],
             self.orientation[..., s],
             self.value[..., s],
             self.rgb[..., s, :],
+            own.part(name),
         )
 
     def take(self, slots: jax.Array) -> "Objects":
@@ -225,6 +219,32 @@ class Objects:
 
         return jax.tree.map(one, dataclasses.replace(self, game=None))
 
+    def save(self, path: str | Path) -> None:
+        """Write an .npz file, which `Objects.load` reads.
+
+        It holds the fields, and the game's name and the md5 of its ROM. An existing file is
+        replaced atomically; if writing fails, it stays unchanged.
+
+        Raises:
+            ValueError: see `to_list`.
+            OSError: the file cannot be written.
+        """
+        storage.save(Path(path), self._host(), whose(self))
+
+    @classmethod
+    def load(cls, path: str | Path) -> "Objects":
+        """Read a file that `save` wrote.
+
+        Returns:
+            Objects with NumPy arrays as fields.
+
+        Raises:
+            FileNotFoundError: the file does not exist.
+            ValueError: the file is damaged, or was made with another ROM or other slots.
+        """
+        fields, game = storage.load(Path(path))
+        return cls(**fields._asdict(), game=game)
+
     def to_list(self) -> list[Any]:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
@@ -236,8 +256,8 @@ class Objects:
             A list of dicts for one state; nested lists for a batch.
 
         Raises:
-            ValueError: the objects have no reference to their game, because they are only some of
-                the slots that `game.rem` or `game.vem` returned.
+            ValueError: the objects have no reference to their game, because `take` or the caller
+                made them.
         """
         return records.per_state(list, self._host(), whose(self))
 
@@ -312,6 +332,16 @@ class Objects:
         return records.arrow(self._host(), whose(self))
 
 
+def _reordered(game: Declaration, category: Any) -> tuple[str | Category, Declaration]:
+    """Return the arguments of `Objects.of` in their order, from the order of earlier versions."""
+    if category is None:
+        raise ValueError('expected a category, as in objects.of("Ball"), got only a game')
+    warnings.warn(
+        "objects.of(category) is now objects.of(category)", DeprecationWarning, stacklevel=3
+    )
+    return category, game
+
+
 def check_objects(name: str, objects: Any) -> None:
     """Check that an argument is an `Objects`.
 
@@ -331,14 +361,14 @@ def whose(objects: Objects) -> Declaration:
 
     Raises:
         TypeError: `objects` is not an `Objects`.
-        ValueError: the objects have no reference to their game, because `of` or the caller made
+        ValueError: the objects have no reference to their game, because `take` or the caller made
             them.
     """
     check_objects("objects", objects)
     if objects.game is None:
         raise ValueError(
-            "these objects have no reference to their game: pass all slots that game.rem or "
-            "game.vem returned, not those of `of`"
+            "these objects have no reference to their game: pass objects that game.rem or game.vem "
+            "returned, or their slots of one category (`of`)"
         )
     return objects.game
 
@@ -351,17 +381,19 @@ def velocity(previous: Objects, current: Objects) -> jax.Array:
     `Objects.of` for both states.
 
     Raises:
-        ValueError: the states belong to different games, or have different numbers of slots.
+        ValueError: the states belong to different games, or have different slots.
     """
-    if (
-        previous.game is not None
-        and current.game is not None
-        and previous.game.name != current.game.name
-    ):
-        raise ValueError(
-            f"velocities need two states of one game, got {previous.game.name} and "
-            f"{current.game.name}"
-        )
+    game, other = previous.game, current.game
+    if game is not None and other is not None:
+        if game.name != other.name:
+            raise ValueError(
+                f"velocities need two states of one game, got {game.name} and {other.name}"
+            )
+        if game.slices != other.slices:
+            raise ValueError(
+                f"velocities need the same slots in both states, got {', '.join(game.slices)} and "
+                f"{', '.join(other.slices)}"
+            )
     if previous.valid.shape[-1:] != current.valid.shape[-1:]:
         raise ValueError(
             f"velocities need the same slots in both states, got {previous.valid.shape[-1]} and "

@@ -10,8 +10,9 @@ from typing import IO, Any
 import numpy as np
 
 from ocjax._extras import require
+from ocjax._files import npz
 from ocjax.console.ram import RAM_SIZE
-from ocjax.files import folders, npz
+from ocjax.files import folders
 from ocjax.files.rows import (
     FACTS,
     Input,

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from ocjax._files import npz
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.records import no_objects
-from ocjax.files import npz, writing
+from ocjax.files import writing
 
 
 @dataclasses.dataclass(frozen=True)

@@ -6,13 +6,14 @@ Paths are checked before the work starts, and files are written completely or no
 import os
 import shutil
 import stat
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import BinaryIO
 
 from PIL import Image
 from rich.console import Console
 from rich.text import Text
+
+from ocjax._files.atomic import is_replaced, write
 
 
 def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
@@ -35,7 +36,7 @@ def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
             raise NotADirectoryError(f"no folder {target.parent} for {path.name}")
         if target.is_dir():
             raise IsADirectoryError(f"{path} is a folder: give the name of a file")
-        if not os.access(target.parent if _is_replaced(target) else target, os.W_OK):
+        if not os.access(target.parent if is_replaced(target) else target, os.W_OK):
             raise PermissionError(f"no permission to write {path}")
         check_apart(path, inputs)
 
@@ -107,41 +108,6 @@ def new_folder(path: Path) -> None:
     path.mkdir(parents=True)
 
 
-def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = True) -> None:
-    """Write a file, completely or not at all.
-
-    A complete new file replaces an existing one. If writing fails, the existing file stays
-    unchanged.
-
-    Args:
-        path: path of the file.
-        to_file: writes the contents.
-        follow: whether the user named the path. If so, the target of a link is written, and special
-            files, such as /dev/null, are written to directly. Otherwise the new file replaces
-            links, devices and pipes.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    target = Path(os.path.realpath(path)) if follow else path
-    if follow and not _is_replaced(target):
-        with target.open("wb") as file:
-            to_file(file)
-        return
-    unfinished = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
-        with unfinished.open("x+b") as file:
-            to_file(file)
-        unfinished.replace(target)
-    except OSError as error:
-        if error.errno is None or error.filename is not None:
-            raise
-        # a full disk does not name the file
-        raise OSError(error.errno, error.strerror, str(path)) from error
-    finally:
-        unfinished.unlink(missing_ok=True)
-
-
 def write_text(path: Path, text: str, *, follow: bool = True) -> None:
     """Write a text file in UTF-8; see `write`."""
     write(path, lambda file: file.write(text.encode()), follow=follow)
@@ -155,8 +121,3 @@ def write_picture(path: Path, image: Image.Image) -> None:
 def announce(console: Console, text: str, path: Path) -> None:
     """Print the path of a file in one line, without markup or line breaks."""
     console.print(Text.assemble(text, ": ", (str(path), "bold")), soft_wrap=True)
-
-
-def _is_replaced(target: Path) -> bool:
-    """True if writing replaces the file at the path. Devices and pipes are written to directly."""
-    return target.is_file() or not target.exists()

@@ -48,7 +48,7 @@ ABSENT = {
     "MAX_NB_OBJECTS_HUD": _TABLES,
     "MAX_ESSENTIAL_OBJECTS": _TABLES,
     "PositionHistoryEnv": (
-        "it does not run in OCAtari 2.2.1 either; `ocjax.envs.make(game, obs='vector')` observes "
+        "it does not run in OCAtari 2.2.1 either; `ocjax.make(game, obs='vector')` observes "
         "positions and movements"
     ),
     "DEVICE": "OCAtari 2.2.1 has none either",
@@ -103,7 +103,7 @@ def riverraid_score(ram: np.ndarray) -> int:
     HackAtari imports this function.
     """
     game = load("Riverraid")
-    return int(game.rem(ram).of(game, "PlayerScore").value[0])
+    return int(game.rem(ram).of("PlayerScore").value[0])
 
 
 def make_deterministic(seed: int, env: Any, states_dict: Any = None) -> None:

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from ocjax._files import npz
 from ocjax.emulators.checks import integer
 from ocjax.envs import Dqn, Settings, Vector
 from ocjax.extraction.categories import ATTRIBUTES
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import load
 from ocjax.extraction.selection import Selection, Slots
-from ocjax.files import npz
 from ocjax.play.networks import NETWORKS, Groups, Layers, Shape, groups_of
 from ocjax.play.saved import PolicyError, SavedPolicy, slots_of
 

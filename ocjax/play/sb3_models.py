@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ocjax._extras import require
+from ocjax._files import npz
 from ocjax.emulators.settings import settings
 from ocjax.envs import Dqn, Vector
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import load
-from ocjax.files import npz
 from ocjax.play.policy_files import LARGEST, MOST_BYTES, layers_of
 from ocjax.play.saved import PolicyError, SavedPolicy
 

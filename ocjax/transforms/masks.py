@@ -43,7 +43,7 @@ def masks(
     """Draw objects as masks; a pure function that works under `jit`.
 
     Args:
-        objects: of batch shape `[B]`, with all slots of their game.
+        objects: of batch shape `[B]`; all slots, or the slots of a category.
         kind: "object" (the grey screen inside boxes, black outside), "binary" (white inside boxes),
             "class" (one shade of grey per category, from dark to bright; in overlaps, the brighter
             one wins) or "planes" (one binary mask per category).

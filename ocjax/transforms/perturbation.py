@@ -28,7 +28,7 @@ def perturb(
     objects are dropped, empty slots receive invented objects, and objects from the truth are moved.
     This is a pure function that works under `jit`, `vmap` and `scan`.
 
-        noisy = ocjax.perturb(key, envs.tensors, jitter=2, drop=0.1)
+        noisy = ocjax.perturb(key, envs.objects, jitter=2, drop=0.1)
 
     Args:
         key: a key of `jax.random`.

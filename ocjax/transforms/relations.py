@@ -69,7 +69,7 @@ def relations(objects: Objects, others: Objects | None = None) -> Relations:
     This is a jit-compiled pure function that works under `vmap` and `scan`.
 
         # bool [..., 1, N]
-        near = ocjax.relations(objects.of(game, "Player"), objects).distance < 20
+        near = ocjax.relations(objects.of("Player"), objects).distance < 20
 
     Args:
         objects: of any batch shape; all slots, or the slots of a category (`Objects.of`).

@@ -19,7 +19,7 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.records import FIELDS
 
-__all__ = ["MERGE_RADIUS", "TRACK_RADIUS", "merge_frames", "track"]
+__all__ = ["MERGE_RADIUS", "TRACK_RADIUS", "check_states", "first_states", "merge_frames", "track"]
 
 MERGE_RADIUS = 5.0  # pixels, for frames that are one emulated frame apart
 TRACK_RADIUS = 16.0  # pixels, for a step of four emulated frames with 4 pixels each
@@ -236,8 +236,13 @@ def _limit(radius: float) -> jax.Array:
     return jnp.int32(min(4.0 * float(radius) ** 2, _LONGEST))
 
 
-def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
-    """Check the fields' shapes against the game's slots, and return the game and batch shape."""
+def check_states(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
+    """Check the fields' shapes against the game's slots, and return the game and batch shape.
+
+    Raises:
+        ValueError: the objects are of different games, the shapes do not fit the game's slots, or
+            the batch shapes differ.
+    """
     game, other = (whose(objects) for objects in states.values())
     if game is not other:
         raise ValueError(
@@ -257,6 +262,25 @@ def _check(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
                 )
     assert batch is not None
     return game, batch
+
+
+def first_states(
+    is_first: jax.Array | np.ndarray | bool | None, batch: tuple[int, ...]
+) -> jax.Array:
+    """Check the argument `is_first`, and return it as bool of the batch shape; by default False.
+
+    Raises:
+        ValueError: it has another shape.
+        TypeError: it is not bool.
+    """
+    first = jnp.zeros(batch, jnp.bool_) if is_first is None else jnp.asarray(is_first)
+    if first.dtype != jnp.bool_:
+        raise TypeError(f"is_first must be bool, got {first.dtype}")
+    if first.shape != batch:
+        raise ValueError(
+            f"is_first must have the objects' batch shape {list(batch)}, got {list(first.shape)}"
+        )
+    return first
 
 
 def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS) -> Objects:
@@ -283,7 +307,7 @@ def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS)
         ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius
             is negative or nan.
     """
-    game, _ = _check(earlier=earlier, later=later)
+    game, _ = check_states(earlier=earlier, later=later)
     return _merge(game, _limit(radius), earlier, later)
 
 
@@ -323,12 +347,6 @@ def track(
             is negative or nan.
         TypeError: `is_first` is not bool.
     """
-    game, batch = _check(previous=previous, current=current)
-    first = jnp.zeros(batch, jnp.bool_) if is_first is None else jnp.asarray(is_first)
-    if first.dtype != jnp.bool_:
-        raise TypeError(f"is_first must be bool, got {first.dtype}")
-    if first.shape != batch:
-        raise ValueError(
-            f"is_first must have the objects' batch shape {list(batch)}, got {list(first.shape)}"
-        )
+    game, batch = check_states(previous=previous, current=current)
+    first = first_states(is_first, batch)
     return _track(game, _limit(radius), previous, current, first)

@@ -62,7 +62,7 @@ def test_stable_baselines3_with_its_atari_wrapper():
 def test_torch_shares_the_tensors():
     envs = ocjax.make_vec("Pong", 3)
     envs.reset(seed=0)
-    assert np.array_equal(torch.from_dlpack(envs.tensors.xywh).numpy(), envs.tensors.xywh)
+    assert np.array_equal(torch.from_dlpack(envs.objects.xywh).numpy(), envs.objects.xywh)
     envs.close()
 
 

@@ -526,7 +526,7 @@ def test_shards_of_older_versions(copy, folder, tmp_path, pong):
     }
     parquet.write_table(table.replace_schema_metadata(facts), path)
     with pytest.raises(
-        ocjax.UnknownGameError,
+        ocjax.errors.UnknownGameError,
         match=r"train-00000-of-00002\.parquet, ram names no game.*\(--game\)",
     ):
         files.extract(path, tmp_path / "rem.npz")

@@ -448,9 +448,9 @@ def test_rewards_of_objects():
         envs.reset(seed=0)
         ends_seen = 0
         for _ in range(60):
-            before = envs.tensors
+            before = envs.objects
             _, got, _, truncated, info = envs.step(np.array([2, 3]))
-            now, began = envs.tensors, envs.pool.started
+            now, began = envs.objects, envs.pool.started
             y = np.asarray(now.y[:, game.slices["Enemy"].start])
             expected = 10 * np.asarray(now.x[:, 0] - before.x[:, 0]) + y + [2, 3]
             if mode == "SameStep":

@@ -36,7 +36,7 @@ def seen(game, hook, *, mode="vem", hud=False):
         action = int(rng.integers(int(env.action_space.n)))
         for _ in range(int(rng.integers(1, 9))):
             _, _, terminated, truncated, _ = env.step(action)
-            yield env.objects, env.render()
+            yield env.views(), env.render()
             if terminated or truncated:
                 env.reset()
     env.close()

@@ -78,7 +78,7 @@ def frames(game, hook=None):
 def objects(game, hook, *categories, steps=400):
     """The objects of some categories that VEM finds in each frame."""
     return [
-        [o for o in env.objects if o.category in categories]
+        [o for o in env.views() if o.category in categories]
         for env, _ in play(game, hook, steps, "vem", "objects", HOLD)
     ]
 

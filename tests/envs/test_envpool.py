@@ -85,7 +85,7 @@ def test_asynchronous_environments_keep_their_identity():
         b.send(actions[at[info["env_id"]], info["env_id"]], info["env_id"])
         at[info["env_id"]] += 1
     assert at.min() > 10
-    assert {o.category for o in b.objects(0)} <= {c.name for c in b.game.categories}
+    assert {o.category for o in b.views(0)} <= {c.name for c in b.game.categories}
     with pytest.raises(ValueError, match="use async_reset, recv and send"):
         b.reset()
     a.close()

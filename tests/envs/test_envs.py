@@ -239,7 +239,7 @@ def test_wrong_arguments_are_refused():
     ):
         with pytest.raises(ValueError, match=message):
             ocjax.make_vec("Pong", 2, **kwargs)
-    with pytest.raises(ocjax.UnknownGameError):
+    with pytest.raises(ocjax.errors.UnknownGameError):
         ocjax.make_vec("Pung", 2)
     envs = ocjax.make_vec("Pong", 2, mode="raw")
     for seed in (-1, [1], [1, 2, 3]):
@@ -505,7 +505,7 @@ def test_ram_can_be_written():
         pool.send(np.zeros(3, int))
         pool.wait()
     vem = pool.game.vem(pool.screen[:, 1])
-    assert np.asarray(vem.of(pool.game, "PlayerScore").value)[:, 0].tolist() == [5, 0, 7]
+    assert np.asarray(vem.of("PlayerScore").value)[:, 0].tolist() == [5, 0, 7]
     pool.set_ram(ram[0])
     assert (pool.ram == ram[0]).all()
     for wrong, error in (
@@ -535,7 +535,7 @@ def test_games_start_with_written_ram(workers):
         pool.wait()
     assert games >= 6
     vem = pool.game.vem(pool.screen[:, 1])
-    assert np.asarray(vem.of(pool.game, "PlayerScore").value)[:, 0].tolist() == [5, 0, 5]
+    assert np.asarray(vem.of("PlayerScore").value)[:, 0].tolist() == [5, 0, 5]
     pool.close()
     with pytest.raises(ValueError, match="starts must have one entry per environment, 3, got 2"):
         AlePool(ocjax.load("Pong"), 3, starts=starts[:2])

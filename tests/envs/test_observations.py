@@ -1,5 +1,7 @@
 """Observations and masks against their definitions."""
 
+import dataclasses
+
 import jax
 import numpy as np
 import pytest
@@ -126,7 +128,7 @@ def test_empty_masks_and_wrong_options(pong, objects, gray):
     with pytest.raises(ValueError, match="give gray"):
         masks.masks(objects, "object")
     with pytest.raises(ValueError, match="have no reference to their game"):
-        masks.masks(objects.of(pong, "Ball"), "binary")
+        masks.masks(dataclasses.replace(objects, game=None), "binary")
     with pytest.raises(ValueError, match="stack at least 1"):
         Masks("binary", stack=0)
 
@@ -167,7 +169,7 @@ def test_vectors_match_their_feature_names():
     }
     states = []
     for t in range(130):
-        objects, started = jax.tree.map(np.asarray, envs.tensors), envs.pool.started.copy()
+        objects, started = jax.tree.map(np.asarray, envs.objects), envs.pool.started.copy()
         rows = {
             name: np.asarray(getattr(objects, name), float)
             for name in ("x", "y", "w", "h", "orientation", "value", "valid")
@@ -204,6 +206,36 @@ def test_vectors_match_their_feature_names():
         before = objects
         observed, *_ = envs.step(rng.integers(6, size=3))
     envs.close()
+
+
+@pytest.mark.parametrize("kind", [Vector(), Vector(FEATURES), Vector(FEATURES, normalize=False)])
+def test_vectors_of_recorded_objects_are_those_of_environments(kind):
+    envs = ocjax.make_vec("Pong", 3, obs=kind, num_workers=0, max_episode_frames=120)
+    rng, (first, _) = np.random.default_rng(0), envs.reset(seed=0)
+    observed, rams, started = [first], [envs.get_ram()], [np.ones(3, bool)]
+    for _ in range(70):
+        observation, *_ = envs.step(rng.integers(6, size=3))
+        observed.append(observation)
+        rams.append(envs.get_ram())
+        started.append(envs.pool.started.copy())
+    envs.close()
+    resets, objects = np.stack(started), envs.game.rem(np.stack(rams))
+    assert resets[1:].any()
+    found = kind.of(objects[1:], objects[:-1], is_first=resets[1:])
+    assert np.array_equal(found, np.stack(observed)[1:])
+    assert np.array_equal(kind.of(objects[0]), observed[0])
+
+
+def test_wrong_recorded_objects(pong, objects):
+    with pytest.raises(ValueError, match="history must be 1 for recorded objects, got 2"):
+        Vector(history=2).of(objects)
+    with pytest.raises(ValueError, match="with one batch shape for objects and previous"):
+        Vector().of(objects[1:], objects)
+    with pytest.raises(ValueError, match="is_first must have the objects' batch shape"):
+        Vector().of(objects, objects, is_first=np.zeros(1, bool))
+    with pytest.raises(TypeError, match=r"must be ocjax\.Objects"):
+        Vector().of(np.zeros(3))
+    assert Vector().of(objects[:0]).shape == (0, len(Vector().features_of(pong)))
 
 
 def test_default_vectors_have_what_an_agent_can_use():

@@ -1,5 +1,7 @@
 """Ids of environments name their protocols."""
 
+import inspect
+
 import ale_py
 import gymnasium
 import pytest
@@ -84,7 +86,22 @@ def test_what_an_id_leaves_open():
     assert preset_of("PongNoFrameskip-v4", "noframeskip", frame_skip=1) == "noframeskip"
 
 
-@pytest.mark.parametrize("make", [ocjax.envs.make, lambda name: gymnasium.make(f"ocjax/{name}-v5")])
+def test_single_and_vector_environments_have_the_same_options_in_the_same_order():
+    single, vector = (inspect.signature(make).parameters for make in (ocjax.make, ocjax.make_vec))
+    assert list(vector)[:2] == ["game", "num_envs"]
+    assert list(single) == [name for name in vector if name in single]
+    assert set(vector) - set(single) == {
+        "num_envs",
+        "backend",
+        "num_workers",
+        "batch_size",
+        "worker_timeout",
+        "autoreset_mode",
+    }
+    assert all(single[name].default == vector[name].default for name in single)
+
+
+@pytest.mark.parametrize("make", [ocjax.make, lambda name: gymnasium.make(f"ocjax/{name}-v5")])
 def test_specs_of_single_environments_make_them_again(make):
     env = make("Pong")
     again = gymnasium.make(env.spec)

@@ -104,12 +104,12 @@ def test_vector_environment_equals_single_environments(num_shards, actions):
                 ends += 1
             assert same_info(info, rest[-1], i)
     assert ends >= 4
-    assert equal(envs.tensors, envs.game.rem(envs.get_ram()))
-    assert [tuple(o.xywh) for o in envs.objects(-1)] == [
-        (o["x"], o["y"], o["w"], o["h"]) for o in envs.tensors[3].to_list()
+    assert equal(envs.objects, envs.game.rem(envs.get_ram()))
+    assert [tuple(o.xywh) for o in envs.views(-1)] == [
+        (o["x"], o["y"], o["w"], o["h"]) for o in envs.objects[3].to_list()
     ]
     with pytest.raises(IndexError):
-        envs.objects(4)
+        envs.views(4)
     envs.close()
 
 
@@ -450,24 +450,46 @@ def test_an_option_is_given_by_one_name():
             make("Pong", **options)
 
 
-def test_objects_have_ocataris_interface():
+@pytest.mark.parametrize("mode", ["rem", "both"])
+def test_objects_of_a_single_environment_have_no_batch(mode):
+    with closing(make("Pong", mode=mode)) as env:
+        with pytest.raises(ValueError, match="have not been reset"):
+            _ = env.objects
+        env.reset(seed=0)
+        found = env.objects["rem"] if mode == "both" else env.objects
+        assert found.batch_shape == ()
+        assert equal(found, env.game.rem(env.get_ram()))
+        with pytest.warns(DeprecationWarning, match=r"use envs\.objects"):
+            assert equal(jax.tree.map(lambda a: a[0], env.tensors), env.objects)
+
+
+def test_tensors_are_the_old_name_of_objects():
+    with closing(ocjax.make_vec("Pong", 2, num_workers=0)) as envs:
+        envs.reset(seed=0)
+        with pytest.warns(DeprecationWarning, match=r"use envs\.objects"):
+            assert equal(envs.tensors, envs.objects)
+
+
+def test_views_have_ocataris_interface():
     env = make("Pong", mode="both", preset="deterministic-v4")
     env.reset(seed=0)
-    before = {o.category: o.xy for o in env.objects}
+    before = {o.category: o.xy for o in env.views()}
     for _ in range(40):
         env.step(3)
-        for o in env.objects:
+        for o in env.views():
             assert (o.dx, o.dy) == (o.x - o.prev_xy[0], o.y - o.prev_xy[1])
             assert o.prev_xy == before.get(o.category, o.xy)
             assert o.visible
-        before = {o.category: o.xy for o in env.objects}
-    assert {o.category for o in env.objects} >= {"Player", "Enemy", "PlayerScore", "EnemyScore"}
-    assert [(o.category, o.xywh) for o in env.objects if not o.hud] == [
-        (o.category, o.xywh) for o in env.objects_v if not o.hud
+        before = {o.category: o.xy for o in env.views()}
+    assert {o.category for o in env.views()} >= {"Player", "Enemy", "PlayerScore", "EnemyScore"}
+    assert [(o.category, o.xywh) for o in env.views() if not o.hud] == [
+        (o.category, o.xywh) for o in env.views("vem") if not o.hud
     ]
+    with pytest.warns(DeprecationWarning, match=r'env\.views\("vem"\)'):
+        assert env.objects_v == env.views("vem")
     env.set_ram(14, 7)
     assert (
-        next(o for o in env.objects if o.category == "PlayerScore").value == env.get_ram()[14] == 7
+        next(o for o in env.views() if o.category == "PlayerScore").value == env.get_ram()[14] == 7
     )
     for address, value in ((128, 0), (0, 256), (-1, 0)):
         with pytest.raises(ValueError, match="an address is 0 to 127"):
@@ -512,7 +534,7 @@ def test_set_ram_extracts_before_the_next_step(num_shards):
         envs.set_ram(rng.integers(256, size=(6, 128)).astype(np.uint8))
         ram = envs.get_ram()
         envs.pool.ram[:] = 255 - ram
-        assert equal(envs.tensors, envs.game.rem(ram))
+        assert equal(envs.objects, envs.game.rem(ram))
     envs.close()
 
 
@@ -536,7 +558,7 @@ def test_variations(name, hook, category, most):
         rng, places = np.random.default_rng(0), []
         for t in range(150):
             envs.step(rng.integers(envs.single_action_space.n, size=2))
-            found = jax.tree.map(np.asarray, envs.tensors.of(envs.game, category))
+            found = jax.tree.map(np.asarray, envs.objects.of(category))
             if t > 60:
                 places.append(
                     np.ma.array(
@@ -607,7 +629,7 @@ def test_wrong_options_are_refused():
     env.close()
     envs = ocjax.make_vec("Pong", 2)
     with pytest.raises(ValueError, match="not been reset"):
-        _ = envs.tensors
+        _ = envs.objects
     with pytest.raises(ValueError, match=r"call reset\(\) before the first step"):
         envs.step(np.zeros(2, int))
     with pytest.raises(AttributeError, match="no observation is a vector"):
@@ -660,5 +682,5 @@ def test_environments_show_themselves_in_a_notebook():
     assert envs._repr_html_() == "<p>2 environments of Pong, mode rem</p>"
     envs.reset(seed=0)
     assert envs._repr_html_().count("<svg") == 1
-    assert envs.tensors[0]._repr_html_().count("<rect") == envs._repr_html_().count("<rect")
+    assert envs.objects[0]._repr_html_().count("<rect") == envs._repr_html_().count("<rect")
     envs.close()

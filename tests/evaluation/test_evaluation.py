@@ -229,7 +229,7 @@ def test_detections_of_objects():
         matching.match(d, d), np.where(d.label >= 0, np.arange(d.label.shape[1]), -1)
     )
     with pytest.raises(ValueError, match="have no reference to their game"):
-        matching.detections(objects.of(game, "Ball"))
+        matching.detections(dataclasses.replace(objects, game=None))
 
 
 def test_wrong_detections():

@@ -133,7 +133,7 @@ def test_first_and_last_states_and_lost_lives(tape):
 def test_coverage_of_what_the_chip_drew():
     """This recording says that the ball was drawn and nothing else."""
     game, data = ocjax.load("Pong"), excerpt("Pong")
-    ball = game.rem(data["rams"]).of(game, "Ball")
+    ball = game.rem(data["rams"]).of("Ball")
     shown = np.zeros(data["screens"].shape, np.uint8)
     for i, ((x, y, w, h),) in enumerate(np.asarray(ball.xywh).astype(int)):
         shown[i, y : y + h, x : x + w] = 16

@@ -33,10 +33,10 @@ def ball(objects):
 def test_what_if_the_ball_were_there(envs):
     game, states = ocjax.load("Pong"), envs.clone_state()
     envs.restore_state(states.set("Pong", "Ball", x=80, y=100))
-    assert np.array_equal(ball(envs.tensors["rem"]), [[80, 100, 2, 4]] * 2)
+    assert np.array_equal(ball(envs.objects["rem"]), [[80, 100, 2, 4]] * 2)
     assert np.array_equal(ball(game.rem(envs.get_ram())), [[80, 100, 2, 4]] * 2)
     envs.step(NOOP)
-    rem, vem = (ball(envs.tensors[method]) for method in ("rem", "vem"))
+    rem, vem = (ball(envs.objects[method]) for method in ("rem", "vem"))
     assert np.array_equal(rem, vem)  # the emulator continues from there
     assert np.array_equal(rem, [[79, 101, 2, 4]] * 2)
     envs.restore_state(states)

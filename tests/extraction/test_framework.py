@@ -211,7 +211,7 @@ def test_overflow_counts_what_has_no_slot():
     for i in range(9):
         frame[0, 40:44, 10 + 16 * i : 14 + 16 * i] = 20
     objects, overflow = SYNTHETIC.vem_overflow(frame)
-    assert objects.of(SYNTHETIC, "Walker").valid.sum() == 6
+    assert objects.of("Walker").valid.sum() == 6
     assert overflow[0, list(SYNTHETIC.slices).index("Walker")] == 3
 
 

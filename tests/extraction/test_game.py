@@ -129,7 +129,7 @@ def test_aliases():
     assert "None" not in game.slices
     assert dict(game.slices) == dict(GAME.slices)
     o = game.rem(np.zeros(128, np.uint8))
-    assert o.of(game, "Old").xywh.tolist() == o.of(game, "H").xywh.tolist()
+    assert o.of("Old").xywh.tolist() == o.of("H").xywh.tolist()
     assert o.to_list()[-1]["category"] == "H"
     assert "Old" not in game.without_hud().slices
     found = matching.from_records([[("Old", 0, 0, 2, 2), ("X", 1, 1, 2, 2)]], game)
@@ -289,8 +289,8 @@ def test_objects_views():
     ram = np.zeros((3, 128), np.uint8)
     ram[:, 1] = 10, 20, 30
     o = GAME.rem(ram)
-    assert o.of(GAME, "A").x.tolist() == [[10], [20], [30]]
-    assert o[1].of(GAME, "A").center.tolist() == [[22.0, 12.0]]
+    assert o.of("A").x.tolist() == [[10], [20], [30]]
+    assert o[1].of("A").center.tolist() == [[22.0, 12.0]]
     assert o.to_list()[2][0] == {
         "category": "A",
         "slot": 0,
@@ -302,8 +302,8 @@ def test_objects_views():
         "hud": False,
     }
     assert [r["category"] for r in o[0].to_list()] == ["A", "B", "B", "H"]
-    with pytest.raises(ValueError, match="no category 'C'; it has A, B, H"):
-        o.of(GAME, "C")
+    with pytest.raises(ValueError, match="no category 'C'; they have A, B, H"):
+        o.of("C")
     v = ocjax.velocity(o[0], o[1])
     assert v.tolist() == [[10.0, 0.0], [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]]
 

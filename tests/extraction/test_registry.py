@@ -66,7 +66,7 @@ def test_without_hud_is_cached():
 
 
 def test_unknown_game():
-    with pytest.raises(ocjax.UnknownGameError, match="did you mean Pong"):
+    with pytest.raises(ocjax.errors.UnknownGameError, match="did you mean Pong"):
         ocjax.load("Pung")
     with pytest.raises(ValueError, match=r"there are .*Pong"):
         ocjax.load("Xyzzy")
@@ -117,9 +117,13 @@ def test_names_are_known_without_jax():
 
 def test_public_modules_are_attributes():
     modules = (
+        "agents",
+        "annotations",
         "atariari",
+        "authoring",
         "datasets",
         "envs",
+        "errors",
         "evaluation",
         "files",
         "jaxatari",
@@ -153,7 +157,7 @@ def test_names_of_suites_are_those_of_ale():
 
 def test_games_of_ale_without_a_decoder():
     with pytest.raises(
-        ocjax.UnknownGameError,
+        ocjax.errors.UnknownGameError,
         match=r"no game 'ALE/ElevatorAction-v5': ALE has this game, but ocjax does not support it",
     ):
         ocjax.load("ALE/ElevatorAction-v5")

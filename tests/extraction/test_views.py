@@ -1,6 +1,7 @@
 """Readable and tabular forms of objects."""
 
 import dataclasses
+import pickle
 
 import jax
 import jax.numpy as jnp
@@ -136,27 +137,74 @@ def test_orientation_is_named():
     assert "facing" not in unknown.to_text()
 
 
-def test_selected_slots_have_no_game(objects):
-    for one in (
-        Objects.to_frame,
-        Objects.to_arrow,
-        Objects.to_logic,
-        Objects.to_text,
-        Objects.to_dict,
-    ):
-        with pytest.raises(ValueError, match="no reference to their game"):
-            one(objects.of(GAME, "Ball"))
+def test_objects_of_a_category_keep_game_and_category(objects):
+    ball = objects.of("Ball")
+    assert ball.game is not None
+    assert ball.game.name == "Pong"
+    assert [c.name for c in ball.game.categories] == ["Ball"]
+    assert ball.to_list() == [
+        [r for r in state if r["category"] == "Ball"] for state in objects.to_list()
+    ]
+    assert ball.to_dict() == [
+        {name: found for name, found in state.items() if name == "Ball"}
+        for state in objects.to_dict()
+    ]
+    assert ball.to_text() == [
+        "\n".join(line for line in state.splitlines() if line.startswith("Ball "))
+        for state in objects.to_text()
+    ]
+    assert ball.to_logic() == [
+        [atom for atom in state if "(ball_0" in atom] for state in objects.to_logic()
+    ]
+    assert [o.to_list() for o in ball] == ball.to_list()
+    assert len(ball) == len(objects)
+
+
+def test_tables_of_a_category(objects):
+    pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    table, ball = objects.to_frame(), objects.of("Ball").to_frame()
+    expected = table[table["category"] == "Ball"].reset_index(drop=True)
+    assert ball["category"].tolist() == expected["category"].tolist()
+    assert ball.drop(columns="category").equals(expected.drop(columns="category"))
+    assert objects.of("Ball").to_arrow().num_rows == len(ball)
+
+
+def test_slots_of_a_category_of_several_slots_count_from_0():
+    objects = ocjax.load("Asterix").rem(excerpt("Asterix")["rams"])
+    enemies = objects.of("Enemy")
+    assert enemies.of("Enemy").game is enemies.game
+    assert enemies.to_list() == [
+        [r for r in state if r["category"] == "Enemy"] for state in objects.to_list()
+    ]
+
+
+def test_objects_of_a_category_pass_jax_and_pickle(objects):
+    ball = objects.of("Ball")
+    assert jax.jit(lambda o: o.of("Ball"))(objects).game is ball.game
+    assert jax.vmap(lambda o: o.of("Ball").center)(objects).shape == (len(objects), 1, 2)
+    assert pickle.loads(pickle.dumps(ball)).game is ball.game
+    assert ocjax.track(ball[0], ball[1]).game is ball.game
+
+
+@pytest.mark.parametrize(
+    "one",
+    [Objects.to_frame, Objects.to_arrow, Objects.to_logic, Objects.to_text, Objects.to_dict],
+)
+def test_objects_without_a_game_have_no_categories(objects, one):
+    with pytest.raises(ValueError, match="no reference to their game"):
+        one(dataclasses.replace(objects, game=None))
 
 
 def test_a_category_is_selected_by_its_name_or_itself():
     game = ocjax.load("Pong")
     objects = game.rem(excerpt("Pong")["rams"][:4])
     for category in game.categories:
-        assert np.array_equal(objects.of(game, category).xywh, objects.of(game, category.name).xywh)
-    with pytest.raises(ValueError, match="Pong has no category 'Car'; it has Player, "):
-        objects.of(game, "Car")
-    with pytest.raises(ValueError, match="not those of `of`"):
-        objects.of(game, "Ball").to_list()
+        assert np.array_equal(objects.of(category).xywh, objects.of(category.name).xywh)
+    with pytest.raises(ValueError, match="of Pong have no category 'Car'; they have Player, "):
+        objects.of("Car")
+    with pytest.raises(ValueError, match="of Pong have no category 'Player'; they have Ball"):
+        objects.of("Ball").of("Player")
 
 
 def test_objects_behave_like_their_batch(objects):
@@ -177,12 +225,15 @@ def test_objects_behave_like_their_batch(objects):
 
 
 def test_a_category_of_another_game_is_refused(objects):
-    assert np.array_equal(objects.of("Ball").xywh, objects.of(GAME, "Ball").xywh)
+    stripped = dataclasses.replace(objects, game=None)
+    assert np.array_equal(objects.of("Ball").xywh, stripped.of("Ball", GAME).xywh)
     assert np.array_equal(objects.of(GAME.categories[0]).xywh, objects.of("Player").xywh)
     with pytest.raises(ValueError, match="objects of Pong, not of Breakout"):
-        objects.of(ocjax.load("Breakout"), "Ball")
+        objects.of("Ball", ocjax.load("Breakout"))
     with pytest.raises(ValueError, match="give it, as in"):
-        objects.of("Ball").of("Ball")
+        stripped.of("Ball")
+    with pytest.warns(DeprecationWarning, match=r"now objects\.of\(category\)"):
+        assert np.array_equal(objects.of(GAME, "Ball").xywh, objects.of("Ball").xywh)
     with pytest.raises(ValueError, match="expected a category"):
         objects.of(GAME)
 
@@ -195,8 +246,12 @@ def test_velocities_are_of_one_game_and_of_a_category(objects):
     )
     with pytest.raises(ValueError, match="got Pong and Breakout"):
         ocjax.velocity(objects, ocjax.load("Breakout").rem(np.zeros((len(objects), 128), np.uint8)))
-    with pytest.raises(ValueError, match="the same slots"):
-        ocjax.velocity(objects, objects.of("Ball"))
+    for one, other in ((objects, objects.of("Ball")), (objects.of("Enemy"), objects.of("Ball"))):
+        with pytest.raises(ValueError, match=r"the same slots in both states, got .*Enemy.* and"):
+            ocjax.velocity(one, other)
+    stripped = dataclasses.replace(objects, game=None)
+    with pytest.raises(ValueError, match="the same slots in both states, got 5 and 1"):
+        ocjax.velocity(stripped, objects.of("Ball"))
 
 
 def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
@@ -208,8 +263,10 @@ def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
     assert len(shown.splitlines()) <= 6
     assert repr(objects[0]).startswith("Objects of Pong, 5 slots, batch shape []:\n")
     assert repr(objects.of("Ball")).startswith(
-        f"Objects of no game, 1 slots, batch shape [{len(objects)}], "
+        f"Objects of Pong, category Ball, 1 slots, batch shape [{len(objects)}], "
     )
+    stripped = dataclasses.replace(objects, game=None)
+    assert repr(stripped).startswith("Objects of no game, 5 slots, batch shape")
     assert repr(objects[:0]).endswith("batch shape [0], 0 valid")
     assert "nothing is valid" in repr(jax.tree.map(np.zeros_like, objects))
     assert "xywh=" in repr(jax.eval_shape(lambda: objects))

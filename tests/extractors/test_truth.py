@@ -328,7 +328,7 @@ def test_icons_show_the_lives(game, truth, detected):
         assert np.count_nonzero(differs) == EARLY.get(game.name, 0)
     if game.name in NUMBERS:
         category, sign, offset = NUMBERS[game.name]
-        own, expected = rem.of(game, category), sign * truth["lives"][:, None] + offset
+        own, expected = rem.of(category), sign * truth["lives"][:, None] + offset
         assert np.count_nonzero((own.value != expected) & own.valid) == EARLY.get(game.name, 0)
 
 
@@ -363,7 +363,7 @@ def test_vem_reads_what_is_shown(game, detected):
             assert known.mean() >= least, (c.name, known.mean())
             assert least == KNOWN or known.mean() < KNOWN, f"{c.name} needs no exception"
         if c.reads_value:
-            wrong = np.abs(differences_of_values(rem.of(game, c), vem.of(game, c)))
+            wrong = np.abs(differences_of_values(rem.of(c), vem.of(c)))
             most = FRAME_OF_A_CLOCK if (game.name, c.name) in CLOCKS else 0
             assert len(wrong) <= 5 or (wrong <= most).mean() >= 0.95, (
                 c.name,

@@ -30,7 +30,7 @@ def trial(tmp_path):
     folder.mkdir()
     for k in range(4):
         envs.step(np.zeros(1, int))
-        x, y = np.asarray(envs.tensors.of("Ball").xywh)[0, 0, :2].tolist()
+        x, y = np.asarray(envs.objects.of("Ball").xywh)[0, 0, :2].tolist()
         gaze = (
             f"{x + 0.5},{y + 1.5},{x + 1},{y + 2},150.0,200.0",
             f"{x - 4},{y}",

@@ -575,14 +575,14 @@ def test_wrong_inputs_are_refused(tmp_path, rams, frames):
         tmp_path / "out.csv",
     )
     refused(NotADirectoryError, "no folder", tmp_path / "Pong.npy", tmp_path / "none" / "out.npz")
-    refused(ocjax.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
+    refused(ocjax.errors.UnknownGameError, "no game 'Chess'", tmp_path / "Pong.npy", out, "Chess")
     np.savez(tmp_path / "a.npz", rams=rams, game="Pong", md5="0" * 32)
     refused(InputError, "made with the ROM of md5 0000", tmp_path / "a.npz", out)
     refused(InputError, "is of Pong, not of Boxing", tmp_path / "a.npz", out, "Boxing")
     refused(InputError, "has no array 'x': it has rams", tmp_path / "a.npz", out, array="x")
     np.save(tmp_path / "train-0.npy", rams)
     refused(
-        ocjax.UnknownGameError,
+        ocjax.errors.UnknownGameError,
         r"train-0\.npy names no game.*--game",
         tmp_path / "train-0.npy",
         out,

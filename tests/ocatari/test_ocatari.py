@@ -316,7 +316,7 @@ def test_seeding_as_ocatari_does(make):
         ({"buffer_window_size": 0}, ValueError, "buffer_window_size must be at least 1"),
         ({"hook": 3}, TypeError, "hook must be a function"),
         ({"frame_skip": 3}, TypeError, "frame_skip"),
-        ({"env_name": "AEL/Pong"}, ocjax.UnknownGameError, "no game 'AEL/Pong'"),
+        ({"env_name": "AEL/Pong"}, ocjax.errors.UnknownGameError, "no game 'AEL/Pong'"),
         ({"env_name": "Pong-v9"}, gymnasium.error.VersionNotFound, "`v9` for environment `Pong`"),
     ],
 )

@@ -128,7 +128,7 @@ def test_correlate_with_what_the_chip_drew():
     """Without vision rules, on a recording that says that the ball was drawn and nothing else."""
     game = ocjax.load("Pong")
     tape = rollouts.rollout(game, 800, seed=4)
-    ball = game.rem(tape.rams).of(game, "Ball")
+    ball = game.rem(tape.rams).of("Ball")
     shown = np.zeros(tape.screens.shape, np.uint8)
     for i, ((x, y, w, h),) in enumerate(np.asarray(ball.xywh).astype(int)):
         shown[i, y : y + h, x : x + w] = 16

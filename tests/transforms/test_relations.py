@@ -91,7 +91,7 @@ def test_batches_under_transformations():
     mapped = jax.vmap(jax.vmap(ocjax.relations))(objects)
     for a, b in zip(jax.tree.leaves(all_pairs), jax.tree.leaves(mapped), strict=True):
         assert np.array_equal(a, b)
-    paddle = ocjax.relations(objects.of(game, "Player"), objects)
+    paddle = ocjax.relations(objects.of("Player"), objects)
     assert np.array_equal(paddle.contact, all_pairs.contact[..., :1, :])
     assert np.array_equal(np.asarray(all_pairs.offset), -np.swapaxes(all_pairs.offset, -2, -3))
 

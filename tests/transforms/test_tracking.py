@@ -438,7 +438,7 @@ def test_flickering_ghosts():
     game, data = ocjax.load("MsPacman"), excerpt("MsPacman")
     previous, screens = game.vem(data["previous"]), game.vem(data["screens"])
     earlier, later, both = (
-        host(o.of(game, "Ghost")).valid.sum(1)
+        host(o.of("Ghost")).valid.sum(1)
         for o in (previous, screens, ocjax.merge_frames(previous, screens))
     )
     assert (both >= np.maximum(earlier, later)).all()

@@ -96,7 +96,7 @@ def _checksums(game: Game, data: Path, tapes: list[Recording]) -> Iterator[str]:
     for name, method, inputs in (("rem", game.rem, rams), ("vem", game.vem, frames)):
         found = in_batches(method, inputs)
         yield f"all {name}: " + "; ".join(
-            f"{c.name} {_checksum(found.of(game, c))}" for c in game.categories
+            f"{c.name} {_checksum(found.of(c))}" for c in game.categories
         )
 
 

@@ -1,0 +1,169 @@
+"""All names that game files use.
+
+- The declaration: `Game`, `Category`, `display`, `Rom`, `Shades`, `Saver`.
+- The RAM: `RamMap` and its fields (`byte`, `bits`, `low`, `high`, `signed`, `bcd`).
+- Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
+- Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
+- The console: positions and copies of sprites (`registers`), colours (`palette`), `WIDTH`.
+- Numbers, icons and pictures: `Digits`, `Font`, `NumberDisplay`, `IconRow`, `Pictures`, ...
+- Rules that find objects in frames: `Bounds`, `Blobs`, `Cells`, `Runs`, with their options.
+- Filters before a search and steps after it, and the bitmaps with which games define their own.
+"""
+
+from ocjax._xla.kernels import materialize
+from ocjax.console import palette, registers
+from ocjax.console.boxes import WIDTH, Area, Box, BoxTable, Number, box, choose, edges
+from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
+from ocjax.console.fonts import DIGITS_3X5, Digits, Font, hex_font, score_box
+from ocjax.console.ops import among, div, extremes, lookup, match, mod, only, pick, reached, when
+from ocjax.console.palette import NTSC
+from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
+from ocjax.console.registers import (
+    COARSE,
+    EDGE_CUTS,
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    NUSIZ_WIDTH,
+    copies,
+    larger_part,
+    mirrored,
+    modulo_screen,
+    packed_position,
+    player_width,
+    position,
+    signed_nibble,
+    spacing,
+    wrap,
+)
+from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.game import Category, Game, display
+from ocjax.vision import bitmap
+from ocjax.vision.bitmap import (
+    Bitmap,
+    U,
+    all_within,
+    any_of,
+    any_within,
+    areas,
+    color_mask,
+    or_rows,
+    over,
+    shift_down,
+    shift_left,
+    shift_right,
+    shift_up,
+)
+from ocjax.vision.colors import Colors
+from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.filters import CutOff, Lines, LoneRuns, NoLines, NoPairs, Searched, ShortRuns
+from ocjax.vision.pictures import picture
+from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
+from ocjax.vision.shades import Saver, Shades
+from ocjax.vision.shapes import Shape
+from ocjax.vision.steps import Context, EndsAbove, Packed, Raised, SideBySide, Step, Tight
+
+__all__ = [
+    "COARSE",
+    "DIGITS_3X5",
+    "EAST",
+    "EDGE_CUTS",
+    "NORTH",
+    "NTSC",
+    "NUSIZ_COPIES",
+    "NUSIZ_SPACING",
+    "NUSIZ_WIDTH",
+    "SOUTH",
+    "WEST",
+    "WIDTH",
+    "Area",
+    "Bitmap",
+    "Blobs",
+    "Bounds",
+    "Box",
+    "BoxTable",
+    "ByColor",
+    "Category",
+    "Cells",
+    "Colors",
+    "Context",
+    "CutOff",
+    "Detected",
+    "Digits",
+    "EndsAbove",
+    "Font",
+    "Game",
+    "Gauge",
+    "IconRow",
+    "Lines",
+    "LoneRuns",
+    "NoLines",
+    "NoPairs",
+    "Number",
+    "NumberDisplay",
+    "Packed",
+    "Pictures",
+    "Raised",
+    "RamMap",
+    "Rom",
+    "Run",
+    "Runs",
+    "Saver",
+    "Searched",
+    "Shades",
+    "Shape",
+    "ShortRuns",
+    "SideBySide",
+    "Step",
+    "Tight",
+    "U",
+    "all_within",
+    "among",
+    "any_of",
+    "any_within",
+    "areas",
+    "bcd",
+    "bitmap",
+    "bits",
+    "box",
+    "boxes",
+    "byte",
+    "choose",
+    "color_mask",
+    "copies",
+    "display",
+    "div",
+    "edges",
+    "extremes",
+    "hex_font",
+    "high",
+    "larger_part",
+    "lookup",
+    "low",
+    "match",
+    "materialize",
+    "mirrored",
+    "mod",
+    "modulo_screen",
+    "only",
+    "or_rows",
+    "over",
+    "packed_position",
+    "palette",
+    "pick",
+    "picture",
+    "player_width",
+    "position",
+    "reached",
+    "registers",
+    "score_box",
+    "shift_down",
+    "shift_left",
+    "shift_right",
+    "shift_up",
+    "signed",
+    "signed_nibble",
+    "spacing",
+    "when",
+    "wrap",
+]
