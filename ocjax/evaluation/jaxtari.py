@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ocjax import _extras
-from ocjax._jaxtari import FIELDS
 from ocjax.evaluation.parity import Frame
 from ocjax.extraction.game import Game
+from ocjax.jaxatari import FIELDS
 
 __all__ = ["Jaxtari"]
 
