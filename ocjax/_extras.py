@@ -19,7 +19,7 @@ INSTALL = {  # argument of `pip install` for each package
     "orbax": "'ocjax[rl]'",
     "pandas": "'ocjax[data]'",
     "pyarrow": "'ocjax[data]'",
-    "pygame": "pygame",
+    "pygame": "'ocjax[play]'",
     "ray": "'ocjax[ray]'",
     "stable_baselines3": "'ocjax[sb3]'",
     "tensorboardX": "'ocjax[rl]'",

@@ -14,9 +14,11 @@ import contextlib
 import dataclasses
 import functools
 import importlib
+import json
 import threading
 from collections import namedtuple
 from collections.abc import Mapping
+from importlib import resources
 from typing import Any, NamedTuple
 
 import ale_py
@@ -24,7 +26,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax._jaxtari import FIELDS, ObservedField
 from ocjax.console.ram import RAM_SIZE
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import start_emulator
@@ -53,6 +54,52 @@ _MAX_EPISODE_FRAMES = Settings().max_episode_frames
 _DEGREES = 22.5  # per compass point
 _KEEP = -1  # instead of a number of no-ops: an ended game stays over
 _LENGTH = np.dtype("<u4")  # the length in front of a saved emulator
+
+
+@dataclasses.dataclass(frozen=True)
+class ObservedField:
+    """A field of JAXtari's observation of a game.
+
+    Args:
+        categories: the categories of the objects. Without any, ocjax has no such objects, and the
+            field is empty or 0.
+        count: number of objects, or the shape of numbers, or None for one object without a
+            dimension.
+        constants: JAXtari's constant contents of `visual_id` and `orientation`.
+        size: JAXtari's constant width and height, even if the edge of the field covers a part of
+            the object.
+        absent: left and top of a missing object: JAXtari keeps it at this position, and active.
+        value: whether the field is a number instead of an `ObjectObservation`: the value of the
+            category's only object, or the number of objects if the category has several slots.
+        slot: the field's first slot of the category.
+    """
+
+    categories: tuple[str, ...] = ()
+    count: int | tuple[int, ...] | None = None
+    constants: Mapping[str, tuple[float, ...]] = dataclasses.field(default_factory=dict)
+    size: tuple[int, int] | None = None
+    absent: tuple[int, int] | None = None
+    value: bool = False
+    slot: int = 0
+
+
+def _read_fields() -> Mapping[str, Mapping[str, ObservedField]]:
+    """The fields of each game, in the order of JAXtari 0.2.0's `jax_<game>.py`."""
+    text = resources.files("ocjax").joinpath("jaxtari.json").read_text()
+    games = json.loads(text, object_hook=_with_tuples)
+    return {
+        game: {name: ObservedField(**field) for name, field in named.items()}
+        for game, named in games.items()
+    }
+
+
+def _with_tuples(entry: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()
+    }
+
+
+FIELDS = _read_fields()
 
 
 class ObjectObservation(NamedTuple):

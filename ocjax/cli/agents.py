@@ -245,9 +245,9 @@ def play(
     With --variations, the policy plays the original game and each variation with the same seeds,
     and a table compares the returns.
 
-    With --human, you play in a window: arrows or wasd move, space fires, b hides the boxes, p
-    pauses, and Escape ends. Your play is saved as an animation and as a recording for `ocjax
-    evaluate`, `ocjax render` and `ocjax extract`.
+    With --human, you play in a window: arrows or wasd move, space fires, and Escape ends. Your play
+    is saved as an animation and as a recording for `ocjax evaluate`, `ocjax render` and `ocjax
+    extract`.
     """
     with errors_in_one_line():
         spec = registry.load(game)
@@ -332,7 +332,7 @@ def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
     try:
         human_play.play(playing)
     except RuntimeError as error:
-        raise ValueError(str(error)) from error
+        raise ValueError(f"no window can be opened ({error})") from error
     tape = playing.recording()
     tape.write(out)
     writing.announce(console, f"{len(tape):,} samples of {game.name}", out)

@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 from rich.progress import track
 
-from ocjax._jaxtari import FIELDS
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.render import save
 from ocjax.evaluation import parity as referee
@@ -14,6 +13,7 @@ from ocjax.evaluation import tables
 from ocjax.evaluation.jaxtari import Jaxtari
 from ocjax.extraction import registry
 from ocjax.files import writing
+from ocjax.jaxatari import FIELDS
 
 AGAINST = ("jaxtari",)
 FRAME_TIME = 50  # milliseconds per frame of an animation

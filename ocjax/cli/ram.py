@@ -19,7 +19,7 @@ from ocjax.ramtools import correlate as correlation
 from ocjax.ramtools import ram_map
 from ocjax.ramtools import residual as residuals
 from ocjax.ramtools import twins as pairs
-from ocjax.ramtools.watch import terminal, window
+from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import Session
 from ocjax.recordings import Recording
 
@@ -266,21 +266,12 @@ def watch(
     ] = "keyboard",
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
-    in_window: Annotated[
-        bool, typer.Option("--window", help="Use a window instead of the terminal.")
-    ] = False,
     frames: Annotated[
         int | None,
-        typer.Option(min=1, help="Stop after this many frames are shown (terminal only)."),
+        typer.Option(min=1, help="Stop after this many frames are shown."),
     ] = None,
 ) -> None:
     """Play a game, watch its objects and changing bytes live, and edit or save the state."""
     with errors_in_one_line():
         session = Session(registry.load(name), policy, seed, game_mode)
-    if not in_window:
-        terminal.watch(session, console, frames)
-        return
-    try:
-        window.watch(session)
-    except RuntimeError as error:
-        raise typer.BadParameter(str(error)) from error
+    terminal.watch(session, console, frames)

@@ -2,19 +2,18 @@
 
 import contextlib
 import inspect
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any
-from unittest import mock
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from ocjax import _extras
-from ocjax._jaxtari import FIELDS
 from ocjax.evaluation.parity import Frame
 from ocjax.extraction.game import Game
+from ocjax.jaxatari import FIELDS
 
 __all__ = ["Jaxtari"]
 
@@ -142,15 +141,36 @@ def _make(game: Game) -> Any:
     renderer = _extras.require("jaxtari.renderers").JAXGameRenderer
     (made,) = (c for c in _classes(module, base) if c.__module__ == module.__name__)
     try:
-        # The renderers read sprites, which the package does not include; few games need them.
-        with contextlib.ExitStack() as stack, _loose():
-            for c in _classes(module, renderer):
-                stack.enter_context(mock.patch.object(module, c.__name__, mock.MagicMock()))
+        with _loose(), _unrendered(module, renderer):
             return made()
     except (FileNotFoundError, TypeError) as error:
         raise ValueError(
             f"JAXtari's {game.name} does not start without its sprites: {error}"
         ) from error
+
+
+class _Unrendered:
+    """A renderer that accepts every call and draws nothing.
+
+    JAXtari's renderers read sprites, which the package does not include; few games need them.
+    """
+
+    def __getattr__(self, name: str) -> "_Unrendered":
+        return self
+
+    def __call__(self, *args: Any, **kwargs: Any) -> "_Unrendered":
+        return self
+
+
+@contextlib.contextmanager
+def _unrendered(module: ModuleType, base: type) -> Iterator[None]:
+    """Replace the renderers of a game's module."""
+    renderers = {c.__name__: c for c in _classes(module, base)}
+    vars(module).update(dict.fromkeys(renderers, _Unrendered()))
+    try:
+        yield
+    finally:
+        vars(module).update(renderers)
 
 
 def _classes(module: ModuleType, base: type) -> list[Any]:

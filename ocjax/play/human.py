@@ -1,17 +1,18 @@
 """A game that a person plays in a window, and its recording."""
 
-from collections.abc import Collection
+import os
+import warnings
+from itertools import product
 from typing import Any
 
 import ale_py
+import gymnasium as gym
 import jax
 import numpy as np
-from PIL import Image
 
+from ocjax._extras import require
 from ocjax.emulators.start import start_emulator
 from ocjax.extraction.game import Game
-from ocjax.extraction.objects import Objects
-from ocjax.play import window
 from ocjax.recordings import Recording
 from ocjax.transforms.drawing import overlay
 
@@ -23,43 +24,32 @@ MOVES = {
     "a": "LEFT",
     " ": "FIRE",
 }
-NAMED_KEYS = {"Up": "w", "Left": "a", "Down": "s", "Right": "d", "space": " "}  # Tk's names
-FRAMES_PER_SHOWN = 2  # the console draws 60 frames a second, and the window shows 30
+RATE = 30  # pictures shown per second
+FRAMES_PER_SHOWN = 2  # the console draws 60 frames a second
 FRAME_SKIP = 4  # emulated frames between recorded samples
 SCALE = 3  # window pixels per screen pixel
-HELP = (
-    "arrows or wasd  move\nspace           fire\nb               boxes on and off\np             "
-    "  pause\nEscape          end"
-)
 
 
-def held_action(held: Collection[str]) -> ale_py.Action:
-    """The action of the held keys of `MOVES`.
+class HumanGame(gym.Env):
+    """A game for `gymnasium.utils.play`, with REM's objects drawn over the screen.
 
-    ALE names its actions by their moves: UPRIGHTFIRE, LEFT, FIRE, ...
-    """
-    actions = ale_py.Action.__members__
-    return actions.get("".join(move for key, move in MOVES.items() if key in held), actions["NOOP"])
-
-
-class HumanGame:
-    """A game that a person plays by holding keys. After its end, the next game begins.
+    A step emulates two frames. Actions are ale-py's numbers, and observations the RAM.
 
     Args:
         game: the game.
         seed: the emulator's seed.
-        game_mode: ale-py's number of the mode; by default the game's own.
 
     Raises:
-        RomError, ValueError: see `ocjax.emulators.start.start_emulator`.
+        RomError: see `ocjax.emulators.start.start_emulator`.
     """
 
-    def __init__(self, game: Game, seed: int = 0, game_mode: int | None = None) -> None:
-        self.game, self.ale = game, start_emulator(game, seed, game_mode)
-        self.paused = self.done = False
-        self.boxes = True
-        self.held: set[str] = set()
-        self._released: set[str] = set()  # since the last frame
+    metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012  # as Gymnasium declares it
+    render_mode = "rgb_array"
+
+    def __init__(self, game: Game, seed: int = 0) -> None:
+        self.game, self.ale = game, start_emulator(game, seed)
+        self.action_space = gym.spaces.Discrete(len(ale_py.Action.__members__))
+        self.observation_space = gym.spaces.Box(0, 255, self.ale.getRAM().shape, np.uint8)
         self._samples: dict[str, list[Any]] = {
             name: []
             for name in ("rams", "screens", "previous", "rewards", "lives", "resets", "ends")
@@ -85,50 +75,33 @@ class HumanGame:
         for name, value in sample.items():
             self._samples[name].append(value)
 
-    def key(self, key: str, pressed: bool) -> None:
-        """Handle a key that is pressed or released."""
-        key = NAMED_KEYS.get(key, key)
-        if key in MOVES and pressed:
-            self.held.add(key)
-            self._released.discard(key)
-        elif key in MOVES:
-            self._released.add(key)
-        elif pressed:
-            self.paused ^= key == "p"
-            self.boxes ^= key == "b"
-            self.done |= key == "Escape"
-
-    def step(self) -> None:
-        """Emulate the frames of one picture, unless the game is paused."""
-        if not self.paused:
-            for _ in range(FRAMES_PER_SHOWN):
-                self.frame()
-        # Key repetition releases and presses a key at once. A key counts as released only if it
-        # stays released.
-        self.held -= self._released
-        self._released.clear()
-
-    def frame(self) -> None:
-        """Emulate one frame."""
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Start the next game if the last one has ended; the arguments have no effect."""
         if self.ale.game_over():
             self.ale.reset_game()
             self._begin()
-        self.reward += self.ale.act(held_action(self.held))
+        return self.ale.getRAM(), {}
+
+    def step(self, action: int) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """Emulate the frames of one picture, or fewer if the game ends."""
+        before = self.reward
+        for _ in range(FRAMES_PER_SHOWN):
+            if not self.ale.game_over():
+                self._frame(action)
+        return self.ale.getRAM(), float(self.reward - before), self.ale.game_over(), False, {}
+
+    def _frame(self, action: int) -> None:
+        self.reward += self.ale.act(action)
         self.previous, self.screen = self.screen, self.ale.getScreen()
         if self.ale.game_over() or self.ale.getEpisodeFrameNumber() % FRAME_SKIP == 0:
             self._keep()
 
-    def picture(self) -> Image.Image:
-        """The screen, with REM's objects unless they are switched off."""
-        objects: Objects = jax.tree.map(np.asarray, self.game.rem(self.ale.getRAM()))
-        if not self.boxes:
-            objects = jax.tree.map(np.zeros_like, objects)
-        return overlay(self.game, self.screen, objects, scale=SCALE)
-
-    def text(self) -> str:
-        """The state of play and the keys."""
-        state = "paused" if self.paused else ""
-        return f"reward {self.reward}\nlives  {self.ale.lives()}\n{state}\n\n{HELP}"
+    def render(self) -> np.ndarray:
+        """The screen with REM's objects, uint8 `[H * 3, 160 * 6, 3]`."""
+        objects = jax.tree.map(np.asarray, self.game.rem(self.ale.getRAM()))
+        return np.asarray(overlay(self.game, self.screen, objects, scale=SCALE))
 
     def recording(self) -> Recording:
         """The recording: a sample every 4 emulated frames, and the last one of each game."""
@@ -140,11 +113,23 @@ def play(human: HumanGame) -> None:
     """Play in a window until it is closed or Escape is pressed.
 
     Raises:
-        RuntimeError: see `ocjax.play.window.show`.
+        MissingExtraError: pygame is not installed.
+        RuntimeError: there is no display.
     """
+    os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about Matplotlib, which Gymnasium needs only for plots
+        keys = keys_to_action(require("pygame"))
+        play_in_window = require("gymnasium.utils.play").play
+    play_in_window(human, keys_to_action=keys)
 
-    def step() -> tuple[Image.Image, str] | None:
-        human.step()
-        return None if human.done else (human.picture(), human.text())
 
-    window.show(f"ocjax: {human.game.name}", step, human.key)
+def keys_to_action(pygame: Any) -> dict[tuple[str | int, ...], int]:
+    """ale-py's number of the action of each combination of wasd, arrows and space."""
+    keys = {move: (key, getattr(pygame, f"K_{move}", key)) for key, move in MOVES.items()}
+    actions = {}
+    for name, action in ale_py.Action.__members__.items():
+        if action != ale_py.Action.NOOP:
+            pressed = product(*(keys[move] for move in keys if move in name))
+            actions |= dict.fromkeys(pressed, action.value)
+    return actions

@@ -172,6 +172,7 @@ def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch)
         (("dataset", "Pong", "--out"), "pyarrow", "'ocjax[data]'"),
         (("train", "Pong", "--out"), "optax", "'ocjax[rl]'"),
         (("extract", DATA / "Pong.npz", "--ray", "local", "--out", "x.npz"), "ray", "'ocjax[ray]'"),
+        (("play", "Pong", "--human"), "pygame", "'ocjax[play]'"),
         (("extract", DATA / "Pong.npz", "--out", "x.h5"), "h5py", "'ocjax[data]'"),
         (("extract", DATA / "Pong.npz", "--out", "x.parquet"), "pyarrow", "'ocjax[data]'"),
         (

@@ -13,7 +13,7 @@ import ocjax
 from ocjax import recordings
 from ocjax.play import rollouts
 from ocjax.ramtools import causes, correlate, fits, ram_map, residual, targets, twins
-from ocjax.ramtools.watch import terminal, window
+from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import GLOW, Session
 from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.command import run
@@ -327,19 +327,22 @@ def test_terminal_input_is_split_into_keys():
     assert terminal.split_keys("a\x1b[Ad\x1b") == ["a", "\x1b[A", "d", "\x1b"]
 
 
-def test_sidebar_of_the_window():
-    text = window.sidebar(Session(ocjax.load("Pong")))
-    assert text.startswith("Pong  frame")
-    assert (
-        len(
-            [
-                line
-                for line in text.splitlines()
-                if len(line.split()) == 8 and line.replace(" ", "").isdigit()
-            ]
-        )
-        == 16
-    )
+@pytest.mark.parametrize(
+    ("held", "action"),
+    [
+        ("", "NOOP"),
+        ("w", "UP"),
+        ("a ", "LEFTFIRE"),
+        ("dw", "UPRIGHT"),
+        (" as", "DOWNLEFTFIRE"),
+        ("ws", "NOOP"),
+    ],
+)
+def test_held_keys_make_an_action(held, action):
+    s = Session(ocjax.load("Pong"))
+    for key in held:
+        s.key(key)
+    assert s.action().name == action
 
 
 def test_watch_in_terminal():

@@ -1,5 +1,6 @@
 """`ocjax ram watch`: the state of a watched game, and the effects of keys."""
 
+from collections.abc import Collection
 from typing import Any
 
 import ale_py
@@ -8,7 +9,7 @@ import numpy as np
 
 from ocjax.emulators.start import start_emulator
 from ocjax.extraction.game import Game
-from ocjax.play.human import FRAMES_PER_SHOWN, MOVES, held_action
+from ocjax.play.human import FRAMES_PER_SHOWN, MOVES
 from ocjax.play.policies import Seen, make_policy
 
 HELP = (
@@ -20,6 +21,15 @@ ARROWS = {"\x1b[A": "w", "\x1b[D": "a", "\x1b[B": "s", "\x1b[C": "d"}
 ENTER, ESCAPE, BACKSPACE, INTERRUPT = ("\r", "\n"), "\x1b", ("\x7f", "\x08"), "\x03"
 HELD = 6  # emulated frames that a key press lasts: terminals do not report releases
 GLOW = 15  # emulated frames that a changed byte stays marked
+
+
+def held_action(held: Collection[str]) -> ale_py.Action:
+    """The action of the held keys of `MOVES`.
+
+    ALE names its actions by their moves: UPRIGHTFIRE, LEFT, FIRE, ...
+    """
+    actions = ale_py.Action.__members__
+    return actions.get("".join(move for key, move in MOVES.items() if key in held), actions["NOOP"])
 
 
 class Session:

@@ -15,7 +15,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ocjax.play.window import RATE
+from ocjax.play.human import RATE
 from ocjax.ramtools.watch.session import ARROWS, GLOW, Session
 from ocjax.transforms.drawing import category_colors
 
