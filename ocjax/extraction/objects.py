@@ -337,7 +337,7 @@ def _reordered(game: Declaration, category: Any) -> tuple[str | Category, Declar
     if category is None:
         raise ValueError('expected a category, as in objects.of("Ball"), got only a game')
     warnings.warn(
-        "objects.of(category) is now objects.of(category)", DeprecationWarning, stacklevel=3
+        "objects.of(game, category) is now objects.of(category)", DeprecationWarning, stacklevel=3
     )
     return category, game
 
