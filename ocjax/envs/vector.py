@@ -92,7 +92,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         reward_fn: RewardFunction | None = None,
         continuous: ContinuousActions | None = None,
     ) -> None:
-        # The pool comes first: Gymnasium 1.0 closes environments that were not completed.
         self.pool, self.game, self.mode, self.num_envs = pool, pool.game, mode, pool.num_envs
         if reward_fn is not None and mode == "raw":
             raise ValueError(
@@ -604,7 +603,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the emulators."""
-        self.pool.close()
+        if hasattr(self, "pool"):  # Gymnasium 1.2 closes environments that were not completed, too
+            self.pool.close()
 
 
 def _carry_name(k: int) -> str:

@@ -449,7 +449,8 @@ def test_a_full_disk(tmp_path, stage):
     assert f"{folder}: the training cannot be saved after {3 * UPDATE} frames: " in errors[0]
     assert f"run the same command again: it continues after {2 * UPDATE} frames" in errors[0]
     if stage != "Orbax":
-        assert done.stderr == errors[0] + "\n"
+        ours = [line for line in done.stderr.splitlines() if "cpu_aot_loader" not in line]  # XLA's
+        assert ours == errors
         assert "File too large" in errors[0]
         assert [path.name for path in (folder / "checkpoints").iterdir()] == ["2"]
     resumed = Trainer(Config("Pong", 0, hyperparameters=TINY), folder)
