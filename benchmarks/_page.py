@@ -1,4 +1,4 @@
-"""Tables in benchmarks/README.md that programs keep up to date."""
+"""What several programs share: tables in benchmarks/README.md, and the state of freed memory."""
 
 import re
 import sys
@@ -11,6 +11,14 @@ if TYPE_CHECKING:
 
 HERE = Path(__file__).parent
 PAGE = HERE / "README.md"
+
+
+def freed_memory() -> str:
+    """Retain freed memory in this process, and say in a table's title whether this took effect."""
+    import ocjax
+
+    retained = ocjax.retain_freed_memory()
+    return f"freed memory {'retained' if retained else 'returned to the system'}"
 
 
 def evaluated(

@@ -19,6 +19,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from _page import freed_memory
 from extraction import SOURCES, recorded, repeated, timed
 from rich.console import Console
 from rich.table import Table
@@ -109,7 +110,8 @@ def main() -> None:
     process.use_compilation_cache()
     device = jax.devices()[0]
     table = Table(
-        title=f"Extraction on {device.device_kind}, jax {jax.__version__}", title_justify="left"
+        title=f"Extraction on {device.device_kind}, jax {jax.__version__}, {freed_memory()}",
+        title_justify="left",
     )
     for heading in HEADINGS:
         table.add_column(heading, justify="left" if heading in ("game", "method") else "right")

@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from _page import freed_memory
 from rich.console import Console
 from rich.table import Table
 
@@ -213,7 +214,7 @@ def main() -> None:
         help="number of environments whose start and memory are measured; 0 for none",
     )
     arguments = parser.parse_args()
-    ocjax.retain_freed_memory()
+    memory = freed_memory()
 
     console, n = Console(width=140), arguments.envs
     summary: dict[str, list[float]] = {}
@@ -225,7 +226,8 @@ def main() -> None:
                 summary.setdefault(f"{name} to {reference}", []).append(ratio)
         console.print(
             table(
-                f"{game}, {n} environments, {os.cpu_count()} cores: agent steps per second",
+                f"{game}, {n} environments, {os.cpu_count()} cores, {memory}: "
+                "agent steps per second",
                 rates,
                 relative,
             )

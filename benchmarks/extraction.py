@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from _page import freed_memory
 
 HERE = Path(__file__).parent
 BATCHES = {"rem": (1, 64, 4096, 65536), "vem": (1, 64, 1024, 4096)}
@@ -139,12 +140,12 @@ def main() -> None:
 
     import ocjax
 
-    ocjax.retain_freed_memory()
+    memory = freed_memory()
     console = Console(width=140)
     table = Table(
         title=(
             f"Microseconds per frame on one core, jax {jax.__version__} on "
-            f"{jax.devices()[0].platform}"
+            f"{jax.devices()[0].platform}, {memory}"
         ),
         title_justify="left",
     )

@@ -17,6 +17,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from _page import freed_memory
 from _sb3_clock import training_rate
 from rich.console import Console
 from rich.table import Table
@@ -77,7 +78,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--seconds", type=float, default=20.0, help="duration of each measurement")
     arguments = parser.parse_args()
-    ocjax.retain_freed_memory()
+    memory = freed_memory()
     n, seconds = arguments.envs, arguments.seconds
     headings = (
         "game",
@@ -89,7 +90,8 @@ def main() -> None:
     )
     table = Table(
         title=(
-            f"Stable-Baselines3, {n} environments, {os.cpu_count()} cores: agent steps per second"
+            f"Stable-Baselines3, {n} environments, {os.cpu_count()} cores, {memory}: "
+            "agent steps per second"
         ),
         title_justify="left",
     )

@@ -18,12 +18,13 @@ batches of 4,096 (REM) and 1,024 (VEM), with the ratio to OCAtari's in parenthes
 import argparse
 import csv
 import json
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from _page import HERE, PageTable, evaluated
+from _page import HERE, PageTable, evaluated, freed_memory
 from extraction import SOURCES, bind, recorded, repeated, timed
 
 if TYPE_CHECKING:
@@ -169,6 +170,7 @@ def main() -> None:
 
     import ocjax
 
+    print(freed_memory(), file=sys.stderr)
     table = PageTable(BEGIN, END, HEADER)
     table.measure(arguments.games or ocjax.games(), lambda name: measure(name, arguments))
     ACCURACY.write_text(accuracy(table.rows))

@@ -23,6 +23,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from _page import freed_memory
 from rich.console import Console
 from rich.table import Table
 
@@ -146,10 +147,11 @@ def main() -> None:
     )
     parser.add_argument("--pixels", action="store_true", help="also train from pixels")
     arguments = parser.parse_args()
-    ocjax.retain_freed_memory()
+    memory = freed_memory()
     console = Console(width=140)
     rates = Table(
-        title=f"Training, {os.cpu_count()} cores: agent steps per second", title_justify="left"
+        title=f"Training, {os.cpu_count()} cores, {memory}: agent steps per second",
+        title_justify="left",
     )
     for heading in (
         "game",

@@ -1,6 +1,6 @@
 """Measure what each compiler trick gains, with it and without it in alternating processes.
 
-    python benchmarks/tricks.py [TRICK ...] [--games GAME ...] [--rounds 3] [--core 0] [--list]
+    python benchmarks/tricks.py [TRICK ...] [--games GAME ...] [--rounds 5] [--core 0] [--list]
 
 A gain is the time without the trick divided by the time with it: 1.20 means that the trick saves a
 sixth of the time. Each pair of measurements runs in two fresh processes, one with the trick and one
@@ -527,7 +527,7 @@ def main() -> None:
     )
     parser.add_argument("tricks", nargs="*", metavar="TRICK", help="names; default: all")
     parser.add_argument("--games", nargs="+", default=[], help="instead of each trick's own games")
-    parser.add_argument("--rounds", type=int, default=3, help="pairs of processes")
+    parser.add_argument("--rounds", type=int, default=5, help="pairs of processes")
     parser.add_argument("--core", type=int, default=0, help="core to run on")
     parser.add_argument("--list", action="store_true", help="print the names and end")
     parser.add_argument("--worker", type=json.loads, help=argparse.SUPPRESS)

@@ -24,6 +24,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from _page import freed_memory
 from extraction import bind, ocatari_times, recorded, repeated, timed
 
 if TYPE_CHECKING:
@@ -443,14 +444,14 @@ def main() -> None:
 
     import ocjax
 
-    ocjax.retain_freed_memory()
+    memory = freed_memory()
     console = Console(width=160)
     where = (
         "one CPU core"
         if on_cpu
         else f"GPU ({jax.devices()[0].device_kind}), other programs on the CPU"
     )
-    title = f"microseconds per frame, {where}, jax {jax.__version__}"
+    title = f"microseconds per frame, {where}, jax {jax.__version__}, {memory}"
     vem, means = vem_table(
         title, arguments.games or list(ocjax.games()), arguments.ocatari, arguments.largest
     )

@@ -19,7 +19,7 @@ from jax.experimental.xla_metadata import set_xla_metadata
 # Row `small arrays` of benchmarks/tricks.py.
 MIN_MATERIALIZED_ELEMENTS = 2**12
 # Elements per row. Rows of a multiple of this length map to the same cache lines. The padding is
-# in elements, too. Evidence: `padded`.
+# in elements, too. Evidence: `padded`, and row `padded rows` of benchmarks/tricks.py.
 ALIASED_ROW_LENGTH = 512
 ROW_PADDING = 16
 

@@ -67,9 +67,18 @@ def retain_freed_memory() -> bool:
 
     By default glibc returns large results to the system when they are dropped. It maps and clears
     pages again for the next call. At 65,536 states, this takes Ms. Pac-Man's REM from 1.5 to 2.9
-    microseconds of processor time per state; at 4,096 states it takes 0.9. The `ocjax` command and
-    the benchmarks call this function. Other programs call it, or set the environment variable
-    `OCJAX_RETAIN_MEMORY=1` before they import ocjax. `MALLOC_TRIM_THRESHOLD_`,
+    microseconds of processor time per state; at 4,096 states it takes 0.9.
+
+    This always happens if an array of the result exceeds 32 MiB, which glibc maps separately:
+    boxes of more than 4 million slots, such as 20,000 states of Ms. Pac-Man (220 slots). REM of
+    65,536 of its states then has 51,000 page faults per call, and with retained memory none. For
+    smaller results it depends on the order of earlier allocations: 16,384 states of Space Invaders
+    (14 MB) had 4,100 page faults per call, and 16,384 of Ms. Pac-Man (61 MB) none. VEM's results
+    are small: 4,096 frames of Pong or Ms. Pac-Man had at most 2 page faults. The program
+    `benchmarks/memory.py` measures page faults and times.
+
+    The `ocjax` command and the benchmarks call this function. Other programs call it, or set the
+    environment variable `OCJAX_RETAIN_MEMORY=1` before they import ocjax. `MALLOC_TRIM_THRESHOLD_`,
     `MALLOC_MMAP_THRESHOLD_`, `MALLOC_MMAP_MAX_` and `MALLOC_ARENA_MAX` take precedence.
 
     Returns:

@@ -16,7 +16,8 @@ from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
 
 # Ratio. Two boards are used if one board fills at least this many times as many words, with
-# equally many candidates in each search. Evidence: `_boards`.
+# equally many candidates in each search. Evidence: `_boards`, and row `two boards` of
+# benchmarks/tricks.py.
 MIN_RATIO_OF_ONE_BOARD = 1.9
 
 

@@ -29,11 +29,12 @@ from ocjax.vision.steps import Context, Step
 # mask. Row `unshared masks` of benchmarks/tricks.py.
 MAX_UNSHARED_REGIONS = 2
 # Boxes for which the pixels inside are materialized. Road Runner, with 13 boxes, then takes 24 us
-# per frame instead of 30; games with fewer boxes take longer.
+# per frame instead of 30; games with fewer boxes take longer. Row `pixels in boxes` of
+# benchmarks/tricks.py.
 MIN_MATERIALIZED_BOXES = 12
 # Colours for which the first mask is materialized. XLA does not vectorise the loop that computes
 # this mask and writes the board's empty rows. Without this, Freeway, with 11 colours, takes 18 us
-# per frame instead of 15.
+# per frame instead of 15. Row `first mask` of benchmarks/tricks.py.
 MIN_MATERIALIZED_COLORS = 10
 
 

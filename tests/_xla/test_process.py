@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from ocjax._xla import process
 
 
@@ -55,3 +57,26 @@ def test_retained_memory_is_asked_for_by_the_environment():
             check=True,
         )
         assert run.stdout.strip() == calls
+
+
+def test_retained_memory_is_not_mapped_again():
+    code = """
+import resource
+import ocjax
+print(ocjax.retain_freed_memory())
+def faults():
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    for _ in range(10):
+        b"x" * 2**26  # 16,384 pages, more than glibc's largest threshold of 32 MiB
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+faults()
+print(faults())
+"""
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("MALLOC_")}
+    run = subprocess.run(
+        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+    )
+    retained, faults = run.stdout.split()
+    if retained == "False":
+        pytest.skip("the C library is not glibc")
+    assert int(faults) < 1000
