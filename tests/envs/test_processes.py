@@ -120,8 +120,10 @@ def test_closed_standard_streams(tmp_path, closed):
     [
         "import os, tempfile; folder = tempfile.mkdtemp(); os.chdir(folder); os.rmdir(folder)",
         "import sys; sys.path += [f'/missing/{i}' + '/deep' * 20 for i in range(5_000)]",
+        "import pathlib, sys, tempfile, typing; f = tempfile.mkdtemp(); sys.path.insert(0, f); "
+        "pathlib.Path(f, 'typing.py').touch()",
     ],
-    ids=["deleted working directory", "long path of modules"],
+    ids=["deleted working directory", "long path of modules", "hidden standard library"],
 )
 def test_unusual_processes(tmp_path, before):
     _, errors = run(f"{before}\n" + textwrap.dedent(STREAMS), tmp_path / "out")

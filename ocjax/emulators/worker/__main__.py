@@ -12,10 +12,15 @@ package envpool.
 
 import importlib.util
 import json
+import os
 import sys
 from pathlib import Path
 
-sys.path[:] = json.load(sys.stdin)
+# The standard library comes first. OpenCV 4.10 puts its own folder before it in the parent, and the
+# folder has a package `typing`.
+_library = Path(os.__file__).parent
+_first = (_library, _library / "lib-dynload")
+sys.path[:] = sorted(json.load(sys.stdin), key=lambda entry: Path(entry) not in _first)
 _package = Path(__file__).parent
 _spec = importlib.util.spec_from_file_location(
     "_worker", _package / "__init__.py", submodule_search_locations=[str(_package)]
