@@ -5,12 +5,13 @@ from typing import Annotated
 
 import typer
 
-from ocjax.cli.messages import console, errors_in_one_line, progress_bar
+from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.options import RAY
 from ocjax.datasets import exports, generation
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
 from ocjax.emulators import ram_starts
+from ocjax.emulators.progress import progress_bar
 from ocjax.extraction import registry
 from ocjax.files import writing
 
