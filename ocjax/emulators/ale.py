@@ -167,7 +167,6 @@ class AlePool(EmulatorPool):
             screens=screens,
             autoreset=autoreset,
             rom=self.game.rom,
-            md5=self.game.md5,
             rom_path=str(check_rom(self.game)),
             actions=tuple(int(a.value) for a in self.actions),
             frame_skip=s.skip_range,
