@@ -11,9 +11,8 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import Any
 
-import numpy as np
-
 from ocjax.console.ram import RAM_SIZE
+from ocjax.extraction.arrays import require_uint8
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import as_game
 
@@ -54,10 +53,7 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
     name = as_game(game).name
     if name not in addresses():
         raise ValueError(f"AtariARI has no labels for {name}; it labels {', '.join(addresses())}")
-    if not hasattr(ram, "dtype") or ram.dtype != np.uint8:
-        raise TypeError(
-            f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"
-        )
+    require_uint8("ram", ram)
     if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
         raise ValueError(f"ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}")
     return {label: ram[..., address] for label, address in addresses()[name].items()}

@@ -1,4 +1,4 @@
-"""The record of a training: a CSV file, TensorBoard and a progress bar."""
+"""The record of a training: a CSV file and TensorBoard."""
 
 import contextlib
 import csv
@@ -10,8 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from tensorboardX import summary
 from tensorboardX.event_file_writer import EventsWriter
 from tensorboardX.proto.event_pb2 import Event, SessionLog  # pyright: ignore[reportAttributeAccessIssue]
@@ -199,37 +197,3 @@ def _read(path: Path, count: int) -> _Kept:
 def _cells(line: bytes) -> list[str] | None:
     """The cells of a line of `metrics.csv`, or None if the line is missing or cut off."""
     return line.decode("utf-8").removesuffix("\n").split(",") if line.endswith(b"\n") else None
-
-
-class Bar:
-    """A progress bar with speed and mean return; use it in a `with` statement.
-
-    Args:
-        console: the console to print to.
-        name: the game's name.
-        total: emulated frames.
-    """
-
-    def __init__(self, console: Console, name: str, total: int) -> None:
-        columns = (
-            TextColumn(f"training {name}"),
-            BarColumn(),
-            TextColumn(
-                "{task.completed:,.0f} of {task.total:,.0f} frames, {task.fields[speed]:,.0f} a "
-                "second, return {task.fields[mean]:,.1f}"
-            ),
-            TimeRemainingColumn(),
-        )
-        self._progress = Progress(*columns, console=console)
-        self._task = self._progress.add_task("", total=total, speed=0.0, mean=float("nan"))
-
-    def __enter__(self) -> "Bar":
-        self._progress.start()
-        return self
-
-    def __exit__(self, *exception: object) -> None:
-        self._progress.stop()
-
-    def update(self, frames: int, speed: float, mean: float) -> None:
-        """Show frames so far, frames per second, and the mean return of the last games."""
-        self._progress.update(self._task, completed=frames, speed=speed, mean=mean)

@@ -16,12 +16,13 @@ from ocjax.agents import networks, ppo
 from ocjax.agents.checkpoints import Checkpoints
 from ocjax.agents.collector import Collector
 from ocjax.agents.config import Config, TrainingError
-from ocjax.agents.metrics import Bar, Metrics
+from ocjax.agents.metrics import Metrics
 from ocjax.agents.moments import Moments, deviation
 from ocjax.agents.ppo import Learner, Losses, Rollout
 from ocjax.emulators import ram_starts
 from ocjax.emulators.ale import AlePool
 from ocjax.emulators.checks import integer
+from ocjax.emulators.progress import progress_bar
 from ocjax.envs import Dqn, ObjectVectorEnv
 from ocjax.envs.requests import Mode, requested_kinds, required_screens
 from ocjax.extraction.registry import load
@@ -30,6 +31,7 @@ from ocjax.play.networks import NETWORKS
 from ocjax.play.policies import SavedPolicy
 
 CHECKPOINT_SECONDS = 120.0
+PROGRESS = "frames, {task.fields[speed]:,.0f} a second, return {task.fields[mean]:,.1f}"
 STACK = 4  # grey frames per observation
 ACTION_SEED = 2**31 - 1  # separates the random numbers of actions and of updates
 
@@ -141,7 +143,8 @@ class Trainer:
             console: the console for the progress bar.
         """
         total, saved = -(-frames // self.frames_per_update), time.monotonic()
-        with ThreadPoolExecutor(1) as executor, Bar(console, self.game.name, frames) as bar:
+        bar = progress_bar(f"training {self.game.name}", PROGRESS, console)
+        with ThreadPoolExecutor(1) as executor, bar as report:
             while self.updates < total:
                 start, acting = time.monotonic(), self._acting
                 rollout = self._collector.collect(
@@ -155,7 +158,12 @@ class Trainer:
                 )
                 self.updates += 1
                 self._note(previous, time.monotonic() - start)
-                bar.update(self.frames, self.metrics.frames_per_second, self.metrics.mean_return)
+                report(
+                    self.frames,
+                    frames,
+                    speed=self.metrics.frames_per_second,
+                    mean=self.metrics.mean_return,
+                )
                 if time.monotonic() - saved > CHECKPOINT_SECONDS or self.updates == total:
                     self._save()
                     saved = time.monotonic()

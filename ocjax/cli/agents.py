@@ -13,7 +13,7 @@ import typer
 from ocjax._extras import extras
 from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.options import fields_as_options
+from ocjax.cli.options import START_HELP, fields_as_options
 from ocjax.cli.render import extract, pictures, save
 from ocjax.emulators import ram_starts
 from ocjax.emulators.settings import PRESETS
@@ -93,9 +93,7 @@ def train(
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE[,...]",
-            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
-            "ram map`, or numbers of bytes; none for "
-            "the ordinary start. May be repeated: the environments use them in rotation.",
+            help=START_HELP,
             rich_help_panel=ENVIRONMENTS,
         ),
     ] = None,

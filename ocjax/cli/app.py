@@ -6,6 +6,8 @@ A subcommand's module is imported when the subcommand runs, so `ocjax --help` is
 import contextlib
 import importlib
 import importlib.metadata
+import re
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -28,24 +30,13 @@ COMMANDS = {  # the module of each subcommand in this package
     "play": "agents",
     "ram": "ram",
 }
-SUMMARIES = {  # the first line of each subcommand's help
-    "games": "List the supported games, or show everything that is known about one.",
-    "demo": (
-        "Play a game with random actions, time both extraction methods, and draw their objects."
-    ),
-    "render": "Draw objects over the frames of a recording.",
-    "evaluate": "Measure how well REM and VEM agree, and how often scores and lives are right.",
-    "parity": "Compare another implementation of a game with the real ROM, frame by frame.",
-    "bench": "Time REM, VEM, the environments and other programs on one core of this machine.",
-    "extract": "Extract objects from RAM or frames in files.",
-    "gaze": "Find the objects that the players of the dataset Atari-HEAD look at.",
-    "dataset": "Make a dataset of frames and RAM with the objects of both methods.",
-    "relabel": "Replace the objects and the datasheet of a dataset with the present decoders.",
-    "export": "Export a dataset to CSV or Minari.",
-    "train": "Train an agent with PPO, and show how it plays.",
-    "play": "Let a policy play complete games, under the settings of its training.",
-    "ram": "Reverse-engineer the RAM of a game.",
-}
+
+
+def summary(name: str) -> str:
+    """The first line of a subcommand's help, read from its file without importing it."""
+    text = Path(__file__).with_name(f"{COMMANDS[name]}.py").read_text(encoding="utf-8")
+    function = text.partition(f"def {name}(")[2]
+    return re.findall('"""(.+)', function or text)[0].removesuffix('"""')
 
 
 def load(name: str) -> Any:
@@ -73,8 +64,8 @@ class Commands(Interruptible):
 app = typer.Typer(
     cls=Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False
 )
-for _name, _summary in SUMMARIES.items():
-    app.command(_name, help=_summary)(lambda: None)
+for _name in COMMANDS:
+    app.command(_name, help=summary(_name))(lambda: None)
 
 
 def _print_version(wanted: bool) -> None:

@@ -13,6 +13,7 @@ from ocjax._extras import require
 from ocjax.cli.gallery import states
 from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.options import OCATARI_ENV
 from ocjax.evaluation import ocatari_peer, tables, time_plots, timing
 from ocjax.evaluation.timing import Measurement
 from ocjax.extraction.game import Game
@@ -28,15 +29,7 @@ def bench(
     ] = 64,
     seconds: Annotated[float, typer.Option(min=0.01, help="Duration of each measurement.")] = 1.0,
     ocatari: Annotated[bool, typer.Option("--ocatari", help="Time OCAtari 2.2.1, too.")] = False,
-    ocatari_env: Annotated[
-        Path | None,
-        typer.Option(
-            help=(
-                "Virtual environment with OCAtari, created if needed. Default: one in the user's "
-                "cache."
-            )
-        ),
-    ] = None,
+    ocatari_env: OCATARI_ENV = None,
     out: Annotated[
         Path | None,
         typer.Option("--json", metavar="FILE", help="Write a line of JSON for each measurement."),

@@ -5,12 +5,13 @@ from typing import Annotated
 
 import typer
 
-from ocjax.cli.messages import console, errors_in_one_line, progress_bar
-from ocjax.cli.options import RAY
+from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.options import RAY, START_HELP
 from ocjax.datasets import exports, generation
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
 from ocjax.emulators import ram_starts
+from ocjax.emulators.progress import progress_bar
 from ocjax.extraction import registry
 from ocjax.files import writing
 
@@ -41,12 +42,7 @@ def dataset(
     ] = LEAST_F1,
     start: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE[,...]",
-            help="Values to write to the RAM when a game begins, such as level=2: fields of `ocjax "
-            "ram map`, or numbers of bytes; none for "
-            "the ordinary start. May be repeated: the instances use them in rotation.",
-        ),
+        typer.Option(metavar="NAME=VALUE[,...]", help=START_HELP),
     ] = None,
     ray: RAY = None,
 ) -> None:

@@ -10,6 +10,7 @@ import typer
 from ocjax import recordings
 from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.options import OCATARI_ENV
 from ocjax.evaluation import formats, ocatari_peer, report, tables
 from ocjax.extraction.game import Game
 from ocjax.files import writing
@@ -74,15 +75,7 @@ def evaluate(
     ocatari: Annotated[
         bool, typer.Option("--ocatari", help="Run OCAtari 2.2.1 on the same frames.")
     ] = False,
-    ocatari_env: Annotated[
-        Path | None,
-        typer.Option(
-            help=(
-                "Virtual environment with OCAtari, created if needed. Default: one in the user's "
-                "cache."
-            )
-        ),
-    ] = None,
+    ocatari_env: OCATARI_ENV = None,
     markdown: Annotated[Path | None, typer.Option(help="Write the tables as Markdown.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write all numbers as CSV.")] = None,
     latex: Annotated[

@@ -5,8 +5,9 @@ from typing import Annotated
 
 import typer
 
-from ocjax.cli.messages import console, errors_in_one_line, progress_bar
+from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.options import RAY
+from ocjax.emulators.progress import progress_bar
 from ocjax.files import writing
 from ocjax.files.pipeline import extract as extract_file
 

@@ -10,7 +10,8 @@ import numpy as np
 import typer
 from PIL import Image, ImageDraw
 
-from ocjax.cli.messages import console, errors_in_one_line, progress_bar
+from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.emulators.progress import progress_bar
 from ocjax.evaluation import tables
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game

@@ -3,12 +3,11 @@
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from typer.core import TyperGroup
 
 from ocjax._extras import MissingExtraError
@@ -31,36 +30,6 @@ def errors_in_one_line() -> Iterator[None]:
     except (OSError, ValueError, MissingExtraError) as error:
         say(f"Error: {error}")
         raise typer.Exit(WRONG_USE) from error
-
-
-@contextlib.contextmanager
-def progress_bar(action: str, unit: str, console: Console) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar that appears with the first report.
-
-    Args:
-        action: the activity, such as "extracting".
-        unit: the unit of the count, such as "rows".
-        console: shows the bar.
-
-    Yields:
-        A function to call with the numbers of finished and of all units.
-    """
-    columns = (
-        TextColumn(action),
-        BarColumn(),
-        TextColumn(f"{{task.completed:,}} of {{task.total:,}} {unit}"),
-        TimeRemainingColumn(),
-    )
-    with contextlib.ExitStack() as shown:
-        progress = Progress(*columns, console=console)
-        task = progress.add_task("", total=0)
-
-        def report(done: int, total: int) -> None:
-            progress.update(task, completed=done, total=total)
-            if not progress.live.is_started:
-                shown.enter_context(progress)
-
-        yield report
 
 
 class Interruptible(TyperGroup):

@@ -3,6 +3,7 @@
 import dataclasses
 import inspect
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -16,6 +17,19 @@ RAY = Annotated[
         "for the cluster of this machine, or local for this machine alone.",
     ),
 ]
+
+OCATARI_ENV = Annotated[
+    Path | None,
+    typer.Option(
+        help="Virtual environment with OCAtari, created if needed. Default: one in the user's "
+        "cache."
+    ),
+]
+START_HELP = (
+    "Values to write to the RAM when a game begins, such as level=2: fields of `ocjax ram map`, or "
+    "numbers of bytes; none for the ordinary start. May be repeated: the instances use them in "
+    "rotation."
+)
 
 
 def fields_as_options(

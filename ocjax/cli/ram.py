@@ -1,4 +1,4 @@
-"""The commands `ocjax ram ...`."""
+"""Reverse-engineer the RAM of a game."""
 
 import json
 from pathlib import Path
@@ -23,7 +23,7 @@ from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import Session
 from ocjax.recordings import Recording
 
-ram = typer.Typer(no_args_is_help=True, help="Reverse-engineer the RAM of a game.")
+ram = typer.Typer(no_args_is_help=True, help=__doc__)
 GAME = typer.Argument(metavar="GAME", help="Name of the game.")
 WHAT = typer.Argument(
     metavar="GAME|RECORDING", help="A game to play, or a recording (.npz) with frames."

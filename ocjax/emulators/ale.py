@@ -47,6 +47,7 @@ from ocjax.emulators.worker.interface import (
     WorkerConfig,
 )
 from ocjax.emulators.worker.program import EmulatorBlock
+from ocjax.extraction.arrays import require_uint8
 from ocjax.extraction.game import Game
 
 WORKER_TIMEOUT = 60.0  # seconds
@@ -167,7 +168,6 @@ class AlePool(EmulatorPool):
             screens=screens,
             autoreset=autoreset,
             rom=self.game.rom,
-            md5=self.game.md5,
             rom_path=str(check_rom(self.game)),
             actions=tuple(int(a.value) for a in self.actions),
             frame_skip=s.skip_range,
@@ -287,10 +287,7 @@ class AlePool(EmulatorPool):
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
         """Write the changed bytes of the RAM; see `EmulatorPool.set_ram`."""
-        if not isinstance(ram, np.ndarray) or ram.dtype != np.uint8:
-            raise TypeError(
-                f"ram must be a uint8 array, got {getattr(ram, 'dtype', type(ram).__name__)}"
-            )
+        require_uint8("ram", ram)
         if ram.shape not in ((128,), (self.num_envs, 128)):
             raise ValueError(
                 f"ram must have shape [{self.num_envs}, 128] or [128], got {list(ram.shape)}"

@@ -107,15 +107,9 @@ def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray |
         raise ValueError(f"unknown options {sorted(options)}: the only option is reset_mask")
     if mask is None:
         return None
-    if (
-        not isinstance(mask, np.ndarray)
-        or mask.dtype != bool
-        or mask.shape != (num_envs,)
-        or not mask.any()
-    ):
-        raise ValueError(
-            f"reset_mask must be a bool array of shape ({num_envs},), not all False, got {mask!r}"
-        )
+    mask = mask_array("reset_mask", mask, num_envs)
+    if not mask.any():
+        raise ValueError("reset_mask must select an environment, got an array that is all False")
     return mask
 
 

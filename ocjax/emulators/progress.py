@@ -1,13 +1,49 @@
-"""Progress bars for pools of emulators."""
+"""Progress bars."""
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from typing import Any
 
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ocjax.emulators.pool import StartReport
+
+
+@contextmanager
+def progress_bar(
+    action: str, unit: str, console: Console | None = None, *, transient: bool = False
+) -> Iterator[Callable[..., None]]:
+    """A progress bar that appears with the first report.
+
+    Args:
+        action: the activity, such as "extracting".
+        unit: the unit of the count, such as "rows". It may contain further numbers of the reports,
+            in rich's format: "games, {task.fields[frames]:,} frames".
+        console: shows the bar; by default the standard output.
+        transient: whether the bar disappears at its end.
+
+    Yields:
+        A function to call with the numbers of finished and of all units, and with further numbers
+        by name.
+    """
+    columns = (
+        TextColumn(action),
+        BarColumn(),
+        TextColumn(f"{{task.completed:,}} of {{task.total:,}} {unit}"),
+        TimeRemainingColumn(),
+    )
+    with ExitStack() as shown:
+        progress = Progress(*columns, console=console, transient=transient)
+        task = progress.add_task("", total=0)
+
+        def report(done: int, total: int, **numbers: Any) -> None:
+            progress.update(task, completed=done, total=total, **numbers)
+            if not progress.live.is_started:
+                shown.enter_context(progress)
+
+        yield report
 
 
 @contextmanager
@@ -19,13 +55,5 @@ def start_bar(num_envs: int) -> Iterator[StartReport | None]:
     if sys.stderr is None or sys.stderr.closed or not sys.stderr.isatty():
         yield None
         return
-    with ExitStack() as stack:
-        progress = Progress(transient=True, console=Console(stderr=True))
-        task = progress.add_task(f"starting {num_envs} emulators", total=num_envs)
-
-        def report(started: int) -> None:
-            if not progress.live.is_started:
-                stack.enter_context(progress)
-            progress.update(task, completed=started)
-
-        yield report
+    with progress_bar("starting", "emulators", Console(stderr=True), transient=True) as report:
+        yield lambda started: report(started, num_envs)

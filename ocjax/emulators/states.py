@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from ocjax.emulators.worker import snapshot
+from ocjax.emulators.worker.emulator import Phase
 from ocjax.emulators.worker.interface import STATE_BYTES, CommandArrays, EmulatorArrays
 from ocjax.extraction.edits import edit
 from ocjax.extraction.game import Game
@@ -18,9 +19,18 @@ from ocjax.extraction.registry import as_game
 
 # The arrays of a pool that a saved state contains, if the pool records them.
 _SHOWN = tuple(f.name for f in dataclasses.fields(EmulatorArrays) if f.name != "final")
-_COMMAND = ("state", "state_bytes")
+_COMMAND = (
+    "state",
+    "state_bytes",
+    "checksum",
+    "phase",
+    "held_strength",
+    "generator",
+    "before",
+    "has_before",
+)
 
-_MAGIC, _VERSION = b"ocjaxSAV", 2
+_MAGIC, _VERSION = b"ocjaxSAV", 3
 # Magic, version, bytes of the description, SHA-256 of everything after the header.
 _HEADER = struct.Struct("<8sHI32s")
 
@@ -267,17 +277,20 @@ def check(
     for name, target in targets.items():
         _check_array(name, states.rows[name], target, len(states))
     ended = states.rows["terminated"] | states.rows["truncated"]
-    sizes = states.rows["state_bytes"].tolist()
-    for row, size, over in zip(states.rows["state"], sizes, ended.tolist(), strict=True):
-        phase = snapshot.check(row[: max(0, size)].tobytes(), game.rom, game.md5, good)
-        if phase != snapshot.RUNNING and not over:
-            raise ValueError(
-                "the states are damaged: expected 'terminated' or 'truncated' where an episode "
-                "has ended; save them again"
-            )
+    if ((states.rows["phase"] != Phase.RUNNING) & ~ended).any():
+        raise ValueError(
+            "the states are damaged: expected 'terminated' or 'truncated' where an episode has "
+            "ended; save them again"
+        )
+    sizes, checksums = states.rows["state_bytes"].tolist(), states.rows["checksum"].tolist()
+    for row, size, checksum in zip(states.rows["state"], sizes, checksums, strict=True):
+        snapshot.check(row[: max(0, size)].tobytes(), checksum, good)
 
 
 _RANGES = {
+    "phase": (Phase.RUNNING, Phase.GAME_OVER),
+    "held_strength": (0, 1),
+    "generator": (0, np.array([*[2**64 - 1] * 4, 1, 2**32 - 1], np.uint64)),
     "executed": (0, 17),
     "frame_number": (0, np.inf),
     "episode_length": (0, np.inf),

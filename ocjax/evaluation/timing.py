@@ -177,21 +177,8 @@ def machine() -> dict[str, Any]:
         else os.cpu_count(),
         "device": jax.devices()[0].device_kind,
         "python": platform.python_version(),
-        "commit": _commit(),
         **versions,
     }
-
-
-def _commit() -> str | None:
-    """Return the commit of the checkout that contains ocjax, or None without a checkout."""
-    head = Path(__file__).parents[2] / ".git" / "HEAD"
-    if not head.is_file():
-        return None
-    text = head.read_text().strip()
-    if not text.startswith("ref: "):
-        return text
-    branch = head.parent / text.removeprefix("ref: ")
-    return branch.read_text().strip() if branch.exists() else None
 
 
 def _installed(module: str) -> bool:

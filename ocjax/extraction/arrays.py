@@ -27,3 +27,15 @@ def as_array(x: Any) -> Any:
     ):
         return x
     return np.from_dlpack(x) if x.__dlpack_device__()[0] in _HOST else jax.dlpack.from_dlpack(x)
+
+
+def require_uint8(name: str, array: Any) -> None:
+    """Check that an argument is a uint8 array.
+
+    Raises:
+        TypeError: it is not; the message contains `name`.
+    """
+    if not hasattr(array, "dtype") or array.dtype != np.uint8:
+        raise TypeError(
+            f"{name} must be a uint8 array, got {getattr(array, 'dtype', type(array).__name__)}"
+        )

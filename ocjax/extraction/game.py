@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
@@ -16,7 +15,7 @@ from ocjax._xla.fork import require_threads
 from ocjax.console import palette
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import rem, vem
-from ocjax.extraction.arrays import as_array
+from ocjax.extraction.arrays import as_array, require_uint8
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.declaration import Declaration, GameError, check_decode
 from ocjax.extraction.display import game_html
@@ -62,11 +61,7 @@ class Game(Declaration):
         """
         require_threads()
         ram = as_array(ram)
-        if not hasattr(ram, "dtype") or ram.dtype != jnp.uint8:
-            raise TypeError(
-                f"{self.name}: ram must be a uint8 array, got "
-                f"{getattr(ram, 'dtype', type(ram).__name__)}"
-            )
+        require_uint8(f"{self.name}: ram", ram)
         if ram.ndim == 0 or ram.shape[-1] != RAM_SIZE:
             raise ValueError(
                 f"{self.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}"
@@ -90,11 +85,7 @@ class Game(Declaration):
         """
         require_threads()
         frames = as_array(frames)
-        if not hasattr(frames, "dtype") or frames.dtype != jnp.uint8:
-            raise TypeError(
-                f"{self.name}: frames must be a uint8 array, got "
-                f"{getattr(frames, 'dtype', type(frames).__name__)}"
-            )
+        require_uint8(f"{self.name}: frames", frames)
         if frames.shape[-2:] != self.screen and frames.shape[-3:] != (*self.screen, 3):
             height, width = self.screen
             raise ValueError(

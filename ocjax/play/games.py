@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from PIL import Image
-from rich.progress import BarColumn, Progress, TextColumn, track
+from rich.progress import track
 
 from ocjax.emulators.hooks import Hooks
+from ocjax.emulators.progress import progress_bar
 from ocjax.emulators.settings import settings
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
@@ -19,12 +20,8 @@ from ocjax.transforms.drawing import overlay
 
 MOST_ENVS = 16
 DEFAULT_PRESET = "dqn"  # for policies without training settings
+PROGRESS = "games, {task.fields[frames]:,} emulated frames"
 PICTURE_STEPS = 600  # steps of the first game to draw
-COLUMNS = (
-    TextColumn("{task.description}"),
-    BarColumn(),
-    TextColumn("{task.completed} of {task.total} games, {task.fields[frames]:,} emulated frames"),
-)
 
 
 class _Moment(NamedTuple):
@@ -104,14 +101,15 @@ def play(
         pool.reset([seed + i for i in range(n)])
         seen: list[_Moment] = []
         played: list[list[tuple[float, int]]] = [[] for _ in range(n)]
-        with Progress(*COLUMNS, transient=True) as progress:
-            bar = progress.add_task(f"playing {game.name}", total=episodes, frames=0)
+        with progress_bar(f"playing {game.name}", PROGRESS, transient=True) as report:
             for i, total, frames in _games(
-                pool, act, seen if pictures else None, lambda n: progress.update(bar, frames=n)
+                pool,
+                act,
+                seen if pictures else None,
+                lambda n: report(sum(map(len, played)), episodes, frames=n),
             ):
                 if len(played[i]) < quota[i]:
                     played[i].append((total, frames))
-                    progress.advance(bar)
                 if all(len(own) == most for own, most in zip(played, quota, strict=True)):
                     break
     returns, frames = zip(*(one for own in played for one in own), strict=True)

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from rich.progress import Progress, track
+from rich.progress import track
 
-from ocjax.emulators.progress import start_bar
+from ocjax.emulators.progress import progress_bar, start_bar
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play.policies import BUILT_IN, Policy, make_policy, needs
@@ -121,14 +121,13 @@ def _sample_games(
 ) -> list[list[State]]:
     """Random states of each instance's complete games, after some skipped steps."""
     samplers = [_Sampler(count, rng) for _ in range(pool.num_envs)]
-    with Progress(transient=True) as progress:
-        bar = progress.add_task(f"playing complete games of {pool.game.name}", total=len(samplers))
+    with progress_bar(f"playing {pool.game.name}", "complete games", transient=True) as report:
         for t, _ in enumerate(steps(pool, act)):
             for i, sampler in enumerate(samplers):
                 if t >= skipped and not sampler.complete:
                     sampler.add(lambda i=i: _state(pool, i), last=bool(pool.game_over[i]))
             done = sum(sampler.complete for sampler in samplers)
-            progress.update(bar, completed=done)
+            report(done, len(samplers))
             if done == len(samplers):
                 return [sampler.states for sampler in samplers]
     raise AssertionError("steps end only when the caller stops")

@@ -19,7 +19,7 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.ramtools.causes import frames_after_writes, play_alike
 
-__all__ = ["ByRem", "Candidate", "OnScreen", "candidates"]
+__all__ = ["ByRem", "Control", "OnScreen", "candidates"]
 
 NEAR = 4  # pixels; overlapping objects change each other's boxes by a few pixels
 MOST_BYTES = 12  # bytes written to remove a category, at most
@@ -34,24 +34,28 @@ LEAST = 4  # values that must change a category if the byte belongs to it
 FOREIGN = 0.1  # fraction of the values of such a byte that may change another category
 
 
-class Candidate(NamedTuple):
-    """Bytes that may control a category.
+class Control(NamedTuple):
+    """Bytes that control a category, or may control it before they are confirmed.
 
     Args:
         kind: "remove", "freeze" or "recolor".
         category: its name.
         writes: the values to write before every emulated frame, by address. For "recolor", each
             value is the colour, a palette index.
+        also: other categories that are recoloured.
+        moving: the fraction of a frozen category's objects that still move.
     """
 
     kind: str
     category: str
     writes: dict[int, int]
+    also: tuple[str, ...] = ()
+    moving: float = 0.0
 
 
 def candidates(
     category: str, by_rem: "ByRem", on_screen: "OnScreen", color: int
-) -> Iterator[Candidate]:
+) -> Iterator[Control]:
     """Candidates for a category, the more likely ones of each kind first.
 
     Args:
@@ -62,16 +66,16 @@ def candidates(
     """
     for choice in range(CHOICES):
         if writes := by_rem.removal(category, choice):
-            yield Candidate("remove", category, writes)
+            yield Control("remove", category, writes)
     for writes in itertools.islice(on_screen.removals(category), CHOICES):
-        yield Candidate("remove", category, writes)
+        yield Control("remove", category, writes)
     read, seen = by_rem.own(category), on_screen.own(category)
     for own in dict.fromkeys(sorted((seen, read, read | seen), key=len)):
         for ram in by_rem.fullest(category) if own else ():
-            yield Candidate("freeze", category, {a: int(ram[a]) for a in sorted(own)})
+            yield Control("freeze", category, {a: int(ram[a]) for a in sorted(own)})
     for own in dict.fromkeys((by_rem.colors(category, color), on_screen.colors(category))):
         if own:
-            yield Candidate("recolor", category, dict.fromkeys(sorted(own), color))
+            yield Control("recolor", category, dict.fromkeys(sorted(own), color))
 
 
 # -----------------------------------------------------------------------------------------------

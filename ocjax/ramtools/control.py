@@ -20,7 +20,7 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.play import stepping
 from ocjax.play.policies import make_policy
-from ocjax.ramtools.candidates import ByRem, Candidate, OnScreen, candidates
+from ocjax.ramtools.candidates import ByRem, Control, OnScreen, candidates
 
 __all__ = ["Control", "control", "to_json", "to_table"]
 
@@ -40,25 +40,6 @@ FROZEN = 0.05  # moving objects of a frozen category; boxes differ if objects ov
 STILL = 0.01  # moving objects at which the search for a better candidate ends
 RECOLORED = 0.95  # of a category's boxes that have a pixel of the colour
 ALSO = 0.5  # of another category's boxes: it is also recoloured
-
-
-class Control(NamedTuple):
-    """Bytes that control a category, confirmed on the screen.
-
-    Args:
-        kind: "remove", "freeze" or "recolor".
-        category: its name.
-        writes: the values to write before every emulated frame, by address. For "recolor", each
-            value is the colour, a palette index.
-        also: other categories that are recoloured.
-        moving: the fraction of a frozen category's objects that still move.
-    """
-
-    kind: str
-    category: str
-    writes: dict[int, int]
-    also: tuple[str, ...] = ()
-    moving: float = 0.0
 
 
 class _Play(NamedTuple):
@@ -100,12 +81,12 @@ def control(game: Game, *, seed: int = 0) -> list[Control]:
         ):
             if found := _best(game, same_kind, plain):
                 found = _pruned(game, found, plain)
-                if _confirmed(game, Candidate(*found[:3]), other):
+                if _confirmed(game, found, other):
                     confirmed.append(found)
     return confirmed
 
 
-def _best(game: Game, tried: Iterable[Candidate], plain: _Play) -> Control | None:
+def _best(game: Game, tried: Iterable[Control], plain: _Play) -> Control | None:
     """The first confirmed candidate; for freezing, the best one."""
     best: Control | None = None
     for candidate in tried:
@@ -147,7 +128,7 @@ def _per_frame(game: Game, objects: Objects, category: str) -> float:
     return float(objects.valid[:, game.slices[category]].sum(axis=1).mean())
 
 
-def _confirmed(game: Game, candidate: Candidate, plain: _Play) -> Control | None:
+def _confirmed(game: Game, candidate: Control, plain: _Play) -> Control | None:
     """The candidate, if it has the desired effect and the game continues as usual."""
     changed = _play(
         game, plain.seed, Variation(game.name, candidate.kind, candidate.writes), steps=plain.steps
@@ -162,13 +143,11 @@ def _confirmed(game: Game, candidate: Candidate, plain: _Play) -> Control | None
     ):
         return None
     if candidate.kind == "remove":
-        return (
-            Control(*candidate) if _is_removed(game, candidate.category, plain, changed) else None
-        )
+        return candidate if _is_removed(game, candidate.category, plain, changed) else None
     moving = _share_moving(changed, candidate.category)
     frozen = moving <= FROZEN and _share_moving(plain, candidate.category) >= MOVES
     return (
-        Control(*candidate, moving=moving)
+        candidate._replace(moving=moving)
         if frozen and _is_kept(game, candidate.category, plain, changed)
         else None
     )
@@ -183,11 +162,7 @@ def _pruned(game: Game, found: Control, plain: _Play) -> Control:
             less = {
                 a: v for a, v in found.writes.items() if a not in addresses[start : start + size]
             }
-            smaller = (
-                _confirmed(game, Candidate(found.kind, found.category, less), plain)
-                if less
-                else None
-            )
+            smaller = _confirmed(game, found._replace(writes=less), plain) if less else None
             if smaller and smaller.moving <= max(found.moving, STILL):
                 found = smaller
         size //= 2
@@ -211,7 +186,7 @@ def _share_moving(play: _Play, category: str) -> float:
     return float(times[times < STANDS * frames].sum() / max(times.sum(), 1))
 
 
-def _recoloring(game: Game, candidate: Candidate, changed: _Play) -> Control | None:
+def _recoloring(game: Game, candidate: Control, changed: _Play) -> Control | None:
     """The candidate, if it recolours its category and only a minority of the others."""
     (color,) = set(candidate.writes.values())
     shares = _shares_of_color(game, changed, color)
@@ -219,7 +194,7 @@ def _recoloring(game: Game, candidate: Candidate, changed: _Play) -> Control | N
         name for name, share in shares.items() if share >= ALSO and name != candidate.category
     )
     works = shares.get(candidate.category, 0) >= RECOLORED and len(also) < len(shares) / 2
-    return Control(*candidate, also) if works else None
+    return candidate._replace(also=also) if works else None
 
 
 def _shares_of_color(game: Game, play: _Play, color: int) -> dict[str, float]:

@@ -540,7 +540,7 @@ def test_games_start_with_written_ram(workers):
     with pytest.raises(ValueError, match="starts must have one entry per environment, 3, got 2"):
         AlePool(ocjax.load("Pong"), 3, starts=starts[:2])
     with pytest.raises(ValueError, match="is a variation of Riverraid"):
-        AlePool(ocjax.load("Pong"), 1, starts=[variations.red_river])
+        AlePool(ocjax.load("Pong"), 1, starts=[variations.find("Riverraid:red_river")])
 
 
 @pytest.mark.parametrize("workers", [0, 2])

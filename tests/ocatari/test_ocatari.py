@@ -264,7 +264,11 @@ def test_ram_and_states(make):
 
 
 def test_hooks(make):
-    env = make("Pong", hook=[variations.lazy_enemy, lambda ram: ram.__setitem__(14, 5)], hud=True)
+    env = make(
+        "Pong",
+        hook=[variations.find("Pong:lazy_enemy"), lambda ram: ram.__setitem__(14, 5)],
+        hud=True,
+    )
     env.reset(seed=0)
     for _ in range(60):
         env.step(0)

@@ -27,27 +27,12 @@ from ocjax.extraction.registry import load
 __all__ = [
     "ALL",
     "Variation",
-    "always_lower_player",
-    "color_all_blocks_red",
-    "color_player_black",
-    "disable_monkeys",
     "find",
     "freeze",
-    "invisible_player",
-    "lazy_enemy",
     "names",
-    "no_alien",
-    "no_barrel",
-    "no_shields",
-    "obelix",
     "of",
-    "parallel_enemy",
     "recolor",
-    "red_river",
-    "relocate_shields_right",
     "remove",
-    "reposition_floes_easy",
-    "stopped_cars",
 ]
 
 _GAMES = dict(sorted({**sports.GAMES, **shooters.GAMES, **mazes.GAMES}.items()))
@@ -99,20 +84,3 @@ def find(name: str, game: str | None = None) -> Variation:
     raise ValueError(
         f"{title} has no variation {own!r}; it has {', '.join(sorted(known)) or 'none'}.{hint}"
     )
-
-
-no_alien = ALL["Alien:no_alien"]
-obelix = ALL["Asterix:obelix"]
-color_player_black = ALL["Boxing:color_player_black"]
-color_all_blocks_red = ALL["Breakout:color_all_blocks_red"]
-invisible_player = ALL["ChopperCommand:invisible_player"]
-no_barrel = ALL["DonkeyKong:no_barrel"]
-stopped_cars = ALL["Freeway:stopped_cars"]
-reposition_floes_easy = ALL["Frostbite:reposition_floes_easy"]
-disable_monkeys = ALL["Kangaroo:disable_monkeys"]
-lazy_enemy = ALL["Pong:lazy_enemy"]
-parallel_enemy = ALL["Pong:parallel_enemy"]
-red_river = ALL["Riverraid:red_river"]
-no_shields = ALL["SpaceInvaders:no_shields"]
-relocate_shields_right = ALL["SpaceInvaders:relocate_shields_right"]
-always_lower_player = ALL["Tennis:always_lower_player"]

@@ -5,14 +5,11 @@ from functools import partial
 
 from ocjax.emulators.variations.mechanism import Variation
 
-
-def _all(addresses: range, value: int) -> dict[int, int]:
-    return dict.fromkeys(addresses, value)
-
-
 ALIEN = {
     "no_alien": Variation(
-        "Alien", "There are no aliens in the maze.", _all(range(42, 45), 0) | _all(range(49, 52), 0)
+        "Alien",
+        "There are no aliens in the maze.",
+        dict.fromkeys(range(42, 45), 0) | dict.fromkeys(range(49, 52), 0),
     )
 }
 
@@ -103,7 +100,7 @@ _WAITS = range(33, 43)  # frames until a car moves
 _STOP, _GO = 100, 0
 _ONE_CAR = tuple(_freeway("One car.", {a: value}) for a in _WAITS for value in (*[_STOP] * 9, _GO))
 _ALL_CARS = tuple(
-    _freeway("All cars.", _all(_WAITS, value)) for value in (_GO, _GO, _GO, _STOP, _STOP)
+    _freeway("All cars.", dict.fromkeys(_WAITS, value)) for value in (_GO, _GO, _GO, _STOP, _STOP)
 )
 FREEWAY = {
     "align_all_cars": _freeway(
@@ -116,14 +113,16 @@ FREEWAY = {
         "The cars stand still on a diagonal, each further to the right than the car in the lane "
         "above.",
         dict(zip(range(108, 118), range(150, 10, -14), strict=True))
-        | _all(range(33, 43), 2),  # positions from the bottom, frames to wait
+        | dict.fromkeys(range(33, 43), 2),  # positions from the bottom, frames to wait
     ),
     "stop_all_cars": _freeway(
         "The cars stand still at the edges of the screen.",
-        _all(range(33, 43), 100) | _all(range(108, 113), 15) | _all(range(113, 118), 150),
+        dict.fromkeys(range(33, 43), 100)
+        | dict.fromkeys(range(108, 113), 15)
+        | dict.fromkeys(range(113, 118), 150),
     ),
     **{
-        f"all_{name}_cars": _freeway(f"All cars are {name}.", _all(range(77, 87), color))
+        f"all_{name}_cars": _freeway(f"All cars are {name}.", dict.fromkeys(range(77, 87), color))
         for name, color in {"black": 0, "white": 15, "red": 66, "green": 210, "blue": 145}.items()
     },
 }
@@ -132,7 +131,7 @@ _frostbite = partial(Variation, "Frostbite")
 _STANDING = {22: 0}
 FROSTBITE = {
     "reposition_floes_easy": _frostbite(
-        "The floes stand still, below each other.", _STANDING | _all(range(31, 35), 80)
+        "The floes stand still, below each other.", _STANDING | dict.fromkeys(range(31, 35), 80)
     ),
     "reposition_floes_medium": _frostbite(
         "The floes stand still, each row 30 pixels further to the right.",
@@ -148,9 +147,15 @@ FROSTBITE = {
         )
         for name, color, shown in (("black", 200, "black"), ("red", 48, "orange"))
     },
-    "no_birds": _frostbite("There are no animals between the floes.", _all(range(92, 96), 0)),
-    "few_enemies": _frostbite("There are few animals in each row.", _all(range(92, 96), 5)),
-    "many_enemies": _frostbite("There are many animals in each row.", _all(range(92, 96), 15)),
+    "no_birds": _frostbite(
+        "There are no animals between the floes.", dict.fromkeys(range(92, 96), 0)
+    ),
+    "few_enemies": _frostbite(
+        "There are few animals in each row.", dict.fromkeys(range(92, 96), 5)
+    ),
+    "many_enemies": _frostbite(
+        "There are many animals in each row.", dict.fromkeys(range(92, 96), 15)
+    ),
 }
 
 _kangaroo = partial(Variation, "Kangaroo")
@@ -168,7 +173,7 @@ KANGAROO = {
         "The kangaroo begins the game on the second or the third floor.",
         choices=tuple(_FLOORS.values()),
     ),
-    "disable_monkeys": _kangaroo("There are no monkeys.", _all(range(8, 12), 127)),
+    "disable_monkeys": _kangaroo("There are no monkeys.", dict.fromkeys(range(8, 12), 127)),
     "disable_coconut": _kangaroo("No coconut falls.", {33: 255, 35: 255}),
     "disable_thrown_coconut": _kangaroo("No coconut is thrown.", {25: 255, 28: 255, 31: 0}),
     "unlimited_time": _kangaroo("The time does not run out.", {59: 32}),
@@ -216,7 +221,7 @@ MS_PACMAN = {
         for i in range(3)
     },
     "edible_ghosts": _mspacman(
-        "The ghosts are blue and take no life.", _all(range(1, 5), 130) | {116: 255}
+        "The ghosts are blue and take no life.", dict.fromkeys(range(1, 5), 130) | {116: 255}
     ),
     "end_game": _mspacman(
         "Few pills are left, side by side at a random place.", {117: 0}, choices=_FEW_PILLS
@@ -262,7 +267,7 @@ NAME_THIS_GAME = {
     ),
     "octopus_start": _name(
         "Six tentacles have their first piece at once, and a piece is beside the octopus.",
-        _all(range(9, 50, 10), 64),
+        dict.fromkeys(range(9, 50, 10), 64),
     ),
     "octopus_rest": _name("A piece of the left tentacles is never there.", {9: 0}),
 }
@@ -275,7 +280,7 @@ VENTURE = {
     **{
         f"enemy_color_{name}": _venture(
             f"All enemies are {name}.",
-            _all(_ENEMIES, color),
+            dict.fromkeys(_ENEMIES, color),
             parts=(_venture("One.", {36: color}, when=_MORE),),
         )
         for name, color in zip(("black", "white", "red", "blue", "green"), _RAINBOW, strict=True)

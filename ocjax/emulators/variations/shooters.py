@@ -9,10 +9,6 @@ _SLOT = range(4)  # Atlantis: ships, with a kind from byte 79 and a speed to the
 _BOMBER = 80  # the kind of the fast ship
 
 
-def _all(addresses: range, value: int) -> dict[int, int]:
-    return dict.fromkeys(addresses, value)
-
-
 def _at_speed(others: int, bombers: int) -> tuple[Variation, ...]:
     """Ships of Atlantis with a speed; bombers have another one."""
     kinds = ((others, [*range(_BOMBER), *range(_BOMBER + 1, 256)]), (bombers, [_BOMBER]))
@@ -20,7 +16,10 @@ def _at_speed(others: int, bombers: int) -> tuple[Variation, ...]:
         Variation(
             "Atlantis",
             "One ship.",
-            replaces={75 + i: _all(range(1, 128), speed) | _all(range(128, 256), 256 - speed)},
+            replaces={
+                75 + i: dict.fromkeys(range(1, 128), speed)
+                | dict.fromkeys(range(128, 256), 256 - speed)
+            },
             when={79 + i: kind},
         )
         for i in _SLOT
@@ -38,7 +37,7 @@ def _bombers() -> Iterator[Variation]:
         yield Variation(
             "Atlantis",
             "One ship.",
-            replaces={75 + i: _FASTER, 79 + i: _all(kinds, _BOMBER)},
+            replaces={75 + i: _FASTER, 79 + i: dict.fromkeys(kinds, _BOMBER)},
             when={79 + i: kinds},
         )
 
@@ -88,7 +87,7 @@ CARNIVAL = {
 
 _chopper = partial(Variation, "ChopperCommand")
 CHOPPER_COMMAND = {
-    "no_enemies": _chopper("There are no enemies.", _all(range(6, 13), 0)),
+    "no_enemies": _chopper("There are no enemies.", dict.fromkeys(range(6, 13), 0)),
     "no_radar": _chopper("The radar is empty, and the player and the score are darker.", {118: 37}),
     "invisible_player": _chopper(
         "The player's helicopter is not drawn, and the score is darker.", {118: 38}
@@ -137,7 +136,7 @@ DEMON_ATTACK = {
         parts=tuple(
             _demons(
                 "Missiles from one row on.",
-                {a: 4} | _all(range(a + 1, 47), 0),
+                {a: 4} | dict.fromkeys(range(a + 1, 47), 0),
                 when=dict.fromkeys(range(37, a), (0,)) | {a: range(1, 256)},
             )
             for a in _MISSILES
@@ -161,7 +160,7 @@ _OUTSIDE = 200  # a position outside the screen
 _INSIDE = tuple(x for x in range(256) if x != _OUTSIDE)
 SEAQUEST = {
     "disable_enemies": _seaquest(
-        "There are no enemies.", _all(range(36, 40), 0) | {60: 0}
+        "There are no enemies.", dict.fromkeys(range(36, 40), 0) | {60: 0}
     ),  # under water, and at the surface
     # At the surface the game refills the oxygen. It takes a life if the oxygen is not full and no
     # diver is on board.
@@ -189,10 +188,12 @@ SEAQUEST = {
 
 _invaders = partial(Variation, "SpaceInvaders")
 SPACE_INVADERS = {
-    "no_shields": _invaders("The cannon has no shields.", _all(range(43, 70), 0)),
-    "disable_shield_left": _invaders("There is no left shield.", _all(range(43, 52), 0)),
-    "disable_shield_middle": _invaders("There is no middle shield.", _all(range(52, 61), 0)),
-    "disable_shield_right": _invaders("There is no right shield.", _all(range(61, 70), 0)),
+    "no_shields": _invaders("The cannon has no shields.", dict.fromkeys(range(43, 70), 0)),
+    "disable_shield_left": _invaders("There is no left shield.", dict.fromkeys(range(43, 52), 0)),
+    "disable_shield_middle": _invaders(
+        "There is no middle shield.", dict.fromkeys(range(52, 61), 0)
+    ),
+    "disable_shield_right": _invaders("There is no right shield.", dict.fromkeys(range(61, 70), 0)),
     "relocate_shields_slight_left": _invaders(
         "The shields are slightly further to the left.", {27: 35}
     ),

@@ -11,10 +11,6 @@ _EVERY_8 = range(0, 256, 8)  # values of a frame counter
 _EVERY_4 = range(0, 256, 4)
 
 
-def _all(addresses: range, value: int) -> dict[int, int]:
-    return dict.fromkeys(addresses, value)
-
-
 def _moved(by: int, values: range) -> dict[int, int]:
     """The new values of a moving position, by old values."""
     return {v: v + by for v in values}
@@ -66,7 +62,9 @@ BOXING = {
 _breakout = partial(Variation, "Breakout")
 BREAKOUT = {
     **{
-        f"color_all_blocks_{name}": _breakout(f"All blocks are {name}.", _all(range(64, 70), color))
+        f"color_all_blocks_{name}": _breakout(
+            f"All blocks are {name}.", dict.fromkeys(range(64, 70), color)
+        )
         for name, color in _COLORS.items()
     },
     **{
@@ -119,14 +117,17 @@ FISHING_DERBY = {
     ),
     "shark_speed_mode": _derby(
         "The shark swims fast and to the right.",
-        replaces={75: _moved(5, range(120)) | _all(range(121, 256), 1)},
+        replaces={75: _moved(5, range(120)) | dict.fromkeys(range(121, 256), 1)},
     ),
     "fish_on_player_side": _derby(
-        "The fish stay in the player's half.", replaces={a: _all(range(87, 256), 44) for a in _FISH}
+        "The fish stay in the player's half.",
+        replaces={a: dict.fromkeys(range(87, 256), 44) for a in _FISH},
     ),
     "fish_in_middle": _derby(
         "Fish stay between the two anglers.",
-        replaces={a: _all(range(70), 86) | _all(range(87, 256), 70) for a in _FISH},
+        replaces={
+            a: dict.fromkeys(range(70), 86) | dict.fromkeys(range(87, 256), 70) for a in _FISH
+        },
     ),
 }
 

@@ -16,7 +16,6 @@ from .interface import (
     POOLED,
     SAME_STEP,
     SCREENS,
-    STATE_BYTES,
     CommandArrays,
     EmulatorArrays,
     WorkerConfig,
@@ -153,7 +152,7 @@ class Emulator:
         self.before: np.ndarray | None = (
             None  # the RAM before the last frame, after the hooks' edits
         )
-        self.shown_state = b""  # NEXT_READY: the state of the shown game
+        self.shown_state: EmulatorState | None = None  # NEXT_READY: of the shown game
 
     def change(self, event: Event) -> None:
         """Change the phase."""
@@ -269,7 +268,7 @@ class Emulator:
         if self.phase is not Phase.NEXT_READY:
             self.begin_episode()
         self.change(Event.START)
-        self.shown_state = b""
+        self.shown_state = None
         shown, ale, i = self.shown, self.ale, self.i
         shown.reward[i] = 0
         shown.terminated[i] = shown.truncated[i] = shown.game_over[i] = False
@@ -372,19 +371,14 @@ class Emulator:
             if final is not None:
                 final[self.i] = getattr(self.shown, name)[self.i]
 
-    def state(self) -> bytes:
+    def state(self) -> EmulatorState:
         """The shown state, with all values that determine the next steps."""
-        if self.phase is Phase.NEXT_READY:
-            return self.shown_state
-        c, before = self.config, b"" if self.before is None else self.before.tobytes()
-        generator, held = (
-            dict(self.rng.bit_generator.state),
-            (self.executed.action, self.executed.strength),
-        )
-        return snapshot.pack(
-            c.rom,
-            c.md5,
-            EmulatorState(self.phase.value, *held, generator, before, self.console_state()),
+        return self.shown_state or EmulatorState(
+            self.phase.value,
+            self.executed.strength,
+            self.rng.bit_generator.state,
+            self.before,
+            self.console_state(),
         )
 
     def console_state(self) -> bytes:
@@ -393,31 +387,22 @@ class Emulator:
 
     def save(self) -> None:
         """Write the state to the shared memory."""
-        state = self.state()
-        if len(state) > STATE_BYTES:
-            raise RuntimeError(
-                f"the emulator's state takes {len(state)} bytes, which exceeds the {STATE_BYTES} "
-                "reserved for it"
-            )
-        self.commands.state[self.i, : len(state)] = np.frombuffer(state, np.uint8)
-        self.commands.state_bytes[self.i] = len(state)
+        snapshot.write(self.state(), self.commands, self.i)
 
     def restore(self) -> None:
         """Continue from the state and the RAM in the shared memory.
 
         The pool restores the other observed arrays.
         """
-        saved = snapshot.unpack(
-            self.commands.state[self.i, : self.commands.state_bytes[self.i]].tobytes()
-        )
+        saved = snapshot.read(self.commands, self.i)
         try:
             self.restore_console(saved)
         except Exception:  # ALE raises errors of many types
             self.phase, self.commands.rejected[self.i] = Phase.UNLOADED, True
             return
         self.rng.bit_generator.state = saved.generator
-        self.before = np.frombuffer(saved.before, np.uint8) if saved.before else None
-        self.phase, self.shown_state = Phase(saved.phase), b""
+        self.before = saved.before
+        self.phase, self.shown_state = Phase(saved.phase), None
         self.write_ram(self.ram)
 
     def restore_console(self, saved: EmulatorState) -> None:
@@ -431,18 +416,19 @@ class Emulator:
             ValueError: the emulator did not accept the state.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
+        action = int(self.shown.executed[self.i])
         if facts.frames:
-            self.hold(saved.action, saved.strength)
+            self.hold(action, saved.strength)
             # Written RAM may have jammed the processor.
             if not console.facts(self.console_state()).complete:
                 self.reset_game()
-                self.hold(saved.action, saved.strength)
+                self.hold(action, saved.strength)
         else:  # a reset gives the same pixels, and in some games an incomplete frame
             self.ale.restoreState(ale)  # for the game mode
             self.reset_game()
         prepared = (
             console.facts(self.console_state()).complete == facts.complete
-            and self.executed.action == saved.action
+            and self.executed.action == action
         )
         self.ale.restoreState(ale)
         self.executed.synchronize(facts.random)

@@ -34,7 +34,6 @@ class WorkerConfig:
     screens: tuple[str, ...]  # the pixel arrays to fill, names in SCREENS
     autoreset: str  # one of AUTORESET_MODES
     rom: str  # ale-py's name of the ROM
-    md5: str  # of the ROM
     rom_path: str
     actions: tuple[int, ...]  # ale-py's numbers of the game's actions
     frame_skip: tuple[int, int]  # fewest emulated frames per step, and one more than the most
@@ -127,9 +126,17 @@ class CommandArrays:
     # RESTORE: the emulator did not accept its state.
     rejected: np.ndarray = field(metadata=_array("bool"))
     new_ram: np.ndarray = field(metadata=_array("uint8", 128))  # WRITE: the desired RAM
-    # SAVE and RESTORE: the bytes of `snapshot.pack`, and their number.
+    # SAVE and RESTORE, the fields of `snapshot.EmulatorState`: ALE's state, its number of bytes and
+    # their CRC-32; the phase; the strength of the executed action; the state of NumPy's PCG64 in
+    # words; the RAM before the last frame.
     state: np.ndarray = field(metadata=_array("uint8", STATE_BYTES))
     state_bytes: np.ndarray = field(metadata=_array("int64"))
+    checksum: np.ndarray = field(metadata=_array("uint32"))
+    phase: np.ndarray = field(metadata=_array("uint8"))
+    held_strength: np.ndarray = field(metadata=_array("float32"))
+    generator: np.ndarray = field(metadata=_array("uint64", 6))
+    before: np.ndarray = field(metadata=_array("uint8", 128))
+    has_before: np.ndarray = field(metadata=_array("bool"))
     # The number of the worker's last command, in the row of its first emulator; negative after a
     # failure.
     finished: np.ndarray = field(metadata=_array("int64"))
