@@ -452,7 +452,7 @@ def test_hooks_find_the_modules_of_their_process(tmp_path, monkeypatch):
 
 def test_workers_have_their_parents_path():
     """In particular, `ocjax/envs` is not on it, whose envpool.py would be found in place of
-    envpool."""
+    envpool. The standard library comes first, so that nothing hides it."""
 
     def report(ram):
         raise ArithmeticError(json.dumps(sys.path))
@@ -464,7 +464,11 @@ def test_workers_have_their_parents_path():
         pool.wait()
     text = str(caught.value)
     found = json.loads(text[text.rindex("ArithmeticError: ") + len("ArithmeticError: ") :])
-    assert found == [entry or str(Path.cwd()) for entry in sys.path]
+    path = [entry or str(Path.cwd()) for entry in sys.path]
+    library = str(Path(os.__file__).parent)
+    standard = [entry for entry in path if entry in (library, f"{library}/lib-dynload")]
+    assert found == standard + [entry for entry in path if entry not in standard]
+    assert len(standard) == 2
 
 
 @pytest.mark.parametrize("workers", [0, 1])

@@ -67,12 +67,17 @@ def test_everything_that_plays_saved_policies_plays_those_on_pixels(path):
     game = ocjax.load("Pong")
     tape = rollouts.rollout(game, 8, policy=str(path), num_envs=2, whole_games=False)
     assert tape.settings == settings("dqn", clip_rewards=False).to_dict()
-    plan = plans.plan(game, 20, seeds=(0,), policies={"random": 50, str(path): 50})
-    sequences = [part for parts in playing.play(game, plan, plan.shards[0]) for part in parts]
-    assert sum(len(part["index"]) for part in sequences) == 20
     session = Session(game, str(path), seed=1)
     for _ in range(5):
         session.frame()
+
+
+def test_datasets_of_a_policy_on_pixels(path):
+    pytest.importorskip("pyarrow", reason="the extra `data` is not installed")
+    game = ocjax.load("Pong")
+    plan = plans.plan(game, 20, seeds=(0,), policies={"random": 50, str(path): 50})
+    sequences = [part for parts in playing.play(game, plan, plan.shards[0]) for part in parts]
+    assert sum(len(part["index"]) for part in sequences) == 20
 
 
 @pytest.mark.slow
