@@ -522,7 +522,9 @@ class GymnaxEnvironment(Environment):
         """The default parameters: episodes are truncated after half an hour, as in ALE."""
         return GymnaxParams(_MAX_EPISODE_FRAMES // self.frame_skip)
 
-    def reset(self, key: jax.Array, params: GymnaxParams | None = None) -> tuple[jax.Array, State]:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def reset(  # pyright: ignore
+        self, key: jax.Array, params: GymnaxParams | None = None
+    ) -> tuple[jax.Array, State]:
         """Begin a game.
 
         Returns:

@@ -152,7 +152,8 @@ def shared_size(n: int, chunk: int) -> int:
 
 def _with_32_bits() -> contextlib.AbstractContextManager[Any]:
     """Use 32 bits for decoders and rules, regardless of the caller's default."""
-    return jax.enable_x64(False) if jax.config.jax_enable_x64 else contextlib.nullcontext()  # pyright: ignore[reportAttributeAccessIssue]
+    enabled: bool = jax.config.jax_enable_x64  # pyright: ignore
+    return jax.enable_x64(False) if enabled else contextlib.nullcontext()
 
 
 def _filled_up(x: jax.Array | np.ndarray, rank: int, size: int) -> jax.Array | np.ndarray:

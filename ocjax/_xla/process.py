@@ -39,7 +39,7 @@ def use_compilation_cache() -> Path:
     Raises:
         OSError: the user has no home folder.
     """
-    chosen: str | None = jax.config.jax_compilation_cache_dir  # pyright: ignore[reportAttributeAccessIssue]
+    chosen: str | None = jax.config.jax_compilation_cache_dir  # pyright: ignore
     if chosen is not None:
         return Path(chosen)
     folder = _user_cache() / "xla"

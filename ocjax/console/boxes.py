@@ -85,7 +85,7 @@ class Box:
         def part(values: jax.Array | None) -> jax.Array | None:
             return values if values is None or values.ndim == 0 else values[slots]
 
-        return Box(*(part(getattr(self, f.name)) for f in fields(self)))  # pyright: ignore[reportArgumentType]
+        return Box(*(part(getattr(self, f.name)) for f in fields(self)))  # pyright: ignore
 
     def where(self, condition: Number) -> Box:
         """Keep the boxes valid only where the condition also holds."""

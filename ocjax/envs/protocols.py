@@ -13,7 +13,8 @@ FIXED = (
     "full_action_space",
 )
 _ID = re.compile(
-    r"(?:(?:ale_py|ocjax):)?(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)"
+    r"(?:(?:ale_py|ocjax):)?(?:(?:ALE|ocjax)/)?\w+?(?:-ram)?"
+    r"(?P<kind>Deterministic|NoFrameskip)?(?:-ram)?-v(?P<version>\d+)"
 )
 
 

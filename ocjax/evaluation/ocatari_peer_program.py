@@ -27,8 +27,8 @@ def detect(method: str, game: str, data: Any, resets: np.ndarray) -> dict[str, A
     OCAtari's objects carry state, so each reset creates new ones.
     """
     import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMissingImports]
-    from ocatari.ram.extract_ram_info import detect_objects_ram  # pyright: ignore[reportMissingImports]
-    from ocatari.vision.extract_vision_info import detect_objects_vision  # pyright: ignore[reportMissingImports]
+    from ocatari.ram.extract_ram_info import detect_objects_ram  # pyright: ignore
+    from ocatari.vision.extract_vision_info import detect_objects_vision  # pyright: ignore
 
     step: Callable[..., None] = detect_objects_ram if method == "rem" else detect_objects_vision
     slots, objects, us = [], [], []

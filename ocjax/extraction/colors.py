@@ -110,7 +110,8 @@ def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
     if isinstance(rule, Cells) and rule.whole:
         return found.x  # all its pixels have the colours
     of_one_mask = not isinstance(rule, Cells | Runs) and not (isinstance(rule, Blobs) and rule.also)
-    mask = scene.counted(rule, rule.palette) if of_one_mask else scene.mask(rule.palette)  # pyright: ignore
+    colors = rule.palette
+    mask = scene.counted(rule, colors) if of_one_mask else scene.mask(colors)  # pyright: ignore
     words = bm.rows_at(mask, jnp.minimum(_row(found, np.int32(c.color_row)), mask.shape[1] - 1))
     return bm.columns(bm.from_column(words, found.x))[0]
 

@@ -119,7 +119,7 @@ def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
             info.compress_type = zipfile.ZIP_DEFLATED
             with archive.open(info, "w", force_zip64=True) as out:
                 description = np.lib.format.header_data_from_array_1_0(header) | {"shape": shape}
-                np.lib.format.write_array_header_1_0(out, description)  # pyright: ignore[reportArgumentType]
+                np.lib.format.write_array_header_1_0(out, description)  # pyright: ignore
                 for part in parts:
                     out.write(np.ascontiguousarray(part).data)
 

@@ -106,7 +106,8 @@ class OCAtari(Uncopied, gym.Env):
     SAVED = (
         "_clone_state() for _restore_state(), which pickles, and the arguments, which `spec` has"
     )
-    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012  # as Gymnasium declares it
+    # Gymnasium declares it without ClassVar.
+    metadata = {"render_modes": ["human", "rgb_array"], "render_fps": 30}  # noqa: RUF012
 
     def __init__(
         self,
@@ -142,7 +143,7 @@ class OCAtari(Uncopied, gym.Env):
             Window(self.game_name) if render_oc_overlay and render_mode == "human" else None
         )
         self._env = self._make_env(hooks, kwargs)
-        self._ale = self.ale = self._env.unwrapped.ale  # pyright: ignore[reportAttributeAccessIssue]
+        self._ale = self.ale = self._env.unwrapped.ale  # pyright: ignore
         self._prepare_slots()
         self._make_buffers({*create_buffer_stacks} | ({obs_mode} - {"ori"}))
         self.action_space = self._env.action_space
@@ -162,7 +163,7 @@ class OCAtari(Uncopied, gym.Env):
             _env_id(self.env_name, self.game_name), render_mode=shown, **options
         )
         if hooks:
-            env.unwrapped.ale = HookedEmulator(env.unwrapped.ale, hooks)  # pyright: ignore[reportAttributeAccessIssue]
+            env.unwrapped.ale = HookedEmulator(env.unwrapped.ale, hooks)  # pyright: ignore
         return env
 
     def _prepare_slots(self) -> None:

@@ -43,7 +43,8 @@ class HumanGame(gym.Env):
         RomError: see `ocjax.emulators.start.start_emulator`.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012  # as Gymnasium declares it
+    # Gymnasium declares it without ClassVar.
+    metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012
     render_mode = "rgb_array"
 
     def __init__(self, game: Game, seed: int = 0) -> None:

@@ -31,7 +31,8 @@ SUPPORTED = (
 )
 _EXTRACTOR = r"features_extractor\.(cnn\.[024]|linear\.0)"
 _ACTOR_CRITIC = re.compile(
-    rf"((pi_|vf_)?{_EXTRACTOR}|mlp_extractor\.(policy|value)_net\.\d+|action_net|value_net)\.(weight|bias)"
+    rf"((pi_|vf_)?{_EXTRACTOR}|mlp_extractor\.(policy|value)_net\.\d+|action_net|value_net)"
+    r"\.(weight|bias)"
 )
 _DQN = re.compile(rf"q_net(_target)?\.({_EXTRACTOR}|q_net\.\d+)\.(weight|bias)")
 

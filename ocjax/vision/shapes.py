@@ -77,7 +77,8 @@ def _check_range(name: str, value: Range | None) -> None:
         and isinstance(value[0], int)
         and isinstance(value[1], int | None)
     )
-    if not numbers or value[0] < 0 or (value[1] is not None and value[1] < value[0]):  # pyright: ignore
+    least, most = value if numbers else (-1, None)  # pyright: ignore
+    if least < 0 or (most is not None and most < least):
         raise ValueError(f"{name} must be a number of pixels or (least, most), got {value!r}")
 
 

@@ -1,7 +1,5 @@
 """The network whose slots share weights."""
 
-import json
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +12,7 @@ from ocjax.envs import Vector, settings
 from ocjax.play import policies
 from ocjax.play.networks import ENCODER, NETWORKS, SCALES, groups_of
 from ocjax.play.policies import PolicyError, SavedPolicy
+from tests.support.policies import changed
 
 GAME = ocjax.load("SpaceInvaders", hud=False)
 CONFIG = Config("SpaceInvaders")
@@ -150,14 +149,6 @@ def test_observations_that_it_cannot_take(vector, message):
     ],
 )
 def test_files_that_are_no_policies(path, tmp_path, change, message):
-    with np.load(path) as file:
-        arrays = dict(file)
-    description = json.loads(str(arrays.pop("description")))
-    for name, value in change.items():
-        place = description if name in description else arrays
-        place.pop(name, None)
-        if value is not None:
-            place[name] = value
-    np.savez(tmp_path / "p.npz", **arrays, description=np.array(json.dumps(description)))
+    changed(path, tmp_path / "p.npz", change)
     with pytest.raises(PolicyError, match=message):
         policies.make_policy(str(tmp_path / "p.npz"), ocjax.load("SpaceInvaders"), ACTIONS, 1, 0)

@@ -1,7 +1,5 @@
 """Policies on pixels."""
 
-import json
-
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -13,6 +11,7 @@ from ocjax.envs import AlePool, Dqn, settings
 from ocjax.play import policies, rollouts, stepping
 from ocjax.play.policies import PolicyError, SavedPolicy
 from ocjax.ramtools.watch.session import Session
+from tests.support.policies import changed
 
 ACTIONS = 6  # of Pong
 SHAPES = ((32, 4, 8, 8), (64, 32, 4, 4), (64, 64, 3, 3), (3136, 512), (512, ACTIONS))
@@ -120,14 +119,6 @@ def test_other_policies_need_no_screens():
     ],
 )
 def test_files_that_are_no_policies(path, tmp_path, change, message):
-    with np.load(path) as file:
-        arrays = dict(file)
-    description = json.loads(str(arrays.pop("description")))
-    for name, value in change.items():
-        place = description if name in description else arrays
-        place.pop(name, None)
-        if value is not None:
-            place[name] = value
-    np.savez(tmp_path / "p.npz", **arrays, description=np.array(json.dumps(description)))
+    changed(path, tmp_path / "p.npz", change)
     with pytest.raises(PolicyError, match=message):
         policies.make_policy(str(tmp_path / "p.npz"), ocjax.load("Pong"), ACTIONS, 1, 0)
