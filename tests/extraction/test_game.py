@@ -1,4 +1,4 @@
-"""What a game file may declare, and how it is told when it may not."""
+"""Declarations of game files, and the errors of wrong ones."""
 
 import dataclasses
 import functools

@@ -39,8 +39,8 @@ STRETCHED = (
     (5, 4),
     (4, 3),
     (2, 1),
-)  # rows or columns that replace so many
-THINNED = 64  # up to so many pixels of an object are left out of so many
+)  # (rows or columns after a change, rows or columns before it)
+THINNED = 64  # largest number of pixels, of as many of an object, that are left out
 
 
 def _noise(name: str, *shape: int) -> np.ndarray:
