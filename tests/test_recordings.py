@@ -273,7 +273,7 @@ def test_samples_are_spread():
     """Modes take turns, every mode has all seeds and both frame skips, and time grows from start to
     end."""
     settings = [(m, 0) for m in range(3)]
-    runs = fixtures._schedule(36, settings, (7, 8))
+    runs = fixtures.schedule(36, settings, (7, 8))
     assert {(r.mode, r.seed, r.frame_skip) for r in runs} == {
         (m, s, k) for m in range(3) for s in (7, 8) for k in fixtures.FRAME_SKIPS
     }
@@ -296,7 +296,7 @@ def test_every_mode_has_a_sample(tmp_path):
     modes, difficulties = variants(game)
     assert len(modes) == 16
     assert difficulties == [0, 1]
-    runs = fixtures._schedule(max(4, len(modes)), [(m, 0) for m in modes], (0, 1))
+    runs = fixtures.schedule(max(4, len(modes)), [(m, 0) for m in modes], (0, 1))
     assert {r.mode for r in runs} == set(modes)
 
 

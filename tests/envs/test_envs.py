@@ -298,11 +298,9 @@ def test_killed_worker_is_reported():
     pool.reset([0] * 4)
     pids = [w.process.pid for w in pool._workers]
     os.kill(pids[1], signal.SIGKILL)
-    start = time.monotonic()
     with pytest.raises(WorkerError, match="environments 2-3 was killed by SIGKILL"):
         pool.send(np.zeros(4, int))
         pool.wait()
-    assert time.monotonic() - start < 1
     assert pool.closed
     assert not any(alive(p) for p in pids)
 

@@ -41,7 +41,7 @@ def test_what_is_beyond_the_frame_is_not_drawn():
 
 
 def test_sizes_are_at_a_limit_or_beyond_it():
-    sizes = set(limits._sizes(Shape(w=(3, 5), h=4, pixels=(10, 18))))
+    sizes = set(limits.sizes_at_limits(Shape(w=(3, 5), h=4, pixels=(10, 18))))
     assert {
         (3, 4, 12),
         (3, 4, 10),
@@ -56,13 +56,15 @@ def test_sizes_are_at_a_limit_or_beyond_it():
 
 
 def test_pixels_are_counted_with_those_that_a_gap_bridges():
-    assert limits._counted(2, 2, (0, 0)) == {3: 3, 4: 4}
-    assert limits._counted(2, 2, (1, 1)) == {8: 3, 9: 4}
-    assert {(4, 3, 12), (4, 3, 11)} <= set(limits._sizes(Shape(w=4, h=3, pixels=(0, 19)), (1, 1)))
+    assert limits.pixels_with_gaps(2, 2, (0, 0)) == {3: 3, 4: 4}
+    assert limits.pixels_with_gaps(2, 2, (1, 1)) == {8: 3, 9: 4}
+    assert {(4, 3, 12), (4, 3, 11)} <= set(
+        limits.sizes_at_limits(Shape(w=4, h=3, pixels=(0, 19)), (1, 1))
+    )
 
 
 def test_cells_may_lack_pixels_and_have_others_beside_them():
-    frames = list(limits._of_cells(Cells(6, (10, 30), (20, 20), 4, 3, margin=(2, 1))))
+    frames = list(limits.of_cells(Cells(6, (10, 30), (20, 20), 4, 3, margin=(2, 1))))
     whole, *smaller = (drawn for _, drawn in frames[:3])
     assert [(c.width, c.height) for c in whole] == [(4, 3), (4, 3)]
     assert [drawn[0][3:5] for drawn in smaller] == [(3, 3), (4, 2)]
@@ -73,21 +75,21 @@ def test_cells_may_lack_pixels_and_have_others_beside_them():
 def test_runs_of_a_filter_touch_an_object_or_are_apart():
     runs = [
         (drawn[1].height, drawn[1].left)
-        for drawn in limits._filtered((ShortRuns(5),), 6, (0, 0, 20, 20), (4, 4))
+        for drawn in limits.filtered((ShortRuns(5),), 6, (0, 0, 20, 20), (4, 4))
     ]
     assert runs == [(5, 12), (5, 14), (6, 12), (6, 14)]
 
 
 def test_each_run_is_alone_where_there_are_few_slots():
     rule = Runs(tuple(Run(6, row, 10, 8, 4) for row in (50, 70, 90)), most=1, then=(Packed(),))
-    alone = [drawn[0].top for _, drawn in limits._of_runs(rule, 2) if len(drawn) == 1]
+    alone = [drawn[0].top for _, drawn in limits.of_runs(rule, 2) if len(drawn) == 1]
     assert alone == [50, 70, 90]
-    assert not [drawn for _, drawn in limits._of_runs(rule, 3) if len(drawn) == 1]
+    assert not [drawn for _, drawn in limits.of_runs(rule, 3) if len(drawn) == 1]
 
 
 def test_colors_that_follow_on_those_of_a_rule():
-    assert limits._other_colors((2, 4, 8)) == [6, 10]
-    assert limits._other_colors((2, 4)) == []
+    assert limits.other_colors((2, 4, 8)) == [6, 10]
+    assert limits.other_colors((2, 4)) == []
 
 
 def test_frames_come_from_text():

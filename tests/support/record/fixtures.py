@@ -99,7 +99,7 @@ def record(
         "rewards": np.empty(n, np.int64),
         "lives": np.empty(n, np.int16),
     }
-    runs = _schedule(n, settings, seeds)
+    runs = schedule(n, settings, seeds)
     for skip in FRAME_SKIPS:
         for i, sample in _play(game, [run for run in runs if run.frame_skip == skip], seeds):
             for name, value in sample.items():
@@ -107,7 +107,7 @@ def record(
     return Recording(game, **arrays)
 
 
-def _schedule(n: int, settings: Sequence[tuple[int, int]], seeds: Sequence[int]) -> list[Run]:
+def schedule(n: int, settings: Sequence[tuple[int, int]], seeds: Sequence[int]) -> list[Run]:
     """Distribute samples over runs.
 
     They cycle through modes and difficulties, then through seeds and frame skips, and advance in

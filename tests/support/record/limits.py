@@ -180,15 +180,17 @@ def _drawn(game: Game, rule: Rule, count: int, *, apart: bool) -> Frames:
             if isinstance(part.value, Digits):
                 yield from _of_number(game, part, part.value)
     elif isinstance(rule, Cells):
-        yield from _of_cells(rule)
+        yield from of_cells(rule)
     else:
-        yield from _of_runs(rule, count)
+        yield from of_runs(rule, count)
 
 
 def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
     region = rule.region or (0, 0, WIDTH, game.screen[0])
     color = (rule.first_colors or rule.own_palette)[0]
-    sizes = dict.fromkeys(size for shape in rule.all_shapes for size in _sizes(shape, rule.gap))
+    sizes = dict.fromkeys(
+        size for shape in rule.all_shapes for size in sizes_at_limits(shape, rule.gap)
+    )
     together: list[Component] = []
     for size in sizes:
         place = _next_place(together, size, region, rule.gap)
@@ -219,9 +221,9 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
     if rule.gap != NO_GAP:
         for pair in _pairs(color, region, least, rule.gap):
             yield rule.palette, pair
-    for pair in _filtered(rule.filters, color, region, least):
+    for pair in filtered(rule.filters, color, region, least):
         yield rule.palette, pair
-    for other in _other_colors(rule.own_palette):
+    for other in other_colors(rule.own_palette):
         yield (*rule.palette, other), [Component(other, *region[:2], *least, least[0] * least[1])]
 
 
@@ -252,7 +254,7 @@ def _at_bottom(
         yield together
 
 
-def _counted(width: int, height: int, gap: tuple[int, int]) -> dict[int, int]:
+def pixels_with_gaps(width: int, height: int, gap: tuple[int, int]) -> dict[int, int]:
     """Numbers of pixels of components of a size, by the number that a shape's limits count: with
     those that the gap bridges."""
     out: dict[int, int] = {}
@@ -271,7 +273,7 @@ def _may_be_full(shape: Shape, gap: tuple[int, int]) -> bool:
     return least <= (w + dx) * (h + dy) and (most is None or (w + dx) * (h + dy) <= most)
 
 
-def _sizes(shape: Shape, gap: tuple[int, int] = NO_GAP) -> Iterator[tuple[int, int, int]]:
+def sizes_at_limits(shape: Shape, gap: tuple[int, int] = NO_GAP) -> Iterator[tuple[int, int, int]]:
     """Widths, heights and numbers of pixels at the limits of a shape and beyond them."""
     (w0, w1), (h0, h1) = limits(shape.w), limits(shape.h)
     p0, p1 = (0, None) if shape.pixels is None else limits(shape.pixels)
@@ -301,7 +303,7 @@ def _sizes(shape: Shape, gap: tuple[int, int] = NO_GAP) -> Iterator[tuple[int, i
                 else []
             )
             if p1 is not None and gap != NO_GAP:
-                by_count = _counted(w, h, gap)
+                by_count = pixels_with_gaps(w, h, gap)
                 counts += [by_count[p] for p in (p0 - 1, p0, p1, p1 + 1) if p in by_count]
             yield from ((w, h, p) for p in dict.fromkeys(counts))
 
@@ -329,7 +331,7 @@ def _across_bottom(
 ) -> Iterator[Component]:
     """A component that is no full rectangle and has all of its pixels but a few above the lower
     edge of an area."""
-    (w, h), counted = shape.min_size, _counted(*shape.min_size, gap)
+    (w, h), counted = shape.min_size, pixels_with_gaps(*shape.min_size, gap)
     least, most = (0, None) if shape.pixels is None else limits(shape.pixels)
     allowed = [
         pixels
@@ -365,7 +367,7 @@ def _pairs(
         yield [first, Component(color, x, y + h + gap[1] + more, w, h, w * h)]
 
 
-def _other_colors(palette: Sequence[int]) -> list[int]:
+def other_colors(palette: Sequence[int]) -> list[int]:
     """Colours that follow on one of several colours of a rule and are none of them."""
     return (
         [c + 2 for c in palette if c + 2 not in palette and c < 254][:TOGETHER]
@@ -374,7 +376,7 @@ def _other_colors(palette: Sequence[int]) -> list[int]:
     )
 
 
-def _filtered(
+def filtered(
     filters: Iterable[Filter], color: int, area: Area, size: tuple[int, int]
 ) -> Iterator[list[Component]]:
     """A component, and runs that a filter just allows or not, which touch it or are apart."""
@@ -420,9 +422,9 @@ def _of_bounds(game: Game, rule: Bounds, *, apart: bool) -> Frames:
             ]
             yield cleared, every
             yield from ((cleared, [component]) for component in (every[:REGIONS] if apart else ()))
-    for pair in _filtered(rule.filters, slots[0][1], slots[0][0], tuple(smallest[0])):
+    for pair in filtered(rule.filters, slots[0][1], slots[0][0], tuple(smallest[0])):
         yield cleared, pair
-    for other in () if rule.inverse else _other_colors(rule.slots[0][1]):
+    for other in () if rule.inverse else other_colors(rule.slots[0][1]):
         (w, h), (left, top, *_) = smallest[0], slots[0][0]
         yield (*cleared, other), [Component(other, left, top, w, h, w * h)]
     if rule.max_size is not None:
@@ -479,7 +481,7 @@ def _color(colors: Sequence[int], inverse: bool) -> int:
     return colors[0] if not inverse else next(c for c in range(14, 256, 2) if c not in colors)
 
 
-def _of_cells(rule: Cells) -> Frames:
+def of_cells(rule: Cells) -> Frames:
     """Full cells, cells that lack their last row or column, and some whose margins are not free."""
     color, cells = rule.palette[0], list(zip(rule.x, rule.y, strict=True))[:REGIONS]
     (right, down), (w, h) = rule.margin, (rule.w, rule.h)
@@ -497,7 +499,7 @@ def _of_cells(rule: Cells) -> Frames:
             yield rule.palette, [cell, Component(color, left, top, 1, 1, 1)]
 
 
-def _of_runs(rule: Runs, count: int) -> Frames:
+def of_runs(rule: Runs, count: int) -> Frames:
     """Runs of the least and the largest width, at the outermost columns, and beyond; one in each
     row of a frame.
 
