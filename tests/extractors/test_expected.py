@@ -1,6 +1,8 @@
 """Every game's objects on all of its recordings are exactly those that `tests/data/expected`
 holds."""
 
+import pytest
+
 from tests.support.record import expected
 from tests.support.states import DATA
 
@@ -35,11 +37,31 @@ def test_differences_name_state_and_slot():
         "vem: Ball -\n1 rem:\n1 vem: Ball 1,1,1,1\n"
     )
     assert expected.differences(old, old) == []
-    assert expected.differences(old, new) == [
+    assert [line.partition(" (")[0] for line in expected.differences(old, new)] == [
         "usual colour of Ball: expected #ececec, got #ececed",
         "ends/Pong.npz state 0 rem Ball 1: expected -, got 5,6,7,8",
         "ends/Pong.npz state 0 rem Ball 2: expected 1,2,3,4, got -",
         "ends/Pong.npz state 0 vem Ball 0: expected 7,6,2,4, got -",
         "ends/Pong.npz state 0 vem Ball 2: expected 1,2,3,4, got -",
         "ends/Pong.npz state 1 vem Ball 0: expected -, got 1,1,1,1",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("expected_box", "box", "vem", "change"),
+    [
+        ("9,9,4,9", "9,8,4,9", "9,9,4,9", "VEM 9,9,4,9: further from the screen"),
+        ("9,8,4,9", "9,9,4,9", "9,9,4,9", "VEM 9,9,4,9: nearer to the screen"),
+        ("9,8,4,9", "9,10,4,9", "9,9,4,9", "VEM 9,9,4,9: as far from the screen"),
+        ("9,9,4,9", "-", "9,9,4,9", "VEM 9,9,4,9: further from the screen"),
+        ("-", "50,9,4,9", "9,9,4,9", "VEM 9,9,4,9: further from the screen"),
+        ("9,9,4,9=1", "9,9,4,9=2", "9,9,4,9=2", "VEM 9,9,4,9=2: nearer to the screen"),
+    ],
+)
+def test_differences_compare_with_the_screen(expected_box, box, vem, change):
+    old, new = (
+        f"[Pong.npz]\n0 rem: Ball {text}\n0 vem: Ball {vem}\n" for text in (expected_box, box)
+    )
+    assert expected.differences(old, new) == [
+        f"Pong.npz state 0 rem Ball 0: expected {expected_box}, got {box} ({change})"
     ]

@@ -19,8 +19,10 @@ objects at the limits of the vision rules (`limits`): by category the number of 
 checksum of all their fields.
 """
 
+import re
 import zlib
-from collections.abc import Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +46,7 @@ FOLDERS = (
 )  # of `tests/data`, in which games have their excerpts
 ARBITRARY = "[arbitrary]"  # the heading of the last section
 NOTHING = "-"
+ABSENT = 1000.0  # the distance of a missing box; boxes that overlap are nearer
 
 Slots = dict[str, tuple[str, ...]]  # the texts of a state's slots by category
 
@@ -162,13 +165,72 @@ def _join(slots: Slots) -> str:
 
 
 def differences(expected: str, got: str) -> list[str]:
-    """What two texts of `describe` say differently, one line a slot."""
+    """What two texts of `describe` say differently, one line a slot.
+
+    Beside a box that differs stand the boxes of the other method in this state, and whether the
+    change moves the box towards them. VEM's boxes come from the screen.
+    """
     a, b = _entries(expected), _entries(got)
+    boxes: dict[str, list[str]] = defaultdict(list)  # by state, method and category
+    for key, text in b.items():
+        if _is_box(text):
+            boxes[key.rpartition(" ")[0]].append(text)
     return [
         f"{key}: expected {a.get(key, NOTHING)}, got {b.get(key, NOTHING)}"
+        f"{_compared(key, a.get(key, NOTHING), b.get(key, NOTHING), boxes)}"
         for key in a | b
         if a.get(key, NOTHING) != b.get(key, NOTHING)
     ]
+
+
+def _compared(key: str, expected: str, got: str, boxes: Mapping[str, Sequence[str]]) -> str:
+    """How a slot's old and new text compare with the other method's objects, if they are boxes."""
+    if not (_is_box(expected) or _is_box(got)):
+        return ""
+    slot = key.rpartition(" ")[0]
+    is_rem = " rem " in slot
+    other, target = ("VEM", "the screen") if is_rem else ("REM", "REM")
+    near = boxes.get(re.sub(" (rem|vem) ", f" {other.lower()} ", slot), ())
+    before, after = _distance(expected, near), _distance(got, near)
+    change = f"as far from {target}"
+    if after < before:
+        change = f"nearer to {target}"
+    elif after > before:
+        change = f"further from {target}"
+    return f" ({other} {' '.join(near) or NOTHING}: {change})"
+
+
+def _is_box(text: str) -> bool:
+    return text.count(",") == 3
+
+
+def _numbers(text: str) -> list[int]:
+    """Left, top, width and height of a slot's text."""
+    return [int(number) for number in re.findall(r"-?\d+", text)[:4]]
+
+
+def _distance(text: str, others: Sequence[str]) -> float:
+    """How far a slot's text is from the nearest of others.
+
+    Overlapping boxes differ by the sum of the differences of their numbers, and by a half if
+    their value or colour differs. A missing box is further away than any box that overlaps
+    another, and a box that overlaps none is further away than a missing one.
+    """
+    if text == NOTHING:
+        return ABSENT if others else 0.0
+    near = [
+        sum(abs(a - b) for a, b in zip(_numbers(text), _numbers(other), strict=True))
+        + (text != other) / 2
+        for other in others
+        if _overlap(_numbers(text), _numbers(other))
+    ]
+    return min(near, default=2 * ABSENT)
+
+
+def _overlap(a: Sequence[int], b: Sequence[int]) -> bool:
+    return all(
+        a[axis] < b[axis] + b[axis + 2] and b[axis] < a[axis] + a[axis + 2] for axis in (0, 1)
+    )
 
 
 def _entries(text: str) -> dict[str, str]:
