@@ -49,7 +49,10 @@ def test_lost_node(nodes, tmp_path):
             kept.update(
                 {p: p.stat().st_mtime_ns for p in (tmp_path / "cluster" / "data").glob("train*")}
             )
-            started.remove_node(workers[0], allow_graceful=False)
+            # The driver connects to any of the nodes, and that one must stay.
+            own = ray.get_runtime_context().get_node_id()
+            lost = next(node for node in workers if node.node_id != own)
+            started.remove_node(lost, allow_graceful=False)
 
     datasets.generate(plan, tmp_path / "cluster", ray=started.address, report=report)
     assert reported == list(range(0, 61, 10)), "each file is reported once"
