@@ -6,7 +6,7 @@ import pytest
 
 import ocjax
 from ocjax._xla import batches
-from ocjax.console import palette, rom
+from ocjax.console import palette, rom_files
 from tests.support.checks import check, host, random_frames, same
 from tests.support.record.deciding import BATCH, in_batches
 
@@ -26,7 +26,9 @@ def unoptimized_jit(f):
 def test_declaration(game):
     for name in (game.name.lower(), f"ALE/{game.name}-v5", f"{game.name}NoFrameskip-v4"):
         assert ocjax.load(name) is game
-    assert rom.read_rom(game.rom, game.md5), "ale-py has the ROM that the decoder was written for"
+    assert rom_files.read_rom(game.rom, game.md5), (
+        "ale-py has the ROM that the decoder was written for"
+    )
     names = [c.name for c in game.categories]
     assert len(set(names)) == len(names)
     assert names == sorted(names, key=lambda name: game.categories[names.index(name)].hud), (
