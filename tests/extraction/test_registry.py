@@ -118,7 +118,6 @@ def test_names_are_known_without_jax():
 def test_public_modules_are_attributes():
     modules = (
         "agents",
-        "annotations",
         "atariari",
         "authoring",
         "datasets",
