@@ -29,18 +29,16 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, choose
+from ocjax.authoring import Area, Box, Context, Detected, Digits, Step, Tight, box, boxes, choose
 from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
 from ocjax.console.ops import among, div, lookup, mod, pick, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.registers import copies, player_width, spacing
+from ocjax.console.registers import NUSIZ_WIDTH, copies, spacing
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.displays import NumberDisplay
 from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import EndsAbove
 
 ROM = Rom("private_eye", "ef3a4f64b6494ba770862768caf04b86")
 SECOND = 0x1000  # offset of the second bank
@@ -165,7 +163,7 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     objects = _object_boxes(m)
-    boxes = {
+    by_name = {
         "Player": _player(m),
         "Car": _car(m),
         **_grouped(m, objects),
@@ -176,7 +174,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Score": SCORE.box(m.score, value=m.score - STARTS),
         "Clock": _clock_box(m),
     }
-    return {name: b.where(m.idle < OVER) for name, b in boxes.items()}
+    return {name: b.where(m.idle < OVER) for name, b in by_name.items()}
 
 
 def _grouped(m: Ram, objects: Box) -> dict[str, Box]:
@@ -196,7 +194,7 @@ def _object_boxes(m: Ram) -> Box:
     kind, cut = jnp.clip(m.kind, 0, Kind.COUNT - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
     picture = SIZES.index(kind=kind, cut=cut)
     left, top, width, height = SIZES.extent(picture, mirrored=m.mirrored == 1)
-    zoom = player_width(m.size) >> 3
+    zoom = pick(m.size, NUSIZ_WIDTH) >> 3
     x = m.x + 15 + when(zoom > 1, 1) + zoom * left
     full_height = lookup(HEIGHTS, m.kind)
     y = BASE + 1 - m.base - full_height + m.cut + top
@@ -285,9 +283,28 @@ BRICKS_AT = {  # columns of the bricks of walls, by row
     119: (24, 60, 96, 132),
 }
 WALL = tuple((x, y, x + 4, y + 4) for y, columns in BRICKS_AT.items() for x in columns)
-figure = functools.partial(
-    Blobs, (0, 0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82), gap=(0, 1), then=(EndsAbove("Car"),)
-)
+
+
+class AboveCar(Step):
+    """Boxes end above the car if it begins inside them: drivers share a colour with their car."""
+
+    @property
+    def other(self) -> str:
+        """The category that the step reads."""
+        return "Car"
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        lower = context.found["Car"]
+        across = (lower.x < found.x + found.w) & (found.x < lower.x + lower.w)
+        above = lower.y - found.y
+        inside = lower.valid & across & (above > 0) & (above < found.h)
+        height = jnp.where(inside, above, found.h)
+        return found._replace(box=boxes(found.x, found.y, found.w, height, found.valid))
+
+
+FIGURE_COLORS = (0, 0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82)
+figure = functools.partial(Blobs, FIGURE_COLORS, gap=(0, 1), then=(AboveCar(), Tight()))
 DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 0x1E, 0x82))
 CARS = Blobs(0, (8, 110, 160, 183), Shape(w=(8, 28), h=(8, 17)), gap=(1, 1))
 ALLEY = (0x06, 0x0A, 0x86)

@@ -31,6 +31,7 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax.authoring import UNKNOWN_VALUE
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.ops import among, lookup, pick, reached, when
 from ocjax.console.ram import RamMap, bcd, bits, byte, high
@@ -38,7 +39,7 @@ from ocjax.console.registers import position
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, ByColor
+from ocjax.vision.rules import Blobs, Bounds
 from ocjax.vision.shapes import Shape
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
@@ -327,7 +328,16 @@ GREENS = monster(Color.GREEN, shapes=Shape(w=(4, 7), h=(5, 9)))
 REDS = monster(Color.RED, shapes=Shape(w=(4, 7), h=(5, 9)))
 SAMS = monster(Color.GREEN, shapes=Shape(w=(6, 8), h=(12, 18)))
 SPOKEN = Bounds(Color.CURSE, FIELD, min_size=(6, 12), ignore=DISKS)
-ABOVE_FIGURES = (33, 6, 73, 10)  # rows of the score, in the colour that cubes have to get
+ABOVE_FIGURES = np.s_[:, 6:10, 33:73]  # of frames: the score, in the colour that cubes have to get
+
+
+def done_by_color(color: jax.Array, frames: jax.Array) -> jax.Array:
+    """Whether cubes have the score's colour, which all have to get; unknown without the score."""
+    # The background is black, 0.
+    shown = jnp.max(frames[ABOVE_FIGURES], axis=(1, 2)).astype(jnp.int32)[None]
+    return jnp.where(shown > 0, (color == shown).astype(jnp.int32), UNKNOWN_VALUE)
+
+
 ICONS = LIVES.rule(CUBE_COLORS, (33, 17, 73, 28), single=2)
 
 GAME = Game(
@@ -352,7 +362,7 @@ GAME = Game(
             count=21,
             attributes=("value",),
             color_row=2,
-            value=ByColor(like=ABOVE_FIGURES),
+            value=done_by_color,
             doc="row by row; 1: done",
         ),
         display("Score", SCORE.rule(CUBE_COLORS), blinks=True, doc="points"),

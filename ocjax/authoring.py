@@ -29,7 +29,6 @@ from ocjax.console.registers import (
     mirrored,
     modulo_screen,
     packed_position,
-    player_width,
     position,
     signed_nibble,
     spacing,
@@ -52,16 +51,18 @@ from ocjax.vision.bitmap import (
     shift_left,
     shift_right,
     shift_up,
+    spread,
 )
 from ocjax.vision.colors import Colors
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import CutOff, Lines, LoneRuns, NoLines, NoPairs, Searched, ShortRuns
+from ocjax.vision.filters import Lines, LoneRuns, NoLines, Searched, ShortRuns
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
 from ocjax.vision.shades import Saver, Shades
 from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, EndsAbove, Packed, Raised, SideBySide, Step, Tight
+from ocjax.vision.steps import Context, Packed, Raised, SideBySide, Step, Tight
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 __all__ = [
     "COARSE",
@@ -74,6 +75,7 @@ __all__ = [
     "NUSIZ_SPACING",
     "NUSIZ_WIDTH",
     "SOUTH",
+    "UNKNOWN_VALUE",
     "WEST",
     "WIDTH",
     "Area",
@@ -87,10 +89,8 @@ __all__ = [
     "Cells",
     "Colors",
     "Context",
-    "CutOff",
     "Detected",
     "Digits",
-    "EndsAbove",
     "Font",
     "Game",
     "Gauge",
@@ -98,7 +98,6 @@ __all__ = [
     "Lines",
     "LoneRuns",
     "NoLines",
-    "NoPairs",
     "Number",
     "NumberDisplay",
     "Packed",
@@ -152,7 +151,6 @@ __all__ = [
     "palette",
     "pick",
     "picture",
-    "player_width",
     "position",
     "reached",
     "registers",
@@ -164,6 +162,7 @@ __all__ = [
     "signed",
     "signed_nibble",
     "spacing",
+    "spread",
     "when",
     "wrap",
 ]

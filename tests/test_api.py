@@ -15,7 +15,6 @@ from tests.support.states import ROOT
 
 MODULES = (
     "ocjax",
-    "ocjax.annotations",
     "ocjax.atariari",
     "ocjax.authoring",
     "ocjax.console.boxes",
@@ -90,8 +89,8 @@ def test_all_names_the_public_definitions(module):
 
 
 def test_the_package_exports_these_names():
-    names = "games load make make_vec Game Objects velocity track merge_frames relations perturb"
-    others = "edit use_compilation_cache retain_freed_memory"
+    names = "games load make make_vec Game Objects Relations velocity track merge_frames relations"
+    others = "perturb edit use_compilation_cache retain_freed_memory"
     assert set(ocjax.__all__) == {*names.split(), *others.split()}
     exported = [name for name in dir(ocjax) if importlib.util.find_spec(f"ocjax.{name}") is None]
     assert set(exported) == {*ocjax.__all__, "__version__"}
@@ -100,10 +99,9 @@ def test_the_package_exports_these_names():
 @pytest.mark.parametrize(
     ("old", "module"),
     [
-        ("Box", "annotations"),
-        ("Category", "annotations"),
+        ("Box", "authoring"),
+        ("Category", "authoring"),
         ("GameError", "errors"),
-        ("Relations", "annotations"),
         ("UnknownGameError", "errors"),
     ],
 )

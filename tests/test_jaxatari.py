@@ -12,7 +12,7 @@ import pytest
 
 import ocjax
 from ocjax import jaxatari
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 from ocjax.emulators.start import load_emulator
 from ocjax.evaluation import parity
 from ocjax.evaluation.jaxtari import Jaxtari

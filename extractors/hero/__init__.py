@@ -31,6 +31,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax.authoring import Bitmap, shift_left, shift_right
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.compass import EAST, WEST
 from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
@@ -52,7 +53,6 @@ from ocjax.extractors.hero.rocks import (
     rock_colors,
 )
 from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import NoPairs
 from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
 from ocjax.vision.shapes import Shape
 
@@ -317,6 +317,18 @@ ROCKS = Runs(
     ),
     MOST,
 )
+
+
+def without_dots(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """The pixels without the face's two dots, which have one blank pixel between them.
+
+    A dot stays if it touches the beam, or if there is a third pixel at the same distance.
+    """
+    left = mask & ~shift_left(mask, 1) & shift_left(mask, 2)
+    left_dot = left & ~shift_right(left, 2) & ~shift_left(left, 2)
+    return mask & ~(left_dot | shift_right(left_dot, 2))
+
+
 LAVA = Runs((Run((66, 68), 61, left=(8, 159), width=(4, 152), height=37),), MOST)
 figures = functools.partial(Blobs, gap=(1, 1))
 suit = functools.partial(Blobs, (152, WHITE, YELLOW), gap=(2, 5))  # but his face
@@ -330,7 +342,7 @@ LANTERN = figures((30, 4, 6), (8, 20, 160, 59), shapes=Shape(w=(4, 7), h=(5, 9))
 STICK = figures((68, YELLOW), VISIBLE, shapes=Shape(w=3, h=(10, 12)))
 BLAST = Blobs(30, VISIBLE, Shape(w=(5, 8), h=(10, 13)), gap=(3, 3))
 MINER = figures((8, 200, 74, 30), (8, 85, 160, 98), shapes=Shape(w=(6, 7), h=(10, 13)))
-BEAM = Blobs(70, VISIBLE, Shape(w=(2, 12), h=1), filters=(NoPairs(1),))  # but dots of the face
+BEAM = Blobs(70, VISIBLE, Shape(w=(2, 12), h=1), filters=(without_dots,))
 LIVES = MEN.rule(GREY, (40, 152, 104, 166), single=2, inverse=True)
 STOCK = STICKS.rule(GREY, (40, 166, 104, 178), inverse=True)
 POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest

@@ -28,6 +28,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from ocjax.authoring import Bitmap, shift_up, spread
 from ocjax.console.boxes import Box, box, choose
 from ocjax.console.compass import EAST, WEST
 from ocjax.console.fonts import Digits
@@ -51,7 +52,6 @@ from ocjax.extractors.tutankham.maps import (
 )
 from ocjax.vision.colors import Colors
 from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import CutOff
 from ocjax.vision.rules import Blobs, Bounds, Gauge
 from ocjax.vision.shapes import Shape
 
@@ -267,8 +267,25 @@ def _creature_rule(kind: int, colors: Colors) -> Blobs:
 
 
 BEINGS = (*GREEN, ORANGE, *VIOLET)
-CUT = Shape(w=(3, 8), h=(2, 6))  # by the lower edge of the map
-CUT_ONES = Blobs(BEINGS, VIEW, CUT, gap=(1, 1), filters=(CutOff(VIEW[3] - 1, 6),))
+CUT_ROWS = 6  # of a creature that the lower edge of the map cuts off, or fewer
+CUT = Shape(w=(3, 8), h=(2, CUT_ROWS))
+
+
+def cut_off(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """The pixels that connect down to the map's last row.
+
+    A path moves at most one pixel sideways in each row.
+    """
+    first_row = VIEW[3] - CUT_ROWS
+    own = mask[:, first_row : VIEW[3]]
+    is_last = jnp.arange(CUT_ROWS)[None, :, None] == CUT_ROWS - 1
+    found = jnp.where(is_last, own, 0)
+    for _turn in range(CUT_ROWS - 1):
+        found = found | (own & spread(found | shift_up(found, 1)))
+    return jnp.pad(found, ((0, 0), (first_row, mask.shape[1] - VIEW[3]), (0, 0)))
+
+
+CUT_ONES = Blobs(BEINGS, VIEW, CUT, gap=(1, 1), filters=(cut_off,))
 KINDS = (_creature_rule(2, ORANGE), _creature_rule(3, VIOLET), CUT_ONES)
 CREATURES = replace(_creature_rule(1, GREEN), also=KINDS)
 TAKEN = np.flatnonzero((np.arange(PLACES) < TREASURES.stop) & (THING_ROWS < NONE))

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import jax
 import numpy as np
 
 from ocjax.console import palette
 from ocjax.extraction.html import table
-from ocjax.vision.rules import Bounds, ByColor, Cells, Rule
+from ocjax.vision.rules import Bounds, Cells, Rule
 
 __all__ = ["ATTRIBUTES", "HEADER", "Category", "display", "names_by_alias"]
 
@@ -44,7 +45,9 @@ class Category:
         color_row: row of an object's box. VEM reads the colour of the row's first pixel with one
             of the rule's colours. A negative row counts from the bottom; a row beyond the box means
             the last row.
-        value: how VEM reads the value from the colour; None: it does not.
+        value: how VEM reads the value from the colour: a `ByColor`, or a function of the objects'
+            palette indices, int32 `[count, B]`, and of the frames, uint8 `[B, H, 160]`, that
+            returns their values, int32 `[count, B]`. None: VEM does not.
         doc: a line that describes the objects.
         blinks: whether the objects are drawn only part of the time, with gaps longer than the
             single frame of ordinary flicker. REM reports them all the time.
@@ -64,7 +67,7 @@ class Category:
     attributes: tuple[str, ...] = ()
     rgb: tuple[Any, ...] | None = None
     color_row: int = 0
-    value: ByColor | None = None
+    value: Callable[[jax.Array, jax.Array], jax.Array] | None = None
     doc: str = ""
     blinks: bool = False
     aliases: tuple[str, ...] = ()

@@ -5,7 +5,7 @@ import pytest
 
 import ocjax
 from ocjax.console import palette
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 
 
 @pytest.mark.parametrize("table", [palette.NTSC, palette.PAL], ids=["NTSC", "PAL"])

@@ -1,5 +1,6 @@
 """Variations change on the screen what they say, and nothing else goes wrong."""
 
+import dataclasses
 import functools
 import pickle
 from pathlib import Path
@@ -240,6 +241,22 @@ def test_random_numbers():
         variations.Variation("Pong", "An example.", choices=(often, often, often, seldom)), 5, 4000
     )
     assert abs((choices[:, 3] == 1).mean() - 0.75) < 0.05
+
+
+def test_names_seed_random_numbers():
+    """A variation with another description draws the same numbers."""
+    v = variations.find("BankHeist:random_city")
+    assert v.name == "random_city"
+    numbers = [
+        drawn(other, 5)[:, 0].tolist()
+        for other in (
+            dataclasses.replace(v, changed=()),
+            dataclasses.replace(v, changed=(), doc="Other words."),
+            dataclasses.replace(v, changed=(), name="other"),
+        )
+    ]
+    assert numbers[0] == numbers[1]
+    assert numbers[0] != numbers[2]
 
 
 def test_conditions_on_time_and_the_last_frame():

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.console import rom
+from ocjax.console import rom_files
 from ocjax.emulators import ale, variations
 from ocjax.emulators.worker.emulator import TRANSITIONS, Event, Phase
 from ocjax.emulators.worker.interface import WorkerConfig
@@ -264,9 +264,9 @@ def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
     """The file that an environment loads is checked, wherever it comes from; `read_rom` returns the
     contents of the right one."""
     game = ocjax.load("Pong")
-    installed = rom.rom_path("pong")
+    installed = rom_files.rom_path("pong")
     assert installed == ale_py.roms.get_rom_path("pong")
-    assert rom.read_rom("pong", game.md5) == installed.read_bytes()
+    assert rom_files.read_rom("pong", game.md5) == installed.read_bytes()
     monkeypatch.setenv("ALE_ROMS_DIR", str(tmp_path))
     with pytest.raises(
         RomError, match=r"expected the ROM 'pong' at .*pong\.bin, which does not exist: install"
@@ -278,16 +278,16 @@ def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
         match=r"expected the ROM 'pong' with md5 60e0ea3c.* has md5 [0-9a-f]{32}: reinstall",
     ):
         ocjax.make_vec("Pong", 1)
-    monkeypatch.setattr(rom.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(rom_files.importlib.util, "find_spec", lambda name: None)
     monkeypatch.delenv("ALE_ROMS_DIR")
     with pytest.raises(RomError, match="ale-py, which is not installed"):
-        rom.rom_path("pong")
+        rom_files.rom_path("pong")
 
 
 def test_roms_are_found_without_importing_ale_py():
     code = (
-        "import sys; from ocjax.console import rom; print(rom.rom_path('pong').name, 'ale_py' in "
-        "sys.modules)"
+        "import sys; from ocjax.console import rom_files; "
+        "print(rom_files.rom_path('pong').name, 'ale_py' in sys.modules)"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["pong.bin", "False"]

@@ -57,7 +57,7 @@ def test_all_games_by_rom_name():
 
 
 def test_names_are_those_of_the_games():
-    """`games` reads the names from the files."""
+    """`games` reads the names from the names of files, and the games state them again."""
     assert tuple(ocjax.load(name).name for name in ocjax.games()) == ocjax.games()
 
 
@@ -118,7 +118,6 @@ def test_names_are_known_without_jax():
 def test_public_modules_are_attributes():
     modules = (
         "agents",
-        "annotations",
         "atariari",
         "authoring",
         "datasets",

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 from ocjax.emulators import variations
 from ocjax.emulators.variations.mechanism import Moment
 from tests.test_neighbours import IMPORT
