@@ -15,12 +15,23 @@ knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ram import RamMap, bcd, byte, high
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Bounds
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    bcd,
+    box,
+    byte,
+    choose,
+    display,
+    edges,
+    high,
+    score_box,
+)
 
 ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
 FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide

@@ -19,16 +19,30 @@ frame on which a ball is lost.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.console.ops import pick, reached
-from ocjax.console.palette import NTSC
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    DIGITS_3X5,
+    NTSC,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    hex_font,
+    pick,
+    reached,
+    score_box,
+)
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
 # left columns

@@ -29,17 +29,37 @@ fireballs without rivets, and not the colours of a game that is left alone.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, NORTH, WEST
-from ocjax.console.ops import among, lookup, match, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.registers import position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    NORTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shades,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    high,
+    lookup,
+    match,
+    pick,
+    position,
+    reached,
+    when,
+)
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)

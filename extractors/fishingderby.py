@@ -31,17 +31,36 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, BoxTable, Number, box
-from ocjax.console.compass import EAST, SOUTH, WEST
-from ocjax.console.ops import div, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import NoLines
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    NUSIZ_WIDTH,
+    SOUTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Game,
+    NoLines,
+    Number,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    match,
+    mirrored,
+    position,
+    when,
+)
 
 ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
 FONT = ROM.font(0x700, rows=8)

@@ -23,14 +23,28 @@ the farmer and the holes on the one frame after which a new round begins.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Bounds, Cells
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    lookup,
+    match,
+    when,
+)
 
 ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)

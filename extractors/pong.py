@@ -15,13 +15,22 @@ of the game, and the first two frames after a reset, which have the screen saver
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.registers import wrap
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Bounds
+from ocjax.authoring import (
+    DIGITS_3X5,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    box,
+    byte,
+    display,
+    hex_font,
+    score_box,
+    wrap,
+)
 
 COURT = (0, 34, 160, 194)
 # in play, in the screen saver

@@ -29,15 +29,35 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, Number, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import div, extremes, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.colors import Colors
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    ByColor,
+    Category,
+    Colors,
+    Digits,
+    Game,
+    Gauge,
+    Number,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    extremes,
+    match,
+    mod,
+    pick,
+    when,
+)
 
 ROM = Rom("robotank", "4f618c2429138e0280969193ed6c107e")
 FONT = ROM.font(0xF00, rows=8)

@@ -25,16 +25,33 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, match, only, pick, when
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    match,
+    only,
+    pick,
+    when,
+)
 
 ROM = Rom("star_gunner", "a3c1c70024d7aabb41381adbfb6d3b25")
 FONT = ROM.font(range(0xF0B, 0xF15), rows=7, step=11)

@@ -32,15 +32,32 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
-from ocjax.console.registers import signed_nibble
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    lookup,
+    low,
+    match,
+    pick,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)

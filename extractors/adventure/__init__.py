@@ -31,10 +31,20 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, when
-from ocjax.console.registers import modulo_screen
-from ocjax.extraction.game import Category, Game
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Saver,
+    Shape,
+    among,
+    box,
+    choose,
+    modulo_screen,
+    when,
+)
 from ocjax.extractors.adventure.drawn import THING_LINE, Drawn, as_drawn
 from ocjax.extractors.adventure.pictures import ROW_LINES
 from ocjax.extractors.adventure.player import player_box
@@ -57,9 +67,6 @@ from ocjax.extractors.adventure.vision import (
     WHITE,
     YELLOW,
 )
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
 
 SAVES = 128  # from here on, `saver` changes the colours
 RAILS = (0, 24)  # columns of the bridge's rails

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import lookup, match, when
+from ocjax.authoring import lookup, match, when
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.pictures import FIRST_ADDRESS, ROW_LINES, row_count
 from ocjax.extractors.adventure.ram import ENTRY_BYTES, Mouth, Push, Ram, Shown, Thing, Wait

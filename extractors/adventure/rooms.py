@@ -7,7 +7,7 @@ mostly from right to left. All is drawn from line 28 on, the first row 16 lines 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup
+from ocjax.authoring import lookup
 from ocjax.extractors.adventure.ram import ROM
 
 ROOMS = 31

@@ -6,9 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.lax import clz
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import extremes, match, pick
-from ocjax.console.registers import larger_part
+from ocjax.authoring import Box, box, choose, edges, extremes, larger_part, match, pick
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.drawn import (
     SECOND_TOP_Y,

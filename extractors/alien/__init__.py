@@ -36,17 +36,29 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import packed_position, position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    IconRow,
+    Rom,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    packed_position,
+    pick,
+    position,
+    when,
+)
 from ocjax.extractors.alien.eggs import DISPLAY_FIGURE, STAGGER, colors_of_eggs
 from ocjax.extractors.alien.ram import Figure, Ram, Scene, Way
-from ocjax.vision.displays import IconRow
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import div, match, only, pick, when
+from ocjax.authoring import div, match, only, pick, when
 from ocjax.extractors.defender.ram import (
     ROM,
     Capture,

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.ops import among, extremes, match, only, pick, when
+from ocjax.authoring import Box, among, box, edges, extremes, match, only, pick, when
 from ocjax.extractors.defender.drawn import (
     OFFSETS,
     ON_SCREEN,

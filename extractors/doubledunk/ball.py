@@ -2,7 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, div, lookup, match, reached, when
+from ocjax.authoring import among, div, lookup, match, reached, when
 from ocjax.extractors.doubledunk.lines import Lines
 from ocjax.extractors.doubledunk.ram import Push, Ram
 

@@ -19,12 +19,10 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
+from ocjax.authoring import Bitmap, U, bitmaps, materialize
 from ocjax.extractors.doubledunk.fitting import best_fit, with_figure
 from ocjax.extractors.doubledunk.kinds import Figure
 from ocjax.extractors.doubledunk.strips import likeliest, row_counts
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap, U
 
 # Keys of what `Figures` finds, beside the names of the kinds.
 NO_FIGURE = "rest"  # the pixels of no figure: in the first colour, and in any
@@ -49,7 +47,7 @@ class Figures:
         """The edges of each kind's figure, int32 `[4, B]`, 0 where there is none; other pixels."""
         top = self.rows[0]
         masks = materialize(self._masks, planes)
-        shown = materialize(lambda p: bm.color_mask(self._court(p), self.colors), planes)
+        shown = materialize(lambda p: bitmaps.color_mask(self._court(p), self.colors), planes)
         taken, out = jnp.zeros_like(shown), {}
         for kind in self.kinds:
             taken, edges = _search(masks, shown, taken, kind)
@@ -67,7 +65,7 @@ class Figures:
     def _masks(self, planes: jax.Array) -> jax.Array:
         """The pixels in each of the colours."""
         court = self._court(planes)
-        return jnp.stack([bm.color_mask(court, [color]) for color in self.colors])
+        return jnp.stack([bitmaps.color_mask(court, [color]) for color in self.colors])
 
 
 def _others(masks: jax.Array, shown: Bitmap, taken: Bitmap) -> tuple[Bitmap, Bitmap]:

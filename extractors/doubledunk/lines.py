@@ -25,7 +25,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, match, when
+from ocjax.authoring import among, match, when
 from ocjax.extractors.doubledunk.ram import Ram
 
 SPRITE = np.array((1, 0, 1, 0))  # of each figure

@@ -7,9 +7,7 @@ is the size. A picture has 27 or 24 lines from the feet to above the head.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import BoxTable
-from ocjax.console.ops import lookup
-from ocjax.console.registers import mirrored
+from ocjax.authoring import BoxTable, lookup, mirrored
 from ocjax.extractors.doubledunk.ram import ROM
 
 FIGURE_COUNT = 32

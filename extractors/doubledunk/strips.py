@@ -10,10 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax._xla.kernels import materialize
+from ocjax.authoring import Bitmap, U, bitmaps, materialize
 from ocjax.extractors.doubledunk.kinds import HALF_STRIP, SKIN_ROWS, Figure
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap, U
 
 STRIP_COUNT = 11
 ALL_STRIPS = 2**STRIP_COUNT - 1
@@ -116,10 +114,10 @@ def likeliest(counts: Sequence[jax.Array], kind: Figure) -> tuple[jax.Array, ...
         narrowed, is_any = materialize(_with_bit, best, bit)
         best = jnp.where(is_any[None], narrowed, best)
         most = most + jnp.where(is_any, 1 << place, 0)
-    row, _ = bm.rows(best)
+    row, _ = bitmaps.rows(best)
     lanes = np.arange(best.shape[1])
     strips = best.ravel().at[row * len(lanes) + lanes].get(mode="clip")
-    first = bm.popcount(~strips & (strips - 1))
+    first = bitmaps.popcount(~strips & (strips - 1))
     last = 31 - lax.clz(strips).astype(jnp.int32)
     return most - kind.height, row, (first + last) >> 1
 
@@ -127,4 +125,4 @@ def likeliest(counts: Sequence[jax.Array], kind: Figure) -> tuple[jax.Array, ...
 def _with_bit(best: jax.Array, bit: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The strips whose counts have a bit, and whether there are any."""
     narrowed = best & bit
-    return narrowed, bm.or_rows(narrowed[None])[0] != 0
+    return narrowed, bitmaps.or_rows(narrowed[None])[0] != 0

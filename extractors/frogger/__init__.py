@@ -32,18 +32,41 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, Number, box
-from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.registers import EDGE_CUTS, NUSIZ_COPIES, NUSIZ_SPACING, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    NORTH,
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    SOUTH,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    Number,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    among,
+    areas,
+    box,
+    display,
+    lookup,
+    match,
+    over,
+    pick,
+    shift_down,
+    shift_up,
+    when,
+    wrap,
+)
 from ocjax.extractors.frogger.drawn import Drawn, as_drawn, column
 from ocjax.extractors.frogger.ram import ROM, FrogColor, Guest, Lane, Picture, Ram, River, Verge
-from ocjax.vision.bitmap import Bitmap, areas, over, shift_down, shift_up
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF01, rows=7, stride=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=72, top=1, digits=4)

@@ -31,9 +31,24 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, lookup, only, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Run,
+    Runs,
+    Shape,
+    among,
+    box,
+    display,
+    lookup,
+    only,
+    when,
+)
 from ocjax.extractors.galaxian.divers import (
     DIVER_PICTURES,
     ESCORT_BITS,
@@ -48,9 +63,6 @@ from ocjax.extractors.galaxian.formation import (
     formation_boxes,
 )
 from ocjax.extractors.galaxian.ram import BANK, ROM, Death, Kind, NewLife, Ram, Release, Turn
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(BANK + 0xF00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=4, digits=6)

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, among, lookup, match, when
 from ocjax.extractors.galaxian.ram import BANK, ROM, Hit, Kind, Place, Ram, State, Turn
 
 ROW_LINES = 12  # of the formation

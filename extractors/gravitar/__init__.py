@@ -31,11 +31,27 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, match, only, when
-from ocjax.console.registers import position
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    div,
+    lookup,
+    match,
+    only,
+    palette,
+    position,
+    when,
+)
 from ocjax.extractors.gravitar.drawn import (
     OBJECT_PICTURES,
     OBJECT_ROWS,
@@ -47,10 +63,6 @@ from ocjax.extractors.gravitar.drawn import (
 )
 from ocjax.extractors.gravitar.lone import Lone
 from ocjax.extractors.gravitar.ram import ROM, Ground, Ram, Sky
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FIRST_TURN = 2  # of the positioning loop on which the beam is on the screen
 PLACE_X = 34  # positions of rows less columns

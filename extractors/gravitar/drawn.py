@@ -9,8 +9,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, among, lookup, match, only, when
 from ocjax.extractors.gravitar.ram import ROM, Ground, Page, Ram, Screen, Sky
 
 OBJECT_ROWS = 7

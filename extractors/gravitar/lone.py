@@ -10,8 +10,7 @@ from operator import and_, or_
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.vision.bitmap import Bitmap
+from ocjax.authoring import Bitmap, materialize
 
 ROOM = 3  # empty rows above and below
 

@@ -31,12 +31,34 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    NoPairs,
+    NumberDisplay,
+    Pictures,
+    Run,
+    Runs,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    div,
+    extremes,
+    lookup,
+    match,
+    pick,
+    when,
+)
 from ocjax.extractors.hero.ram import ROM, Contact, Mode, Over, Ram, Walks
 from ocjax.extractors.hero.rocks import (
     HALF_WALL,
@@ -51,10 +73,6 @@ from ocjax.extractors.hero.rocks import (
     rock_boxes,
     rock_colors,
 )
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import NoPairs
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=104, top=179, digits=6)

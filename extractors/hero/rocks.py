@@ -7,8 +7,7 @@ the playfield shows eight dots in two bytes, mirrored or not.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import lookup, match, pick, when
+from ocjax.authoring import Box, box, lookup, match, pick, when
 from ocjax.extractors.hero.ram import ROM, Form, Ram
 
 BANK = 0x1000  # offset of the second bank

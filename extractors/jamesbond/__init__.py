@@ -29,9 +29,24 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, match, pick, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shades,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    pick,
+    when,
+)
 from ocjax.extractors.jamesbond.lanes import (
     AIR,
     GRAPHICS,
@@ -46,10 +61,6 @@ from ocjax.extractors.jamesbond.lanes import (
     lane_boxes,
 )
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Status, Way
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 SCORE = NumberDisplay(FONT, right=102, top=15, digits=6)

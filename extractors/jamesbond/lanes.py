@@ -9,10 +9,7 @@ back.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
+from ocjax.authoring import EDGE_CUTS, Box, Pictures, among, box, match, pick, when
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Size, Status
 
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn

@@ -26,11 +26,34 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, mod, only, pick, when
-from ocjax.console.registers import copies, spacing
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Packed,
+    Raised,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    among,
+    box,
+    copies,
+    display,
+    edges,
+    mod,
+    only,
+    pick,
+    spacing,
+    when,
+)
 from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn, has_begun_anew
 from ocjax.extractors.keystonekapers.pictures import (
     ALL_KINDS,
@@ -43,11 +66,6 @@ from ocjax.extractors.keystonekapers.pictures import (
     figure_extent,
 )
 from ocjax.extractors.keystonekapers.ram import ROM, Ram, Ride, Thing
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, Raised
 
 FONT = ROM.font(0xF01, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=70, top=32, digits=6)

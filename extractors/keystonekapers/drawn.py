@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, when
+from ocjax.authoring import among, match, when
 from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride
 
 FREEZE = 8  # `pause` when a collision begins to keep everybody from moving

@@ -5,8 +5,7 @@ from collections.abc import Iterable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
+from ocjax.authoring import EDGE_CUTS, Pictures
 from ocjax.extractors.keystonekapers.ram import ROM, Pose, Thing
 
 SCREEN_START = 8  # the picture's first column

@@ -24,16 +24,27 @@ that have one of its colours.
 
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import pick, when
-from ocjax.console.registers import copies, spacing
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Pictures,
+    Rom,
+    Shape,
+    box,
+    choose,
+    copies,
+    display,
+    edges,
+    pick,
+    spacing,
+    when,
+)
 from ocjax.extractors.kingkong.drawn import POSES, Drawn, Pose, as_drawn, column, of_climber, there
 from ocjax.extractors.kingkong.ram import BombPicture, Ram, State
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 ROM = Rom("king_kong", "0dd4c69b5f9a7ae96a7a08329496779a")
 FONT = ROM.font(0xBDB, rows=7, stride=8, dots=3, shift=5, dot=(4, 2), pitch=16, top_first=True)

@@ -29,12 +29,37 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, match, mod, pick, when
-from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    Gauge,
+    Lines,
+    Packed,
+    Pictures,
+    Run,
+    Runs,
+    Shape,
+    Tight,
+    among,
+    box,
+    choose,
+    display,
+    edges,
+    match,
+    mod,
+    pick,
+    score_box,
+    signed_nibble,
+    when,
+    wrap,
+)
 from ocjax.extractors.krull.ram import ROM, Flags, Item, Ram, Scene
 from ocjax.extractors.krull.wedding import (
     BRIDES,
@@ -46,10 +71,6 @@ from ocjax.extractors.krull.wedding import (
     person_of,
     turns,
 )
-from ocjax.vision.filters import Lines
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, Tight
 
 FONT = ROM.font(0xB07, rows=7)
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, pick
+from ocjax.authoring import lookup, match, pick
 from ocjax.extractors.krull.ram import ROM, Ram, Scene
 
 TALLEST = 24  # rows of a figure; the bytes that are no figures may say more

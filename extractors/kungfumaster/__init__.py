@@ -30,12 +30,27 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, match, when
-from ocjax.console.registers import signed_nibble
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    ByColor,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    match,
+    palette,
+    signed_nibble,
+    when,
+)
 from ocjax.extractors.kungfumaster.extents import (
     AIRBALL,
     DRAGON,
@@ -61,9 +76,6 @@ from ocjax.extractors.kungfumaster.vision import (
     Upright,
     Whites,
 )
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge
-from ocjax.vision.shapes import Shape
 
 VIEW = (8, 72, 160, 162)
 SCREEN_X = 49  # positions less columns

@@ -10,9 +10,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
-from ocjax.console.boxes import Box, Number, box
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Rom
+from ocjax.authoring import Box, Number, Rom, box, lookup
 
 ROM = Rom("kung_fu_master", "5b92a93b23523ff16e2789b820e2a4c5")
 LOGIC = 0x1000  # offset of the second bank, which has the rules of the game; the first one draws

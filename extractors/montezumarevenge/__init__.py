@@ -27,11 +27,28 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import registers
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    LoneRuns,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    lookup,
+    match,
+    pick,
+    registers,
+    when,
+)
 from ocjax.extractors.montezumarevenge.ram import (
     ROM,
     Dark,
@@ -51,11 +68,6 @@ from ocjax.extractors.montezumarevenge.rooms import (
     RULES,
     room_parts,
 )
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import LoneRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xC08, rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=104, top=6, digits=6)

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable
+from ocjax.authoring import Box, BoxTable, Run, Runs
 from ocjax.extractors.montezumarevenge.ram import ROM, Picture, Ram
-from ocjax.vision.rules import Run, Runs
 
 ROOM_COUNT = 24
 BRIDGES_GO = 0  # `clock` modulo 128 on the frame after whose drawing the bridges disappear

@@ -29,11 +29,36 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, lookup, match, pick, when
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Context,
+    Detected,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Rom,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    Step,
+    among,
+    box,
+    boxes,
+    choose,
+    display,
+    div,
+    lookup,
+    match,
+    pick,
+    when,
+)
 from ocjax.extractors.namethisgame.drawn import (
     LAUNCHED,
     SHIFTS,
@@ -50,12 +75,6 @@ from ocjax.extractors.namethisgame.ram import (
     Ram,
     State,
 )
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Step
 
 ROM = Rom("name_this_game", "36306070f0c90a72461551a7a4f3a209")
 FONT = ROM.font(0xC00, rows=8)

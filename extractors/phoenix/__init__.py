@@ -32,11 +32,32 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, match, mod, when
-from ocjax.console.registers import packed_position
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Raised,
+    Shape,
+    U,
+    among,
+    any_of,
+    box,
+    color_mask,
+    display,
+    div,
+    match,
+    materialize,
+    mod,
+    or_rows,
+    packed_position,
+    when,
+)
 from ocjax.extractors.phoenix.ram import ROM, Boss, Look, Ram, Shot, Stage, Wing
 from ocjax.extractors.phoenix.ship import (
     BAT_PICTURES,
@@ -61,11 +82,6 @@ from ocjax.extractors.phoenix.ship import (
     line_of,
     place,
 )
-from ocjax.vision.bitmap import Bitmap, U, any_of, color_mask, or_rows
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised
 
 FONT = ROM.font(0xE00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=5, digits=6)

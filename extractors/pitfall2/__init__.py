@@ -33,17 +33,29 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, match, mod, only, pick
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Raised,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    edges,
+    match,
+    mod,
+    only,
+    pick,
+)
 from ocjax.extractors.pitfall2.drawn import SLOT, Drawn, as_drawn, floor_line
 from ocjax.extractors.pitfall2.pictures import CREATURES, CUTS, HARRYS
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Dead, Kind, Pose, Rail, Ram
 from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised
 
 FONT = ROM.font([0x20F8 - 8 * digit for digit in range(10)], rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=70, top=10, digits=6)

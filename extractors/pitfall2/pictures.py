@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, lookup
 from ocjax.extractors.pitfall2.ram import ROM, Kind
 
 DISPLAY = ROM.bytes(0x2000, 0x800)[::-1]  # by count

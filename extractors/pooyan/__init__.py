@@ -30,11 +30,24 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, match, only, pick, when
-from ocjax.console.registers import packed_position, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    only,
+    packed_position,
+    pick,
+    when,
+    wrap,
+)
 from ocjax.extractors.pooyan.drawn import Drawn, as_drawn, column
 from ocjax.extractors.pooyan.ram import LAST_ROW, ROM, Kind, Ram
 from ocjax.extractors.pooyan.screen import (
@@ -57,7 +70,6 @@ from ocjax.extractors.pooyan.screen import (
     WOLF_WIDTH,
 )
 from ocjax.extractors.pooyan.vision import ARROW, BAIT, BALLOON, PIG, ROCK_RULE, STONE, WOLVES_RULE
-from ocjax.vision.displays import IconRow, NumberDisplay
 
 SCORE = NumberDisplay(ROM.font(0xF00, rows=9, stride=10), right=103, top=3, digits=6)
 LIVES = IconRow(left=37, top=206, width=2, height=6, pitch=4)

@@ -27,11 +27,26 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.registers import modulo_screen, wrap
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    lookup,
+    match,
+    modulo_screen,
+    pick,
+    when,
+    wrap,
+)
 from ocjax.extractors.roadrunner.drawn import (
     BODIES,
     BURNT_GREYS,
@@ -45,9 +60,6 @@ from ocjax.extractors.roadrunner.drawn import (
     open_road,
 )
 from ocjax.extractors.roadrunner.ram import ROM, Ram, Scene, Scenery
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 
 def _nibbles(address: int) -> list[int]:

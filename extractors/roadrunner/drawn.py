@@ -10,9 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, reached, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, match, pick, reached, when
 from ocjax.extractors.roadrunner.ram import ROM, Caught, Pace, Pose, Ram, Scene, Scenery, Stick
 
 VIEW = (8, 2, 152, 210)

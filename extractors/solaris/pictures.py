@@ -12,7 +12,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup
+from ocjax.authoring import lookup
 from ocjax.extractors.solaris.ram import ROM, Picture
 
 VIEW_TOP = 23  # the first row in which the kernel can draw an object

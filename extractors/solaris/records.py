@@ -7,8 +7,7 @@ a record is. The low bits of the picture are its size, which the ROM makes from 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, lookup, match, when
+from ocjax.authoring import Box, among, box, choose, edges, lookup, match, when
 from ocjax.extractors.solaris.pictures import (
     GROUND_TOP,
     VIEW_BOTTOM,

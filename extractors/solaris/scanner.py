@@ -9,13 +9,9 @@ from itertools import product
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import lookup, match
-from ocjax.console.registers import COARSE
+from ocjax.authoring import COARSE, Bounds, Box, BoxTable, Digits, edges, lookup, match
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Ram
 from ocjax.extractors.solaris.ship import ship_column
-from ocjax.vision.rules import Bounds
 
 BANK_1 = 0x1000
 FONT = ROM.font(BANK_1 + 1, rows=7, stride=8)

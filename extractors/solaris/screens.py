@@ -6,11 +6,8 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.console.ops import match
+from ocjax.authoring import Bitmap, Searched, color_mask, match, materialize
 from ocjax.extractors.solaris.pictures import GROUND, VIEW_BOTTOM, VIEW_TOP
-from ocjax.vision.bitmap import Bitmap, color_mask
-from ocjax.vision.filters import Searched
 
 
 class Screen:  # what `_which_screen` tells

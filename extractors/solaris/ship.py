@@ -3,10 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import match, when
-from ocjax.console.registers import signed_nibble
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, box, match, signed_nibble, when
 from ocjax.extractors.solaris.ram import ROM, Ram, ShipPicture
 
 FIRST_Y = 171  # of the ship on the screen, plus its `ship_y`

@@ -28,12 +28,33 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Colors,
+    CutOff,
+    Digits,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    lookup,
+    match,
+    when,
+)
 from ocjax.extractors.tutankham.maps import (
     FIGURE_EXTENTS,
     FIGURE_PICTURES,
@@ -49,11 +70,6 @@ from ocjax.extractors.tutankham.maps import (
     THING_ROWS,
     shapes_of,
 )
-from ocjax.vision.colors import Colors
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import CutOff
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0x800, rows=7, stride=8, top_first=True)
 POINTS = NumberDisplay(FONT, right=71, top=186, digits=4)

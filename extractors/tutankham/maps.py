@@ -1,8 +1,7 @@
 """Tutankham's four maps, each a slice of the ROM: what lies there, the pictures and the colours."""
 
 import numpy as np
-from ocjax.console.rom import Pictures, Rom
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import Pictures, Rom, Shape
 
 ROM = Rom("tutankham", "085322bae40d904f53bdcc56df0593fc")
 SLICES = (3, 4, 0, 1)  # of the ROM, one for each map; 1,024 bytes each

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, when
-from ocjax.console.registers import mirrored
+from ocjax.authoring import among, match, mirrored, when
 from ocjax.extractors.upndown.lost import drawn_records
 from ocjax.extractors.upndown.ram import BACKWARD, GROUND, Attract, Jump, Pause, Ram
 from ocjax.extractors.upndown.road import column_near, course_at

@@ -23,7 +23,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, only, when
+from ocjax.authoring import among, lookup, match, only, when
 from ocjax.extractors.upndown.ram import GROUND, Kind, Ram
 from ocjax.extractors.upndown.road import course_at, is_on_road, piece_places
 

@@ -9,7 +9,7 @@ called the road's `course` in that row.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, when
+from ocjax.authoring import lookup, when
 from ocjax.extractors.upndown.ram import BANK, ROM, Ram
 
 MAPS = 3  # each of the two roads of some rounds

@@ -10,9 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, match, when
 from ocjax.extractors.upndown.drawn import Drawn
 from ocjax.extractors.upndown.ram import BANK, ROM, Kind, Ram
 

@@ -31,9 +31,24 @@ from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    among,
+    box,
+    choose,
+    display,
+    when,
+)
 from ocjax.extractors.venture.ram import ROM, Ram, Room
 from ocjax.extractors.venture.scene import (
     FIRST_MAP,
@@ -55,10 +70,6 @@ from ocjax.extractors.venture.sprites import (
     swaps,
     winky_box,
 )
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=48, top=9, digits=6, leading_zeros=True)

@@ -12,9 +12,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, match, pick, when
 from ocjax.extractors.venture.ram import PAUSED, ROM, Ram, Room, Status
 
 ROW_COUNTS = (5, 7, 9, 13)  # rows of pictures, two lines each

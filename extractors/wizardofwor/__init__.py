@@ -36,11 +36,34 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
-from ocjax.console.ops import among, match, mod, only, pick, when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    NORTH,
+    SOUTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Context,
+    Detected,
+    Game,
+    NumberDisplay,
+    Pictures,
+    Saver,
+    Shape,
+    Step,
+    among,
+    box,
+    boxes,
+    display,
+    match,
+    mod,
+    only,
+    pick,
+    when,
+)
 from ocjax.extractors.wizardofwor.ram import ROM, Hunt, Kind, Ram, Stage, State, Way
 from ocjax.extractors.wizardofwor.walls import (
     CELL_HEIGHT,
@@ -51,12 +74,6 @@ from ocjax.extractors.wizardofwor.walls import (
     VERTICAL,
     Walls,
 )
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Step
 
 SLOTS = np.arange(6)
 KINDS = range(Kind.BURWOR, Kind.WIZARD + 1)

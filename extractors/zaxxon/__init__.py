@@ -29,14 +29,30 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, extremes, when
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    ShortRuns,
+    among,
+    bitmaps,
+    box,
+    display,
+    edges,
+    extremes,
+    materialize,
+    packed_position,
+    palette,
+    when,
+)
 from ocjax.extractors.zaxxon.drawn import (
     COUNTS_ABOVE,
     FAR_TURNS,
@@ -70,12 +86,6 @@ from ocjax.extractors.zaxxon.things import (
     the_one,
     thing_boxes,
 )
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF08, rows=8)
 POINTS = NumberDisplay(FONT, right=99, top=10, digits=6, leading_zeros=True)
@@ -248,7 +258,7 @@ TANK_RGB = tuple(palette.NTSC[214].tolist())
 
 def _wide(mask: Bitmap, _: jax.Array) -> Bitmap:
     """The pixels that are not alone in a row, as those of shots are."""
-    return mask & (bm.shift_left(mask, 1) | bm.shift_right(mask, 1))
+    return mask & (bitmaps.shift_left(mask, 1) | bitmaps.shift_right(mask, 1))
 
 
 def _tall(mask: Bitmap, planes: jax.Array) -> Bitmap:
@@ -259,7 +269,7 @@ def _tall(mask: Bitmap, planes: jax.Array) -> Bitmap:
 def _short_black(mask: Bitmap, planes: jax.Array) -> Bitmap:
     """Black runs of at most the shadow's width, in the rows of the shadow alone."""
     _, top, _, bottom = SHADOW_FIELD
-    rows = materialize(lambda p: bm.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
+    rows = materialize(lambda p: bitmaps.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
     runs = ShortRuns(14, across=True)(rows, planes)
     return jnp.pad(runs, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, mod, when
+from ocjax.authoring import lookup, match, mod, when
 from ocjax.extractors.zaxxon.ram import ROM, Color, Place, Ram, Shot, Time
 
 TOP = 26  # line of the loop's first turn

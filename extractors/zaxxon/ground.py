@@ -3,8 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, edges
-from ocjax.console.ops import extremes, lookup, pick
+from ocjax.authoring import Box, edges, extremes, lookup, pick
 from ocjax.extractors.zaxxon.drawn import Drawn, ground_edges
 from ocjax.extractors.zaxxon.ram import ROM, Color, Ram
 

@@ -8,10 +8,7 @@ near, twice as wide and twice as high.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.ops import among, lookup, only, when
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, edges, lookup, only, packed_position, when
 from ocjax.extractors.zaxxon.drawn import (
     FAR_TURNS,
     FIRST_COUNT,
