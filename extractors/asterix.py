@@ -133,7 +133,8 @@ def _margin_of(picture: jax.Array) -> jax.Array:
 
 
 def _hero_box(m: Ram) -> Box:
-    wide, margin = among(m.death, WIDE_DEATHS), _margin_of(m.hero)
+    wide = among(m.death, WIDE_DEATHS)
+    margin = _margin_of(m.hero)
     left = jnp.where(wide, 2 * margin + 1, margin)  # the chip draws wide players a pixel later
     width = 8 - 2 * margin
     return box(m.x + left, 151 - m.y, jnp.where(wide, 2 * width, width), ROWS)
@@ -145,7 +146,8 @@ def _shown_score(m: Ram) -> Box:
 
 def _lives_box(m: Ram) -> Box:
     """The hero's icons; the life in play has none."""
-    icons, margin = jnp.clip(m.lives - 1, 0, MOST_ICONS), _margin_of(m.icon)
+    icons = jnp.clip(m.lives - 1, 0, MOST_ICONS)
+    margin = _margin_of(m.icon)
     width = ICON_PITCH * (icons - 1) + ICON - 2 * margin
     return box(60 + margin, 169, width, ROWS, icons > 0, value=m.lives)
 

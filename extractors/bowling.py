@@ -152,11 +152,12 @@ def _bowler(m: Ram) -> Box:
 def _ball(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> Box:
     began = _stage_began(m)  # the bowler still holds it in front, or later behind him
     in_front = m.stage == Stage.SWINGS.start
-    x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
-    y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
-    y = y - _pushed_up(m, pin_x, pin_y)
+    ball_x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
+    ball_y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
+    pushed_y = ball_y - _pushed_up(m, pin_x, pin_y)
     over = _is_over(m)
-    x, y = jnp.where(over, LAST_BALL_X, x + 7), jnp.where(over, LAST_BALL_Y, 163 - 2 * y)
+    x = jnp.where(over, LAST_BALL_X, ball_x + 7)
+    y = jnp.where(over, LAST_BALL_Y, 163 - 2 * pushed_y)
     return box(x, y, 4, 10)
 
 
@@ -179,7 +180,8 @@ def _pin_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     """`pin_x` and `pin_y` as drawn: before the last move of the four pins that moved last."""
     ahead = jnp.arange(10) - m.pin_clock
     moved = _moves(m) & (among(ahead, range(1, 5)) | (ahead < -5))  # the clock goes round
-    right, up = m.pin_speed >> 4, signed_nibble(m.pin_speed & 15)
+    right = m.pin_speed >> 4
+    up = signed_nibble(m.pin_speed & 15)
     return m.pin_x + when(moved, right), m.pin_y - when(moved, up)
 
 

@@ -90,7 +90,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
     """The union of head and arms, which stretch towards the other boxer."""
-    first, second = m.first_arm[who] - FIRST_ARM, m.second_arm[who] - SECOND_ARM
+    first = m.first_arm[who] - FIRST_ARM
+    second = m.second_arm[who] - SECOND_ARM
     reach = _arm_reach(first, second)
     back = _empty_columns(first, second, m.head[who] == HEAD_HIT)
     near = jnp.where(jnp.maximum(first, second) < HALF, 1, 0)  # mirrored, less by a column

@@ -95,7 +95,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _ball_box(m: Ram) -> Box:
-    x, y = m.ball_x - 49, m.ball_y
+    x = m.ball_x - 49
+    y = m.ball_y
     # The screen has a row more just below the bricks.
     top = y + jnp.where(y < 85, 8, 9)
     bottom = y + jnp.where(y < 81, 12, 13)
@@ -127,7 +128,8 @@ def _score(m: Ram) -> Box:
 def _digit(left: int, value: jax.Array) -> Box:
     """A single digit; a 1 is one dot wide."""
     is_one = value == 1
-    x, width = jnp.where(is_one, left + 4, left), jnp.where(is_one, 4, 12)
+    x = jnp.where(is_one, left + 4, left)
+    width = jnp.where(is_one, 4, 12)
     return box(x, DIGITS_TOP, width, FONT.height, value=value)
 
 

@@ -228,9 +228,9 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     at = jnp.where(climbs, m.y, m.x)
     quiet = among(m.sound, (Sound.NONE, Sound.STEP))
     sounds = (m.sound == Sound.STEP) & (m.sound_left == 1)
-    moved = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
-    moved = (moved | in_air) & ~_at_side(m, left, right)
-    moved = moved & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
+    on_beat = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
+    unhindered = (on_beat | in_air) & ~_at_side(m, left, right)
+    moved = unhindered & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
     dx = when(right, 1) - when(left, 1)
     climbed = jnp.where(m.heading == Heading.UP, -1, 1)
     dy = jnp.where(climbs, climbed, _slope_rows(m, dx))
@@ -277,7 +277,8 @@ def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
         otherwise=(m.walk - dx & 6) >> 1,
     )
     compass = match((on_ladder, NORTH), (m.heading == Heading.LEFT, WEST), otherwise=EAST)
-    top, bottom = pick(pose, HEADS), pick(pose, FEET)
+    top = pick(pose, HEADS)
+    bottom = pick(pose, FEET)
     there = ~_life_over(m)
     whole = box(m.x - dx - 4, y + 22 + top, 8, bottom - top, there, orientation=compass)
     return whole.clip(*BOARD)
@@ -295,11 +296,16 @@ def _last_rows(m: Ram) -> jax.Array:
     """The barrels' `y` on the last frame of a life, from the floors on which they were drawn."""
     drawn_x = position(m.coarse_x + 2, m.fine_x)
     steps = reached(m.obstacle_x, BENDS.tolist())
-    slope, y = jnp.where(m.goes_right == 1, steps, len(BENDS) - steps), jnp.zeros_like(steps)
-    for floor, start in enumerate(BARREL_FLOORS):
-        there = (m.obstacle_x == drawn_x[floor]) & (m.goes_right == 1 - floor % 2)
-        y = jnp.where(there, start + (slope if 0 < floor < 5 else 0), y)
-    return jnp.where((m.on_ladder == 0) & (m.board == 0), y, 0)
+    slope = jnp.where(m.goes_right == 1, steps, len(BENDS) - steps)
+    by_floor = [
+        (
+            (m.obstacle_x == drawn_x[floor]) & (m.goes_right == 1 - floor % 2),
+            start + (slope if 0 < floor < 5 else 0),
+        )
+        for floor, start in enumerate(BARREL_FLOORS)
+    ]
+    y = match(*reversed(by_floor), otherwise=0)
+    return when((m.on_ladder == 0) & (m.board == 0), y)
 
 
 def _hammer(m: Ram, dx: jax.Array) -> Box:

@@ -230,16 +230,18 @@ def _gopher_picture(m: Ram, height: jax.Array) -> jax.Array:
 
 def _as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Where the gopher was drawn, at what height and whether facing right."""
-    played, hit = m.state == State.PLAY, _was_hit(m)
-    x, height, turned = _step_back(m)
-    x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, x), otherwise=m.gopher_x)
-    height = match((hit, Height.PEEPING), (played, height), otherwise=m.height)
+    played = m.state == State.PLAY
+    hit = _was_hit(m)
+    back_x, back_height, turned = _step_back(m)
+    x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, back_x), otherwise=m.gopher_x)
+    height = match((hit, Height.PEEPING), (played, back_height), otherwise=m.height)
     return x, height, (m.mirrored == 1) ^ (turned & played & ~hit)
 
 
 def _step_back(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Where the gopher was before its step, at what height, and whether it has turned since."""
-    x, height = m.gopher_x, m.height
+    x = m.gopher_x
+    height = m.height
     at_goal = x == lookup(GOALS, m.goal) + m.mirrored
     emerged = (height == Height.OUTSIDE) & jnp.any(x == GOALS[:HOLES] + m.mirrored)
     planned = (height == Height.TUNNEL) & _has_new_plan(m)
@@ -320,8 +322,10 @@ def _duck_to_come(m: Ram) -> jax.Array:
 
 def _seed(m: Ram) -> Box:
     """The seed. The game switches it on in the middle of a row, and off in that of the next."""
-    y, x = m.seed_y, m.seed_x - 5
-    in_duck, at_farmer = y <= SeedY.DUCK, y > SeedY.ABOVE_FARMER
+    y = m.seed_y
+    x = m.seed_x - 5
+    in_duck = y <= SeedY.DUCK
+    at_farmer = y > SeedY.ABOVE_FARMER
     late = when((in_duck & (x < 37)) | (at_farmer & (x < 25)), 1)
     there = (y < SeedY.NONE) & ~_duck_to_come(m)
     top = y + jnp.where(in_duck, 30, 36) + late

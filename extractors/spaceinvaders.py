@@ -165,15 +165,15 @@ def _lowest_row(m: Ram) -> jax.Array:
 def _cannon(m: Ram, x: jax.Array, there: jax.Array, died: jax.Array) -> Box:
     shows_death = (died == 1) & ((m.clock | 1) != DEATH_BEGINS)
     blank = (m.starting == 1) & ((m.clock & BLINK) == 0)
-    there = (there == 1) & (m.fallen == 0) & ~blank
-    return box(x, 185, jnp.where(shows_death, 8, 7), 10, there, value=m.lives)
+    shown = (there == 1) & (m.fallen == 0) & ~blank
+    return box(x, 185, jnp.where(shows_death, 8, 7), 10, shown, value=m.lives)
 
 
 def _alien_boxes(m: Ram) -> Box:
     # An alien that was hit on this very frame is still drawn whole.
     just_hit = _odd(m) & ((m.alien_points[0] > 0) | (m.alien_points[1] > 0))
-    explodes = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
-    explodes = explodes & (just_hit | (_lowest_row(m) <= ALIEN_ROW))
+    was_hit = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
+    explodes = was_hit & (just_hit | (_lowest_row(m) <= ALIEN_ROW))
     alive = (jnp.repeat(m.rows, 6) >> ALIEN_COLUMN & 1) == 1
     x = m.aliens_x - 1 + ALIEN_X * ALIEN_COLUMN
     y = ALIENS_TOP + 2 * m.drop + ALIEN_Y * (5 - ALIEN_ROW)
@@ -216,7 +216,8 @@ def _shield_boxes(m: Ram) -> Box:
     right = sum(when((ink & (1 << column) - 1) == 0, 1) for column in range(1, 8))
     x = packed_position(m.shield_code) - 1 + 32 * np.arange(3)
     there = (ink > 0) & (m.shields_up == 1)
-    y, h = SHIELDS_TOP + 2 * top, 2 * (bottom - top)
+    y = SHIELDS_TOP + 2 * top
+    h = 2 * (bottom - top)
     return box(x + left, y, 8 - left - right, h, there)
 
 
@@ -239,10 +240,10 @@ def _drawn_y(m: Ram, y: jax.Array) -> jax.Array:
     upper, lower = y
     untouched = m.bullet_step != TOUCHED
     last = (m.bullet_clock + 91) & 255
-    only = jnp.where(last > 121, last - 114, (last + 10) & 255)
-    only = jnp.where(untouched, last, only)
-    below = jnp.where(last > 124, last - 124, last)
-    below = jnp.where(untouched, last + m.bullet_step, below) & 255
+    only_touched = jnp.where(last > 121, last - 114, (last + 10) & 255)
+    only = jnp.where(untouched, last, only_touched)
+    below_touched = jnp.where(last > 124, last - 124, last)
+    below = jnp.where(untouched, last + m.bullet_step, below_touched) & 255
     none = (upper >= GONE) & (lower >= GONE)
     one = (upper < GONE) & (lower >= GONE)
     top = jnp.where(none & (only > 7) & (only < LOWEST), only, upper)

@@ -128,7 +128,8 @@ def _choose_gate(drawn: Drawn, boxes: list[Box]) -> Box:
 def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
     """It has the background's colour and shows on walls alone, or in a dark room on the light."""
     on_wall = (walls_at(drawn.room, row_of(of.y), of.x) & FIRST_COLUMN) > 0
-    x, y = of.x - m.light_x, of.y - (THING_LINE - ROW_LINES * m.light_y)
+    x = of.x - m.light_x
+    y = of.y - (THING_LINE - ROW_LINES * m.light_y)
     is_lit = among(x, range(LIGHT_WIDTH)) & among(y, range(LIGHT_HEIGHT))
     return of.where(jnp.where(drawn.dark, is_lit & ~on_wall, on_wall))
 

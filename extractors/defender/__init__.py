@@ -151,7 +151,8 @@ def _shot(m: Ram, d: Drawn) -> Box:
     dark = (top + 2 == CITY_TOP) & (x + jnp.where(d.forward, 1, 1 + aside) >= SHOT_DARK)
     single = (m.lost != Planet.GONE) & ((top + 1 >= CITY_TOP) | dark)
     left = x + 1 + when(single & d.forward, aside)
-    width, height = jnp.where(single, ROW_WIDTH, FULL_WIDTH), jnp.where(single, 1, 2)
+    width = jnp.where(single, ROW_WIDTH, FULL_WIDTH)
+    height = jnp.where(single, 1, 2)
     whole = box(left, top, width, height, shown, color=sprite_color(m, d))
     return whole.clip(0, 0, 160, CITY_TOP)
 

@@ -121,7 +121,8 @@ def _player_boxes(m: Ram, drawn: Drawn) -> Box:
 
 def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
     """The figures in the order of drawing, with the lines of each that are drawn."""
-    lines, top = drawn.lines, LINE_0 - PICTURE_LINES + 1 - drawn.feet
+    lines = drawn.lines
+    top = LINE_0 - PICTURE_LINES + 1 - drawn.feet
     highest = lines.first - drawn.feet
     index = extent_index(drawn.figure, drawn.mirrored, lines.lowest, highest)
     extent = EXTENTS.at(index, x=drawn.x, y=top)

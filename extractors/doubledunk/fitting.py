@@ -30,19 +30,19 @@ def best_fit(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
 ) -> tuple[jax.Array, ...]:
     """The picture that fits best: its first column, the pixels of its rows, and its edges."""
-    own, seen, strip = _fullest(*_windows_around(masks, shown, taken, row, strip, kind), strip)
+    around = _windows_around(masks, shown, taken, row, strip, kind)
+    own, seen, chosen = _fullest(*around, strip)
     which, column = _best_picture(kind, own)
     picture = jnp.take(jnp.asarray(kind.packed), which, axis=1, mode="clip")
-    in_own_colors, in_any = (
-        materialize(lambda w, c: _eight_columns(w, c[None])[:, 0], w, column) for w in (own, seen)
-    )
-    left = HALF_STRIP * (strip - 1) + column
-    ink = in_own_colors & picture
-    edges = _seen_edges(ink, in_any & picture, left, row, kind)
+    in_own_colors = materialize(_eight_columns_at, own, column)
+    in_any = materialize(_eight_columns_at, seen, column)
+    left = HALF_STRIP * (chosen - 1) + column
+    own_ink = in_own_colors & picture
+    edges = _seen_edges(own_ink, in_any & picture, left, row, kind)
     feet = _repeated_feet(in_own_colors, picture, kind)
     is_lower = (feet != 0) & (edges[3] == row + kind.height)
     again = jnp.where(is_lower, feet << U(WIDE * (kind.height % ROWS_A_WORD)), U(0))
-    ink = jnp.concatenate([ink[:-1], (ink[-1] | again)[None]])
+    ink = jnp.concatenate([own_ink[:-1], (own_ink[-1] | again)[None]])
     return left, ink, edges + jnp.where(is_lower, 1, 0)[None] * A_ROW_LOWER[:, None]
 
 
@@ -100,7 +100,8 @@ def _fullest(
     """The windows of the strip that has the most inner pixels of three, the middle one first."""
     counts = (jnp.sum(bitmaps.popcount(w & INNER), axis=0) for w in _windows(own, strip))
     left, middle, right = counts
-    is_middle, is_left = (middle >= left) & (middle >= right), left >= right
+    is_middle = (middle >= left) & (middle >= right)
+    is_left = left >= right
 
     def chosen(words: jax.Array) -> jax.Array:
         before, here, after = _windows(words, strip)
@@ -151,12 +152,17 @@ def _pixel_count(packed: jax.Array) -> jax.Array:
     return sum((bitmaps.popcount(word) for word in packed[1:]), bitmaps.popcount(packed[0]))
 
 
+def _eight_columns_at(window: jax.Array, column: jax.Array) -> jax.Array:
+    """Eight columns of a window from one on, four rows in a word, uint32 `[words, B]`."""
+    return _eight_columns(window, column[None])[:, 0]
+
+
 def _eight_columns(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Array:
     """Eight columns from each of some on, four rows in a word, uint32 `[words, columns, B]`."""
     shift = jnp.asarray(STRIP_WIDTH - WIDE - column, U)
-    window = jnp.pad(window, ((0, PACKED_ROWS - len(window)), (0, 0)))
-    rows = window[:, None] >> shift[None] & U(255)
-    rows = rows.reshape(PICTURE_WORDS, ROWS_A_WORD, len(shift), -1)
+    padded = jnp.pad(window, ((0, PACKED_ROWS - len(window)), (0, 0)))
+    shifted = padded[:, None] >> shift[None] & U(255)
+    rows = shifted.reshape(PICTURE_WORDS, ROWS_A_WORD, len(shift), -1)
     return bitmaps.any_of(rows[:, i] << U(WIDE * i) for i in range(ROWS_A_WORD))
 
 
@@ -200,6 +206,7 @@ def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) 
 def _rows_of(ink: jax.Array, row: jax.Array, height: int) -> jax.Array:
     """The rows of the court with a figure that begins in a row of it, uint32 `[height, B]`."""
     at = np.arange(height)[:, None] - row[None]
-    which, shift = at // ROWS_A_WORD, (WIDE * (at % ROWS_A_WORD)).astype(U)
+    which = at // ROWS_A_WORD
+    shift = (WIDE * (at % ROWS_A_WORD)).astype(U)
     word = bitmaps.any_of(jnp.where(which == i, w[None], U(0)) for i, w in enumerate(ink))
     return word >> shift & U(255)

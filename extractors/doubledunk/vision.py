@@ -57,7 +57,8 @@ def _whole_ball(
     row = np.arange(pixels.shape[1])[:, None]
     inside = (row >= top[None]) & (row <= bottom[None])
     filled = materialize(lambda s, i: ~bitmaps.or_rows(jnp.where(i[None], ~s, U(0))), shown, inside)
-    reach_left, reach_right = right + 1 - whole_width, left + whole_width
+    reach_left = right + 1 - whole_width
+    reach_right = left + whole_width
     near = bitmaps.columns_between(reach_left[None], reach_right[None])[:, 0]
     first, last = bitmaps.columns((filled & near) | used)
     fits = last - first < whole_width
@@ -66,11 +67,12 @@ def _whole_ball(
 
 def _near_edges(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
     """The edges of the box of pixels, and of what is near; where there are no pixels, of all."""
-    _, left, right, top, bottom = _used_edges(seed)
-    none = right < 0
-    left, top = (jnp.where(none, 0, edge) for edge in (left - across, top - down))
-    right = jnp.where(none, WIDTH, right + across + 1)
-    return left, top, right, jnp.where(none, seed.shape[1], bottom + down + 1)
+    _, first, last, upper, lower = _used_edges(seed)
+    none = last < 0
+    left = jnp.where(none, 0, first - across)
+    top = jnp.where(none, 0, upper - down)
+    right = jnp.where(none, WIDTH, last + across + 1)
+    return left, top, right, jnp.where(none, seed.shape[1], lower + down + 1)
 
 
 def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) -> Bitmap:

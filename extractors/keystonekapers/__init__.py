@@ -188,18 +188,19 @@ def _first_line(floor: jax.Array | np.ndarray) -> jax.Array:
 def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int) -> Box:
     """The copies of a kind of thing, of each group of floors one of which may hold it."""
     here = among(things.thing, kinds)[None] & floors
-    x, y, w, h, nusiz = (only(here, part[None], axis=1)[:, None] for part in things[1:])
+    one = jax.tree.map(lambda part: only(here, part[None], axis=1)[:, None], things)
     copy = np.arange(most)[None]
-    there = here.any(axis=1)[:, None] & (copy < copies(nusiz))
-    column = mod(x + spacing(nusiz) * copy, SCREEN_END)
-    shape = there.shape
-    fields = (jnp.broadcast_to(part, shape).ravel() for part in (column, y, w, h, there))
+    there = here.any(axis=1)[:, None] & (copy < copies(one.nusiz))
+    column = mod(one.x + spacing(one.nusiz) * copy, SCREEN_END)
+    parts = (column, one.y, one.width, one.height, there)
+    fields = (jnp.broadcast_to(part, there.shape).ravel() for part in parts)
     return box(*fields).clip(*FIELD)
 
 
 def _kop_box(m: Ram, kop: Drawn) -> Box:
     """The Kop; what is behind the floor above him does not show."""
-    x, is_left = kop.x - 1, m.faces_left == 1
+    x = kop.x - 1
+    is_left = m.faces_left == 1
     left, top, width, height = figure_extent(KOP_PICTURES, kop.pose, x, is_left)
     head = _first_line(kop.floor) + STANDS - kop.height + top
     first, last = _below_ceiling(kop, head, head + height)
@@ -221,7 +222,8 @@ def _below_ceiling(kop: Drawn, head: jax.Array, feet: jax.Array) -> tuple[jax.Ar
 
 def _krook_box(m: Ram, kop: Drawn) -> Box:
     """The Krook, in the section where he is."""
-    x, is_left = m.krook_x - 1, m.krook_left == 1
+    x = m.krook_x - 1
+    is_left = m.krook_left == 1
     left, top, width, height = figure_extent(KROOK_PICTURES, m.krook_pose - 1, x, is_left)
     way = m.krook_place & 2 * SECTIONS - 1  # along two floors, one there and the other back
     section = jnp.where(way < SECTIONS, way, way ^ 2 * SECTIONS - 1)
@@ -246,7 +248,8 @@ def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
 
 def _escalator_boxes(kop: Drawn) -> Box:
     """One escalator at the right end of the building, two at the left end."""
-    at_right, at_left = kop.section == RIGHT_END, kop.section == LEFT_END
+    at_right = kop.section == RIGHT_END
+    at_left = kop.section == LEFT_END
     left, top, right, bottom = jnp.where(at_right, RIGHT_ESCALATORS, LEFT_ESCALATORS).T
     return edges(left, top, right, bottom, valid=jnp.stack([at_right | at_left, at_left]))
 

@@ -126,8 +126,8 @@ def _climber_box(m: Ram, drawn: Drawn) -> Box:
     left, top, width, height = CLIMBERS.extent(drawn.pose, mirrored=looks_left)
     y = FIRST_LINE + 2 * (drawn.y - pick(drawn.pose, POSE_ROWS) + top)
     climbing = box(drawn.x + left, y, width, 2 * height).clip(*FIELD)
-    left, _, width, height = CLIMBERS.extent(jnp.int32(Pose.STANDS))
-    beside = box(RESCUER_X + left, CAPTIVE_TOP + 1, width, 2 * height)
+    stand_left, _, stand_width, stand_height = CLIMBERS.extent(jnp.int32(Pose.STANDS))
+    beside = box(RESCUER_X + stand_left, CAPTIVE_TOP + 1, stand_width, 2 * stand_height)
     return choose(m.state == State.RESCUED, beside, climbing).where(there(m))
 
 
@@ -153,14 +153,16 @@ def _kong_box(m: Ram, drawn: Drawn) -> Box:
     first = drawn.kong_y - KONG_ROWS
     hidden = jnp.maximum(drawn.kong_y - ROWS, 0) + jnp.minimum(first, 0)
     left, top, width, height = KONG.extent(hidden - CUT_ROWS[0])
-    x, y = drawn.kong_x + 1 + 2 * left, FIRST_LINE + 2 * (first + top)
+    x = drawn.kong_x + 1 + 2 * left
+    y = FIRST_LINE + 2 * (first + top)
     return box(x, y, 2 * width, 2 * height, (height > 0) & (m.state < State.RESCUED))
 
 
 def _bomb_boxes(m: Ram) -> Box:
     with_bonus = m.bomb_picture == BombPicture.BONUS
     left, top, width, height = BOMBS.extent(when(with_bonus, 1))
-    x, y = column(m.bomb_x) + left, FIRST_LINE + 2 * (m.bomb_y - BOMB_ROWS + top)
+    x = column(m.bomb_x) + left
+    y = FIRST_LINE + 2 * (m.bomb_y - BOMB_ROWS + top)
     color = jnp.where(with_bonus, GREEN, VIOLET)
     return box(x, y, width, 2 * height, m.bomb_y < GONE, color=color).clip(*FIELD)
 

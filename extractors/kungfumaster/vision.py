@@ -42,7 +42,8 @@ class Body:
 
     def __call__(self, mask: bitmaps.Bitmap, planes: jax.Array) -> bitmaps.Bitmap:
         """The pixels that count, in the room alone."""
-        shown, own = _in_room(mask), bitmaps.color_mask(_in_room(planes), self.colors)
+        shown = _in_room(mask)
+        own = bitmaps.color_mask(_in_room(planes), self.colors)
         others = shown & _row_words(self.rows)
         inner = others & _columns_with(own, self.chest, self.reach)
         return _on_screen(shown & (own | (others & bitmaps.spread(inner))), mask)
@@ -113,8 +114,9 @@ class Grown(Step):
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
-        y, end = found.y - self.above, found.y + found.h
-        end = jnp.maximum(end, jnp.minimum(end + self.below, self.floor))
+        y = found.y - self.above
+        found_end = found.y + found.h
+        end = jnp.maximum(found_end, jnp.minimum(found_end + self.below, self.floor))
         return found._replace(box=boxes(found.x, y, found.w, end - y, found.valid))
 
 

@@ -216,7 +216,8 @@ def _walker_boxes(m: Ram, d: Drawn) -> Box:
 
 def _bottom_boxes(d: Drawn, x: jax.Array) -> Box:
     """Wolves that walk between the cliffs."""
-    left, right = CLIFFS[0] - x, x + WOLF_WIDTH - CLIFFS[1]
+    left = CLIFFS[0] - x
+    right = x + WOLF_WIDTH - CLIFFS[1]
     hidden = match((left > 0, left), (right > 0, right + WOLF_WIDTH - 1), otherwise=0)
     there = (left < WOLF_WIDTH) & (right < WOLF_WIDTH)
     index = BOTTOM_WALKS.index(stride=d.stride, hidden=hidden)
@@ -252,8 +253,8 @@ def _missile_box(
     """
     end = first + height
     top = first + when(x + width <= on + when(late & (first == BALLOON_LINES), DELAY), 1)
-    bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)
-    bottom = jnp.minimum(bottom, LINES - when(x >= off, 1))
+    usual_bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)
+    bottom = jnp.minimum(usual_bottom, LINES - when(x >= off, 1))
     return box(x, _line(row) + top, width, bottom - top, among(row, ROWS), **fields)
 
 

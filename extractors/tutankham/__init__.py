@@ -147,7 +147,8 @@ def decode(m: Ram) -> dict[str, Box]:
     in_play = m.scene != Scene.TITLE
     things = _things_listed(m)
     y = _drawn_y(m, things)
-    thing, figure = _thing_boxes(m, things, y).where(in_play), _figure_boxes(m, y).where(in_play)
+    thing = _thing_boxes(m, things, y).where(in_play)
+    figure = _figure_boxes(m, y).where(in_play)
     return {
         "Player": figure[0:1].where((m.scene != Scene.OVER) & (m.event != Event.DIES)),
         "Creature": figure[1:],
@@ -164,8 +165,10 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _things_listed(m: Ram) -> Things:
     word = lookup(THING_WORDS, PLACES * m.map + np.arange(PLACES))
-    row, left, color, entry = (word >> shift & 255 for shift in (0, 8, 16, 24))
-    y = MAP_ROW * (row - m.first_row)
+    y = MAP_ROW * ((word & 255) - m.first_row)
+    left = word >> 8 & 255
+    color = word >> 16 & 255
+    entry = word >> 24 & 255
     listed_y = y + MAP_ROW * _rows_scrolled(m)
     shown = (listed_y > 0) & (listed_y < MAP_ROW * (m.last_row - m.first_row))
     return Things(y, listed_y, left, color, shown & ((m.things << entry & 128) != 0))
@@ -189,7 +192,8 @@ def _drawn_y(m: Ram, things: Things) -> jax.Array:
     later = key[None] > key[:, None]
     next_key = jnp.min(jnp.where(later, key[None], FAR), axis=1)
     same_band = drawn & (next_key >> 4 == key >> 4)
-    band, upper = m.y & ~3, (m.y & 3) < 2
+    band = m.y & ~3
+    upper = (m.y & 3) < 2
     pushed = jnp.any((same_band & ~upper)[:, None] & (next_key[:, None] == key[None]), axis=0)
     level = (things.listed_y[None] == m.y[:, None]) & things.there[None]
     blocked = drawn & ~same_band & jnp.any(level, axis=1)

@@ -75,7 +75,8 @@ FIGURE_EXTENTS = Pictures.of(FIGURE_PICTURES.reshape(-1, ROWS), map=4, look=LOOK
 
 def shapes_of(extents: Pictures, pictures: np.ndarray, chosen: np.ndarray) -> tuple[Shape, ...]:
     """Sizes and numbers of pixels of some pictures, each once."""
-    width, height = extents.packed >> 4 & 15, extents.packed >> 16
+    width = extents.packed >> 4 & 15
+    height = extents.packed >> 16
     pixels = np.bitwise_count(pictures.reshape(-1, ROWS)).sum(axis=1)
     sizes = {*zip(width[chosen], height[chosen], pixels[chosen], strict=True)}
     return tuple(Shape(int(w), int(h), int(n)) for w, h, n in sorted(sizes) if n > 0)

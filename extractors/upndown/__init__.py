@@ -75,7 +75,8 @@ ICON_SIZE = (4, 8)
 def decode(m: Ram) -> dict[str, Box]:
     d = as_drawn(m)
     objects = object_boxes(m, d).where(~_starts(m))
-    others, kind = objects[1:], d.kind[1:]
+    others = objects[1:]
+    kind = d.kind[1:]
     is_flag = among(kind & ~Kind.GONE, range(Kind.FLAG, Kind.PLAYER))
     is_left = (m.collected >> np.arange(8) & 1) == 0
     lives = m.lives + when(life_lost(m), 1)

@@ -36,7 +36,8 @@ def as_drawn(m: Ram) -> Drawn:
     """The sprites before the last move; on the frame of a lost life, the old ones."""
     scroll = when(m.pause == Pause.RUNNING, _steps(m.speed, _players_limit(m)))
     step = when(m.pause == Pause.RUNNING, _steps(m.speeds, m.limit))
-    lost, old = life_lost(m), drawn_records(m)
+    lost = life_lost(m)
+    old = drawn_records(m)
     kinds = jnp.where(lost, old.kind, m.kinds)
     rows = jnp.where(lost, old.y, m.y - step + scroll)
     return Drawn(

@@ -180,8 +180,8 @@ def _zaxxon_box(m: Ram, d: Drawn, objects: Box) -> Box:
 
 def _homing_box(m: Ram, d: Drawn) -> Box:
     """Zaxxon's own missile."""
-    turn = FIRST_COUNT - m.homing_y
-    turn = turn - when(turn > d.step + FAR_TURNS - 1, 1)
+    at_turn = FIRST_COUNT - m.homing_y
+    turn = at_turn - when(at_turn > d.step + FAR_TURNS - 1, 1)
     x = packed_position(m.drawn_code) + PLANE_X
     left, first, width, rows = HOMING_PICTURE.extent(jnp.int32(0))
     boxes = box(x + 2 * left, line(m, d, turn) + 1 + 2 * first, 2 * width, 2 * rows)
@@ -204,7 +204,8 @@ def _shadow_box(m: Ram, d: Drawn) -> Box:
     """The part of the shadow that falls on the ground."""
     left, first, width, rows = PLANE_PICTURES.extent(_plane_picture(m, d))
     turn = jnp.maximum(SHADOW_BEGINS + first, d.shadow_turn + 1)
-    top, bottom = line(m, d, turn) + 1, line(m, d, SHADOW_BEGINS + first + rows) + 1
+    top = line(m, d, turn) + 1
+    bottom = line(m, d, SHADOW_BEGINS + first + rows) + 1
     tops, bottoms = ground_edges(m, d)
     there = lefts_of(d.shapes) < EMPTY
     highest, lowest = extremes(there & (tops < bottom) & (bottoms > top), tops, bottoms)
@@ -218,9 +219,11 @@ def _shot_boxes(m: Ram, d: Drawn) -> Box:
     """Two shots, which are drawn by turns."""
     turned = (m.clock & 1) == 1
     just_hit = (jnp.arange(2) == 0) & (m.flash_time == FLASH_FRAMES)
-    y = jnp.where(just_hit, m.flash_y, m.shot_y)
-    y, x, height = (jnp.where(turned, v, v[::-1]) for v in (y, m.shot_x, m.shot_height))
-    height = jnp.where(d.space, SPACE_HEIGHT, height)
+    record_y = jnp.where(just_hit, m.flash_y, m.shot_y)
+    y = jnp.where(turned, record_y, record_y[::-1])
+    x = jnp.where(turned, m.shot_x, m.shot_x[::-1])
+    in_fortress = jnp.where(turned, m.shot_height, m.shot_height[::-1])
+    height = jnp.where(d.space, SPACE_HEIGHT, in_fortress)
     aside = x + 14 - 128
     part = (jnp.abs(aside) * ((SHOT_HEIGHT - y + height) & 255)) >> 8
     left = SHOT_CENTER + jnp.where(aside < 0, -part, part)
@@ -246,7 +249,8 @@ def _lives_box(m: Ram, d: Drawn) -> Box:
 
 
 def _altitude_box(m: Ram, d: Drawn) -> Box:
-    top, bottom = line(m, d, COUNTS_ABOVE - 1 - m.altitude) + 1, ground_end(m, d)
+    top = line(m, d, COUNTS_ABOVE - 1 - m.altitude) + 1
+    bottom = ground_end(m, d)
     color = jnp.where((d.step & 3) == 0, d.colors[0], d.colors[1]) & 0xFE
     return edges(8, top, 12, bottom, ~d.space, value=m.altitude - GROUNDED, color=color)
 
