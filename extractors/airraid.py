@@ -27,15 +27,33 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, match, mod, only, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import COARSE, EDGE_CUTS
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    COARSE,
+    EDGE_CUTS,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    lookup,
+    match,
+    mod,
+    only,
+    pick,
+    when,
+)
 
 ROM = Rom("air_raid", "35be55426c1fec32dfb503b4f0651572")
 FONT = ROM.font(0x6A0, rows=8)
@@ -211,7 +229,8 @@ def _enemy_boxes(m: Ram) -> Box:
     left, first, width, height = ENEMY_PICTURES.extent(index)
     there = (m.active == 1) & (m.colors != Colors.EXPLOSION)
     x = m.x - 3 + pick(mod(m.x, COARSE), SHORT_MOVES) + 2 * left
-    y, down = top + 2 * first, _lower(m)
+    y = top + 2 * first
+    down = _lower(m)
     return box(x, y + down, 2 * width, 2 * height, there).clip(0, 0, 160, ENEMIES_END + down)
 
 
@@ -231,16 +250,20 @@ def _building_boxes(m: Ram) -> Box:
         building=building,
     )
     left, first, width, height = BUILDING_PICTURES.extent(index)
-    x, y, down = jnp.append(x, -rest), CITY_LINE + 1 + building + 2 * first, _lower(m)
-    boxes = box(x + BUILDING_DOT * left, y + down, BUILDING_DOT * width, 2 * height)
+    all_x = jnp.append(x, -rest)
+    y = CITY_LINE + 1 + building + 2 * first
+    down = _lower(m)
+    boxes = box(all_x + BUILDING_DOT * left, y + down, BUILDING_DOT * width, 2 * height)
     return boxes.clip(0, 0, 160, CITY_END + down)
 
 
 def _missile_boxes(m: Ram) -> Box:
     """The shot and the bomb, on frames on which one is not drawn where it was drawn last."""
-    shot, bomb = _shot_drawn(m), _bomb_drawn(m)
+    shot = _shot_drawn(m)
+    bomb = _bomb_drawn(m)
     late = when(m.shot_x - 5 < SHOT_BEAM, 1)
-    shot_y, bomb_y = ENEMY_LINE - 1 + late - shot, _bomb_line(m, bomb)
+    shot_y = ENEMY_LINE - 1 + late - shot
+    bomb_y = _bomb_line(m, bomb)
     end = jnp.where(bomb > LOWEST, _bomb_line(m, _next_step(bomb)), SCREEN_END)
     flies = (m.flies == 1) & (shot > LAST_ABOVE - 2) & (m.shot_step <= HIGHEST)
     return box(
@@ -303,8 +326,8 @@ def _row_beside(m: Ram, step: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _shot_color(m: Ram, step: jax.Array, late: jax.Array) -> jax.Array:
     """That of the second enemy's row, if it is beside the shot's first line."""
-    row, rows = _row_beside(m, step)
-    row = row - 1 + late
+    beside_shot, rows = _row_beside(m, step)
+    row = beside_shot - 1 + late
     color = lookup(ROW_COLORS, only(_is_second(m), m.colors) + row + 1)
     return jnp.where((row >= 0) & (row < rows), color, WHITE)
 

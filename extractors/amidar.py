@@ -36,18 +36,35 @@ are.
 import functools
 import itertools
 from dataclasses import replace
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.ops import among, div, match, mod, only, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    match,
+    mod,
+    only,
+    pick,
+    when,
+)
 
 ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)
@@ -162,8 +179,8 @@ def decode(m: Ram) -> dict[str, Box]:
     blank = begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0)
     own = (np.arange(7) == m.player) & (m.y != NO_FIGURE)
     x, y = _drawn_places(m, own)
-    figures, kind = _by_figure(m, own, _others(m, x, y, own))
-    figures = figures.where(~begins)
+    drawn, kind = _by_figure(m, own, _others(m, x, y, own))
+    figures = drawn.where(~begins)
     shown = m.score - m.gained
     up = when(shown >= SIX_DIGITS, 1)
     boxes = {
@@ -192,8 +209,10 @@ def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
     late = (m.frames == 1) & (m.wait == LONGEST_WAIT - 1) & (m.y == TOP_LINE) & (m.rank != m.frame)
     kind = jnp.where(own | (m.y == NO_FIGURE) | late, 0, _drawn_kinds(m))
     shadow = _shadows(x + 3, y, _by_first_sprite(m, y, own))
-    is_shadow, inset = kind == Kind.SHADOW, jnp.where(kind == Kind.CHICKEN, 1, 0)
-    left, top = jnp.where(is_shadow, shadow.x, x + inset), jnp.where(is_shadow, shadow.y, y)
+    is_shadow = kind == Kind.SHADOW
+    inset = jnp.where(kind == Kind.CHICKEN, 1, 0)
+    left = jnp.where(is_shadow, shadow.x, x + inset)
+    top = jnp.where(is_shadow, shadow.y, y)
     width = jnp.where(is_shadow, jnp.maximum(shadow.w, 0), 7 - 2 * inset)
     height = jnp.where(is_shadow, shadow.h, 7)
     return kind | width << 4 | height << 8 | (left & 255) << 12 | (top & 255) << 20
@@ -206,9 +225,10 @@ def _by_figure(m: Ram, own: jax.Array, packed: jax.Array) -> tuple[Box, jax.Arra
     nobody = own | (m.y == NO_FIGURE)
     slot = match((nobody, 6), (np.arange(7) == m.tracer, 5), otherwise=by_rank)
     here = [jnp.where(slot == i, packed, 0) for i in range(6)]
-    packed = jnp.stack([jnp.max(records) for records in (*here, jnp.zeros_like(slot))])
-    x, y = packed >> 12 & 255, packed >> 20 & 255
-    return box(x, y, packed >> 4 & 15, packed >> 8 & 15), packed & 15
+    by_slot = jnp.stack([jnp.max(records) for records in (*here, jnp.zeros_like(slot))])
+    x = by_slot >> 12 & 255
+    y = by_slot >> 20 & 255
+    return box(x, y, by_slot >> 4 & 15, by_slot >> 8 & 15), by_slot & 15
 
 
 def _player(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> Box:
@@ -239,9 +259,10 @@ def _drawn_places(m: Ram, own: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _at_ladders(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Whether a ladder begins above and below each figure."""
-    line, column = div(m.y + 5, 30), m.x - LEFT_SIDE
-    bands = sum((word >> (column >> 2 & 31) & 1) << band for band, word in enumerate(RUNGS))
-    bands = when((column & 3) == 0, bands)
+    line = div(m.y + 5, 30)
+    column = m.x - LEFT_SIDE
+    at_rungs = sum((word >> (column >> 2 & 31) & 1) << band for band, word in enumerate(RUNGS))
+    bands = when((column & 3) == 0, at_rungs)
     return ((bands << 1) >> line & 1) == 1, (bands >> line & 1) == 1
 
 
@@ -282,25 +303,50 @@ def _by_first_sprite(m: Ram, y: jax.Array, own: jax.Array) -> jax.Array:
     higher rank takes a sprite away from one of lower rank.
     """
     rank = match((m.rank == m.frame, HIGHEST_RANK), (own, 2), otherwise=1)
-    # What each of the two sprites holds: the row, the rank and the bit of a figure.
-    held_y, held_rank, held_bit = [jnp.int32(999)] * 2, [jnp.int32(0)] * 2, [jnp.int32(0)] * 2
-    drawn = jnp.int32(0)  # bits of the figures that the first sprite has done with
-    second_next = jnp.bool_(True)  # which sprite is tried first
-    for i in reversed(range(7)):
-        free = [held_y[k] - y[i] >= SPRITE_REACH for k in (0, 1)]
-        can = [(free[k] | (held_rank[k] < rank[i])) & (m.y[i] != NO_FIGURE) for k in (0, 1)]
-        first = rank[i] == HIGHEST_RANK
-        use = [
-            can[0] & (~second_next | (~can[1] & first)),
-            can[1] & (second_next | (~can[0] & first)),
-        ]
-        drawn = drawn | when(use[0] & free[0], held_bit[0])
-        for k in (0, 1):
-            held_y[k] = jnp.where(use[k], y[i], held_y[k])
-            held_rank[k] = jnp.where(use[k], rank[i], held_rank[k])
-            held_bit[k] = jnp.where(use[k], 1 << i, held_bit[k])
-        second_next = ~use[1] & (second_next | use[0])
-    return ((drawn | held_bit[0]) >> np.arange(7) & 1) == 1
+
+    def given(before: Sprites, i: int) -> Sprites:
+        return _after_figure(before, Held(y[i], rank[i], 1 << i), m.y[i] != NO_FIGURE)
+
+    nothing = Held(jnp.int32(999), jnp.int32(0), jnp.int32(0))
+    at_first = Sprites(nothing, nothing, drawn=jnp.int32(0), second_next=jnp.bool_(True))
+    last = functools.reduce(given, reversed(range(7)), at_first)
+    return ((last.drawn | last.first.bit) >> np.arange(7) & 1) == 1
+
+
+class Held(NamedTuple):
+    """The figure that a sprite has taken."""
+
+    y: jax.Array
+    rank: jax.Array
+    bit: jax.Array | int
+
+
+class Sprites(NamedTuple):
+    """The two sprites while figures are shared out."""
+
+    first: Held
+    second: Held
+    drawn: jax.Array  # bits of the figures that the first one has done with
+    second_next: jax.Array  # whether the second one is tried first
+
+
+def _after_figure(before: Sprites, figure: Held, there: jax.Array) -> Sprites:
+    """The sprites after a figure, which one of them takes if it can."""
+    is_free = before.first.y - figure.y >= SPRITE_REACH
+    second_is_free = before.second.y - figure.y >= SPRITE_REACH
+    can = (is_free | (before.first.rank < figure.rank)) & there
+    second_can = (second_is_free | (before.second.rank < figure.rank)) & there
+    is_highest = figure.rank == HIGHEST_RANK
+    takes = can & (~before.second_next | (~second_can & is_highest))
+    second_takes = second_can & (before.second_next | (~can & is_highest))
+    return Sprites(
+        first=jax.tree.map(lambda new, old: jnp.where(takes, new, old), figure, before.first),
+        second=jax.tree.map(
+            lambda new, old: jnp.where(second_takes, new, old), figure, before.second
+        ),
+        drawn=before.drawn | when(takes & is_free, before.first.bit),
+        second_next=~second_takes & (before.second_next | takes),
+    )
 
 
 def _shadows(x: jax.Array, y: jax.Array, first: jax.Array) -> Box:

@@ -28,15 +28,36 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, lookup, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import COARSE, packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    COARSE,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Run,
+    Runs,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    edges,
+    lookup,
+    match,
+    mod,
+    packed_position,
+    pick,
+    when,
+)
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
@@ -190,7 +211,8 @@ def _mother_ship(m: Ram) -> Box:
     has_bay = ((m.opens == 1) & (m.open_time > 0)) | has_closed
     has_opened = (m.opens == 1) & (m.open_time == 0)
     y = 15 + jnp.where(has_opened, 3, m.ship_y)
-    height, color = jnp.where(has_bay, 21, 16), pick(m.level & 1, SHIP_COLORS)
+    height = jnp.where(has_bay, 21, 16)
+    color = pick(m.level & 1, SHIP_COLORS)
     return box(packed_position(m.ship_x) - 21, y, 32, height, color=color)
 
 
@@ -225,7 +247,8 @@ def _enemy_boxes(m: Ram) -> Box:
 def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax.Array, ...]:
     """Left, first row, width and height of what the enemies' two pictures show."""
     clock = m.frame - 1
-    second, narrow_burst = (clock & 16) != 0, bursts & ((clock & 4) == 0)
+    second = (clock & 16) != 0
+    narrow_burst = bursts & ((clock & 4) == 0)
     narrow = narrow_burst | (~is_split & ~bursts & second & (m.level >= Level.FIREBALLS))
     inset = when(narrow, 2)
     whole_kind = (m.level == Level.SHORT_BEAMS) | (m.level == Level.FIREBALLS)
@@ -243,7 +266,9 @@ def _has_come_down(m: Ram) -> jax.Array:
     The lowest row was drawn last, and without an enemy then. Into the middle row the last enemy of
     all comes unnoticed while another one is below it.
     """
-    there, left, right = m.halves > 0, m.enemy_x[0::2], m.enemy_x[1::2]
+    there = m.halves > 0
+    left = m.enemy_x[0::2]
+    right = m.enemy_x[1::2]
     same_place = (left[:2] == left[1:]) & (right[:2] == right[1:])
     rests = (m.open_time == 0) & (m.opens == 0)
     was_empty = jnp.stack([among(m.drawn_last, NO_ENEMY), (m.to_come > 0) | ~there[0]])
@@ -253,14 +278,15 @@ def _has_come_down(m: Ram) -> jax.Array:
 def _row_tops(m: Ram) -> jax.Array:
     """Where the three rows were drawn: lines less for empty ones, more for an explosion."""
     row = np.arange(3)
-    (hit, just_hit), came_down = _has_been_hit(m), _has_come_down(m)
-    drawn = (m.halves > 0) & ~came_down & (~_new_enemy(m) | (row < 2)) | jnp.roll(came_down, 1)
-    drawn = drawn | (just_hit & (m.blast_row == row))
+    hit, just_hit = _has_been_hit(m)
+    came_down = _has_come_down(m)
+    in_row = (m.halves > 0) & ~came_down & (~_new_enemy(m) | (row < 2)) | jnp.roll(came_down, 1)
+    drawn = in_row | (just_hit & (m.blast_row == row))
     empty = jnp.where(drawn, 0, 1)
     fewer = jnp.stack([jnp.sum(empty), empty[1] + empty[2], empty[2]])
     # The explosion of a whole enemy takes a line more, from its own row down.
-    longer = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
-    longer = longer & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
+    whole_hit = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
+    longer = whole_hit & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
     return LOWEST_ROW + m.bob - ROW_HEIGHT * row - fewer + when(longer, 1)
 
 
@@ -286,10 +312,13 @@ def _line_below(count: jax.Array, x: jax.Array) -> jax.Array:
 
 def _missile(m: Ram, cannon: Box) -> Box:
     """The cannon's shot upwards."""
-    block, x, tops = m.missile_y >> 3, packed_position(m.missile_x) - 23, _row_tops(m)
-    top, bottom = (_first_line(m, BLOCK_LINES * (block + i), x, tops) for i in (0, 1))
+    block = m.missile_y >> 3
+    x = packed_position(m.missile_x) - 23
+    tops = _row_tops(m)
+    top = _first_line(m, BLOCK_LINES * block, x, tops)
+    next_top = _first_line(m, BLOCK_LINES * (block + 1), x, tops)
     covered = (x > cannon.x) & (x < cannon.x + 7)  # the last line, by the cannon
-    bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), bottom)
+    bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), next_top)
     there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
     return edges(x, top, x + 1, bottom, there)
 
@@ -304,27 +333,29 @@ def _side_shot_box(m: Ram) -> Box:
     leftmost = LEFT_END + mod(steps - LEFT_END, SIDE_STEP)
     before_right = jnp.where(m.last_call == Call.FIRED_RIGHT, rightmost, steps - SIDE_STEP)
     before_left = jnp.where(m.last_call == Call.FIRED_LEFT, leftmost, steps + SIDE_STEP)
-    steps = match(
+    drawn_steps = match(
         (m.side_way == SideWay.LEFT, before_left),
         (m.side_way == SideWay.RIGHT, before_right),
         otherwise=steps,
     )
-    x = COARSE * (steps >> 4 & 15) + (steps & 15)
+    x = COARSE * (drawn_steps >> 4 & 15) + (drawn_steps & 15)
     return box(x - 23, 181, 4, 2, m.side_shot == SIDE_SHOT)
 
 
 def _enemy_shot(m: Ram) -> Box:
     is_beam = m.level <= Level.TALL_BEAMS
-    shot = choose(is_beam, _beam(m), _fireball(m))
+    either = choose(is_beam, _beam(m), _fireball(m))
     rolls = m.rolls == 1
-    shot = replace(shot, valid=rolls | (m.falls == 1) & shot.valid, color=m.shot_color)
+    shot = replace(either, valid=rolls | (m.falls == 1) & either.valid, color=m.shot_color)
     return shot.clip(0, 125, 160, GROUND_TOP)
 
 
 def _beam(m: Ram) -> Box:
-    x, lines = packed_position(m.beam_x) - 23, jnp.where(m.level == Level.TALL_BEAMS, 32, 8)
+    x = packed_position(m.beam_x) - 23
+    lines = jnp.where(m.level == Level.TALL_BEAMS, 32, 8)
     first = (m.beam_y - 6) & -lines
-    top, bottom = _line_below(first, x), _line_below(first + lines, x)
+    top = _line_below(first, x)
+    bottom = _line_below(first + lines, x)
     return edges(x, top, x + 1, bottom, m.beam_y > BEAM_STARTS)
 
 

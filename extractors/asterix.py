@@ -21,14 +21,26 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, div
-from ocjax.console.ram import RamMap, bcd, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    box,
+    byte,
+    display,
+    div,
+    score_box,
+)
 
 ROM = Rom("asterix", "89a68746eff7f266bbf08de2483abe55")
 FONT = ROM.font(0xB01, rows=7, stride=8)
@@ -121,7 +133,8 @@ def _margin_of(picture: jax.Array) -> jax.Array:
 
 
 def _hero_box(m: Ram) -> Box:
-    wide, margin = among(m.death, WIDE_DEATHS), _margin_of(m.hero)
+    wide = among(m.death, WIDE_DEATHS)
+    margin = _margin_of(m.hero)
     left = jnp.where(wide, 2 * margin + 1, margin)  # the chip draws wide players a pixel later
     width = 8 - 2 * margin
     return box(m.x + left, 151 - m.y, jnp.where(wide, 2 * width, width), ROWS)
@@ -133,7 +146,8 @@ def _shown_score(m: Ram) -> Box:
 
 def _lives_box(m: Ram) -> Box:
     """The hero's icons; the life in play has none."""
-    icons, margin = jnp.clip(m.lives - 1, 0, MOST_ICONS), _margin_of(m.icon)
+    icons = jnp.clip(m.lives - 1, 0, MOST_ICONS)
+    margin = _margin_of(m.icon)
     width = ICON_PITCH * (icons - 1) + ICON - 2 * margin
     return box(60 + margin, 169, width, ROWS, icons > 0, value=m.lives)
 

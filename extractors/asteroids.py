@@ -34,23 +34,42 @@ picture at their first pixel, else evenly; others are one. It sees what shows of
 another, in pieces, but no part at the edge of one column and two rows.
 """
 
+import functools
 from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import WIDTH as SCREEN_WIDTH
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.console.registers import larger_part, wrap
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.pictures import picture
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    WIDTH as SCREEN_WIDTH,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    high,
+    larger_part,
+    low,
+    match,
+    mod,
+    pick,
+    picture,
+    signed,
+    when,
+    wrap,
+)
 
 ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -108,8 +127,8 @@ def _rock_dots(kind: int) -> np.ndarray:
     """The picture of an asteroid, 0 or 1, int32 `[rows, width]`."""
     dots = ROM.rows(*ROCK_PICTURES[kind], top_first=True)[:, None] >> np.arange(7, -1, -1) & 1
     ink = dots.repeat(2 if kind in Kind.LARGE else 1, axis=1)
-    ink[LEANING[kind]] = np.roll(ink[LEANING[kind]], -1, axis=1)
-    return ink[:, : ROCK_WIDTHS[kind]]
+    leans = np.isin(np.arange(len(ink)), LEANING[kind])[:, None]
+    return np.where(leans, np.roll(ink, -1, axis=1), ink)[:, : ROCK_WIDTHS[kind]]
 
 
 def _cuts(kind: int, side: int) -> list[int]:
@@ -123,7 +142,11 @@ def _cuts(kind: int, side: int) -> list[int]:
     return np.array([p[0] << 4 | p[-1] for p in shown] + [0, 0], np.uint8).view("<i4").tolist()
 
 
-LEFT_CUTS, RIGHT_CUTS, TOP_CUTS, BOTTOM_CUTS = ([_cuts(k, s) for k in range(4)] for s in range(4))
+# by kind
+LEFT_CUTS = [_cuts(kind, 0) for kind in range(4)]
+RIGHT_CUTS = [_cuts(kind, 1) for kind in range(4)]
+TOP_CUTS = [_cuts(kind, 2) for kind in range(4)]
+BOTTOM_CUTS = [_cuts(kind, 3) for kind in range(4)]
 
 
 class Ram(RamMap):
@@ -161,7 +184,8 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     begins = (m.score == 0) & (m.frames < 2)  # the ship is not yet on the screen
     shot_x = _in_one_part(_column(m.shot_x) + 1, 1)
-    ship_color, saucer_color = pick(m.second_player, SHIP_COLORS), pick(m.small, SAUCER_COLORS)
+    ship_color = pick(m.second_player, SHIP_COLORS)
+    saucer_color = pick(m.small, SAUCER_COLORS)
     shot_color = jnp.where(np.arange(3) == 1, saucer_color, ship_color)
     shot_boxes = box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m), color=shot_color)
     return {
@@ -221,39 +245,50 @@ def _saucer(m: Ram, color: jax.Array) -> Box:
     inset = match((is_last_puff, 1), (small, 0), otherwise=-1)
     width = jnp.where(is_last_puff | small, 5, 7)
     x = _in_one_part(_column(m.saucer_x) + inset, width)
-    height, there = jnp.where(small, 6, 10), m.saucer_y != NO_SAUCER
+    height = jnp.where(small, 6, 10)
+    there = m.saucer_y != NO_SAUCER
     return box(x, 20 + 2 * m.saucer_y, width, height, there, color=color)
 
 
 def _rock_boxes(m: Ram, first_frame: jax.Array) -> Box:
     """All asteroids by slot, then the left parts of those that the right edge cuts."""
     words = _by_slot(_slot_of_entry(m), jnp.where(first_frame, _packed_before(m), _packed(m)))
-    x, y, kind = words >> 3 & 255, (words >> 11 & 255) - 128, words >> 19 & 3
+    x = words >> 3 & 255
+    row = (words >> 11 & 255) - 128
+    kind = words >> 19 & 3
     there = words >= THERE_BIT
     little = when(kind >= Kind.MEDIUM, 1)
-    y = 24 + 2 * y + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
-    width = pick(kind, ROCK_WIDTHS)
-    beyond = x + width - SCREEN_WIDTH  # columns
-    part = jnp.concatenate([_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)])
-    first_row, last_row = part >> 4, part & 15
+    y = 24 + 2 * row + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
+    whole = pick(kind, ROCK_WIDTHS)
+    beyond = x + whole - SCREEN_WIDTH  # columns
+    rows = jnp.concatenate([_cut(LEFT_CUTS, kind, whole - beyond), _cut(RIGHT_CUTS, kind, beyond)])
+    first_row = rows >> 4
+    columns = _columns_within(kind, y)
+    left = x + (columns >> 4)
+    width = x + (columns & 15) - left + 1
+    height = 2 * ((rows & 15) - first_row + 1)
+    color = jnp.tile(pick(words & 7, ROCK_COLORS), 2)
+    lefts = jnp.concatenate([left, left - SCREEN_WIDTH])
+    tops = jnp.tile(y, 2) + 2 * first_row
+    rocks = box(lefts, tops, jnp.tile(width, 2), height, jnp.tile(there, 2), color=color)
+    return rocks.clip(0, np.tile(TOP, 2), SCREEN_WIDTH, BOTTOM)
+
+
+def _columns_within(kind: jax.Array, y: jax.Array) -> jax.Array:
+    """First << 4 | last column of the rows that the upper and the lower edge leave."""
     below_top = pick(kind, ROCK_ROWS) - (TOP - y >> 1)
     above_bottom = BOTTOM - y + 1 >> 1
-    lower_part, upper_part = _cut(BOTTOM_CUTS, kind, below_top), _cut(TOP_CUTS, kind, above_bottom)
-    part = jnp.where(y < TOP, lower_part, upper_part)
-    left, last_column = x + (part >> 4), x + (part & 15)
-    x, y = jnp.concatenate([left, left - SCREEN_WIDTH]), jnp.tile(y, 2) + 2 * first_row
-    width, height = jnp.tile(last_column - left + 1, 2), 2 * (last_row - first_row + 1)
-    color = jnp.tile(pick(words & 7, ROCK_COLORS), 2)
-    rocks = box(x, y, width, height, jnp.tile(there, 2), color=color)
-    return rocks.clip(0, np.tile(TOP, 2), SCREEN_WIDTH, BOTTOM)
+    lower_part = _cut(BOTTOM_CUTS, kind, below_top)
+    upper_part = _cut(TOP_CUTS, kind, above_bottom)
+    return jnp.where(y < TOP, lower_part, upper_part)
 
 
 def _packed(m: Ram) -> jax.Array:
     """Column, step, kind, presence and colour of the entries of both lists, a word each."""
     listed = np.arange(2 * LIST) <= jnp.where(GOES_UP, m.last[0], m.last[1])
     there = (m.rock_y != NONE) & listed
-    x = _column(m.rock_x) - jnp.where(m.rock_kind >= Kind.MEDIUM, 1, 0) - _late(m)
-    x = jnp.where(x < 0, x + SCREEN_WIDTH, x)
+    whole_x = _column(m.rock_x) - jnp.where(m.rock_kind >= Kind.MEDIUM, 1, 0) - _late(m)
+    x = jnp.where(whole_x < 0, whole_x + SCREEN_WIDTH, whole_x)
     word = THERE_BIT | m.rock_kind << 19 | m.rock_y + 128 << 11 | x << 3 | m.rock_color
     return jnp.where(there, word, 0)
 
@@ -261,16 +296,16 @@ def _packed(m: Ram) -> jax.Array:
 def _packed_before(m: Ram) -> jax.Array:
     """As `_packed`, for the game before: its asteroids, all of them large, have made one step."""
     numbers = m.random | (m.random >> 1 ^ m.random >> 15) << 16  # its bit 16 is the bit shifted out
-    number = numbers >> NUMBERS_AGO
-    high_nibble = jnp.where((number >> 4 & 15) == 7, 8, number >> 4 & 15)
-    x = _column((high_nibble ^ 8) - 8 << 4 | pick(number & 7, STEPS))
-    number = numbers >> NUMBERS_AGO - 1
+    x_number = numbers >> NUMBERS_AGO
+    high_nibble = jnp.where((x_number >> 4 & 15) == 7, 8, x_number >> 4 & 15)
+    x = _column((high_nibble ^ 8) - 8 << 4 | pick(x_number & 7, STEPS))
+    y_number = numbers >> NUMBERS_AGO - 1
     y = jnp.stack([m.rock_y[0] - 1, m.rock_y[1] - 1, m.rock_y[LIST] + 1, m.rock_y[LIST + 1] + 1])
-    word = THERE_BIT | (number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | number & 7
-    entries = jnp.zeros(2 * LIST, jnp.int32)
-    for i, entry in enumerate((0, 1, LIST, LIST + 1)):
-        entries = jnp.where(np.arange(2 * LIST) == entry, word[i], entries)
-    return entries
+    word = THERE_BIT | (y_number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | y_number & 7
+    number = np.arange(2 * LIST)
+    first_two = (number == 0, word[0]), (number == 1, word[1])
+    last_two = (number == LIST, word[2]), (number == LIST + 1, word[3])
+    return match(*first_two, *last_two, otherwise=0)
 
 
 def _slot_of_entry(m: Ram) -> jax.Array:
@@ -286,25 +321,25 @@ def _by_slot(slot: jax.Array, words: jax.Array) -> jax.Array:
     """The words of both lists' entries in the order of slots, 0 where a slot has none."""
     lists = []  # one by one: a maximum along an axis of entries takes six times as long
     for first in (0, LIST):
-        out = jnp.zeros(SLOTS, jnp.int32)
-        for i in range(first, first + LIST):
-            out = jnp.where(slot[i] == np.arange(SLOTS), jnp.maximum(out, words[i]), out)
-        lists.append(out)
+        entries = range(first, first + LIST)
+        found = (when(slot[i] == np.arange(SLOTS), words[i]) for i in entries)
+        lists.append(functools.reduce(jnp.maximum, found))
     return jnp.concatenate(lists)
 
 
 def _cut(table: list[list[int]], kind: jax.Array, columns: jax.Array) -> jax.Array:
     """First << 4 | last row or column of asteroids of which some columns or rows are left."""
     i = jnp.clip(columns, 1, MOST_CUT) - 1  # selects: a gather takes five times as long here
-    first, second, third = (pick(kind, words) for words in zip(*table, strict=True))
-    word = match((i < 4, first), (i < 8, second), otherwise=third)
+    words = [pick(kind, by_kind) for by_kind in zip(*table, strict=True)]
+    word = match((i < 4, words[0]), (i < 8, words[1]), otherwise=words[2])
     return word >> 8 * (i & 3) & 255
 
 
 def _late(m: Ram) -> jax.Array:
     """The step to the right that the first asteroid has made too late to be drawn."""
     speed = jnp.where((m.mode & 1) == 1, m.first_speed, m.first_speed & 7)
-    on_low, on_high = (m.clock & 15) == 3, (m.clock >> 4) == 7
+    on_low = (m.clock & 15) == 3
+    on_high = (m.clock >> 4) == 7
     timed = jnp.where(among(speed, ON_LOW_NIBBLE), on_low, on_high)
     stepped = (m.frame == 1) & (among(speed, ALWAYS) | timed)
     return when(stepped & (np.arange(2 * LIST) == 0), 1 - 2 * m.first_left)
@@ -321,8 +356,8 @@ ROCK_SHAPES = (
 
 def _by_color(rule: Blobs) -> Blobs:
     """Objects of one colour each, also where they touch others."""
-    first, *others = (replace(rule, colors=color) for color in rule.palette)
-    return replace(first, also=tuple(others))
+    rules = tuple(replace(rule, colors=color) for color in rule.palette)
+    return replace(rules[0], also=rules[1:])
 
 
 ROCK_RULE = _by_color(Blobs(ROCK_COLORS, FIELD, ROCK_SHAPES, pictures=ROCK_MASKS))

@@ -26,16 +26,35 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, Number, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, pick, reached, when
-from ocjax.console.palette import NTSC
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.console.registers import position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    NTSC,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Number,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    lookup,
+    low,
+    match,
+    pick,
+    position,
+    reached,
+    signed,
+    when,
+)
 
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)
@@ -114,12 +133,16 @@ SCORE_TOP = 188
 
 def _colors_of_shots() -> np.ndarray:
     """By slot and row, from the top: shots have the colours of what their sprites draw there."""
-    colors = np.full((2, 124), ROM.bytes(0xE18, 1)[0], np.int32)
-    colors[:, :19] = GOLD
-    for top in (19, 40, 61, 82):
-        colors[:, top : top + 8] = ROM.rows(0xE18, 8)
-    colors[:, 112:120] = ROM.rows([0xE27, 0xE20], 8)
-    return colors.ravel()
+    row = np.arange(124)
+    in_lane = (row - 19) % 21  # a ship has 8 rows of its lane
+    above = row < 19
+    in_ship = (row >= 19) & (row < 90) & (in_lane < 8)
+    in_gun = (row >= 112) & (row < 120)
+    of_ship = ROM.rows(0xE18, 8)[in_lane % 8]
+    of_guns = ROM.rows([0xE27, 0xE20], 8)[:, (row - 112) % 8]
+    elsewhere = ROM.bytes(0xE18, 1)[0]
+    colors = np.select([above, in_ship, in_gun], [GOLD, of_ship, of_guns], elsewhere)
+    return colors.astype(np.int32).ravel()
 
 
 SHOT_COLORS = _colors_of_shots()
@@ -205,8 +228,8 @@ def _building(x: Number, y: Number, width: Number, damage: jax.Array, *, ruin_wi
     explodes = (damage >= Damage.HIT) & (damage <= Damage.CRUMBLES)
     left = x + when(crumbles, 1)
     top = y + when(damage == Damage.HIT, 1)
-    width = jnp.where(crumbles, ruin_width, width)
-    return box(left, top, width, jnp.where(explodes, 7, 8), damage < Damage.GONE)
+    width_left = jnp.where(crumbles, ruin_width, width)
+    return box(left, top, width_left, jnp.where(explodes, 7, 8), damage < Damage.GONE)
 
 
 def _generator_boxes(m: Ram, damage: jax.Array) -> Box:
@@ -268,9 +291,8 @@ def _ship_rows(m: Ram, wreck: jax.Array, columns: jax.Array) -> tuple[jax.Array,
     is_flat = is_bandit | (m.ship_kind < Kind.RIGHT_ANGLED)
     small = wreck == 1
     pointed = is_flat & ~is_bandit & (wreck == 0)
-    above, below = (3 - reached(columns, rows) for rows in (ROWS_ABOVE, ROWS_BELOW))
-    top = when(is_flat | small, 1) + when(pointed, above)
-    bottom = jnp.where(small, 7, 8) - when(pointed, below)
+    top = when(is_flat | small, 1) + when(pointed, 3 - reached(columns, ROWS_ABOVE))
+    bottom = jnp.where(small, 7, 8) - when(pointed, 3 - reached(columns, ROWS_BELOW))
     tip = is_bandit & (columns < 6)
     return jnp.where(tip, 4, top), jnp.where(tip, 5, bottom)
 
@@ -300,12 +322,13 @@ def _shot_boxes(m: Ram) -> Box:
 def _shot_rows(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First rows of the shots at some display lines, and which of them are two rows high."""
     is_first = np.arange(2) == 0
-    to_right, to_left = m.shot_speed > 0, m.shot_speed < 0
+    to_right = m.shot_speed > 0
+    to_left = m.shot_speed < 0
     is_late = to_right & (y <= LATE_TO_RIGHT)
     late = is_first & (is_late | to_left & among(y, LATE_TO_LEFT))
     early = to_left & (y == EARLY_TO_LEFT)
-    top = 205 - y - when(y >= LIFTED, 2) - reached(y, HIGH_LINES)
-    top = top + match((late, 1), (early, -1), otherwise=0)
+    usual_top = 205 - y - when(y >= LIFTED, 2) - reached(y, HIGH_LINES)
+    top = usual_top + match((late, 1), (early, -1), otherwise=0)
     is_higher = early | is_first & to_right & (y == HIGH_TO_RIGHT)
     return top, (y < 0) | among(y, HIGH_LINES) | is_higher
 

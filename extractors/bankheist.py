@@ -31,17 +31,32 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, lookup, match, pick, when
-from ocjax.console.ram import RamMap, bcd, byte
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    Gauge,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    box,
+    byte,
+    display,
+    div,
+    lookup,
+    match,
+    packed_position,
+    pick,
+    when,
+)
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
 DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)
@@ -92,8 +107,8 @@ def _read_maze_rows() -> np.ndarray:
     The ROM has the inner 16 columns. The outer four are empty up to a wall with two gates.
     """
     table = ROM.data[0xE00 : 0xE00 + 8 * MAZE_ROWS].reshape(MAZE_ROWS, 2, 4)
-    outer = np.zeros((MAZE_ROWS, 4, 4), np.uint8)
-    outer[..., 3] = ~np.isin(np.arange(MAZE_ROWS), GATE_ROWS)[:, None]
+    is_closed = ~np.isin(np.arange(MAZE_ROWS), GATE_ROWS)[:, None, None]
+    outer = np.broadcast_to(is_closed & (np.arange(4) == 3), (MAZE_ROWS, 4, 4)).astype(np.uint8)
     middle = np.unpackbits(table[:, 0, :, None], axis=2)
     inner = np.unpackbits(table[:, 1, :, None], axis=2, bitorder="little")
     columns = np.concatenate([outer, middle, inner], axis=2)
@@ -133,7 +148,8 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     records = _record_boxes(m)
     color = m.car_color ^ jnp.maximum(_saver_key(m), 0)
-    player, others = replace(records[0], color=color), records[1:]
+    player = replace(records[0], color=color)
+    others = records[1:]
     page = m.page[1:]
     is_points = (page == Page.POINTS) & (_low_byte(m)[1:] != Low.EXPLOSION)
     is_burst = (page != Page.CAR) & (page != Page.BANK) & ~is_points
@@ -192,14 +208,16 @@ def _dynamite(m: Ram, records: Box) -> Box:
     # While two records are drawn beside it, its end ($F7FE) comes too late for the first columns.
     beside = records.valid & among(records.y - m.dynamite_y - MAZE_TOP, ALONGSIDE)
     longer = (m.dynamite_x - 1 < OUTSIDE) & (jnp.sum(when(beside, 1)) > 1)
-    height, color = jnp.where(longer, 3, 2), pick(m.city & 3, WALL_COLORS) | m.flash
+    height = jnp.where(longer, 3, 2)
+    color = pick(m.city & 3, WALL_COLORS) | m.flash
     there = among(m.fuse, LIT)
     return box(left, m.dynamite_y + MAZE_TOP, right - left, height, there, color=color)
 
 
 def _dynamite_columns(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Left and right edge of what the walls, which have its colour, leave of dynamite."""
-    x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) != 0, 4, 8)
+    x = m.dynamite_x - 1
+    width = jnp.where(((m.fuse + 1) & 2) != 0, 4, 8)
     row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
     column = (x >> 2) + np.arange(3)  # the columns of the maze where it may be
     half = MAZE_COLUMNS // 2

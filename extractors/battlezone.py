@@ -22,20 +22,36 @@ it goes on at the left.
 """
 
 import functools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import lookup, match, pick, when
-from ocjax.console.ram import RamMap, bits, byte, high, low
-from ocjax.console.registers import mirrored, wrap
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    Shape,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    lookup,
+    low,
+    match,
+    mirrored,
+    pick,
+    when,
+    wrap,
+)
 
 ROM = Rom("battle_zone", "41f252a66c6301f1e8ab3612c19bc5d4")
 FONT = ROM.font(0xD00, rows=8, dots=5)
@@ -95,9 +111,12 @@ DEPTHS = 128  # of shots in view
 
 def _line_of_depth(depth: int, limits: np.ndarray, line: int, step: int) -> int:
     """The line of a depth as the game's search finds it, as several lines share a limit."""
-    while step and limits[line] != depth:
-        line, step = line + (step if limits[line] < depth else -step), step >> 1
-    return line if limits[line] == depth else int(np.searchsorted(limits, depth))
+    if limits[line] == depth:
+        return line
+    if step == 0:
+        return int(np.searchsorted(limits, depth))
+    next_line = line + step if limits[line] < depth else line - step
+    return _line_of_depth(depth, limits, next_line, step >> 1)
 
 
 # Of the player's shot by depth, then of the enemy's.
@@ -157,8 +176,8 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     normal = (m.crash == 0) | (m.crash >= CRASH_FLICKERS)
-    enemies, kind = _by_record(m, *_enemy_boxes(m))
-    enemies = enemies.where(normal)
+    boxes, kind = _by_record(m, *_enemy_boxes(m))
+    enemies = boxes.where(normal)
     return {
         "Player": box(19, 140, 122, 37, normal),
         "Crosshair": box(78, 79, 1, 6, normal, color=m.crosshair_color),
@@ -176,7 +195,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _lives_box(m: Ram) -> Box:
-    place, drawn = np.arange(5), m.lives + when(m.crash == CRASH_BEGINS, 1)
+    place = np.arange(5)
+    drawn = m.lives + when(m.crash == CRASH_BEGINS, 1)
     return box(65 + 8 * place, 190, 6, 5, place < drawn)
 
 
@@ -201,13 +221,14 @@ def _enemy_boxes(m: Ram) -> tuple[Box, jax.Array]:
     dots, lowest, x, zoom = _shown_dots(m, SIZES * picture + size)
     left = x + (31 - lax.clz(dots & -dots) << zoom)
     right = x + (32 - lax.clz(dots) << zoom)
-    seen_rows = lookup(ROWS_WITH, 256 * picture + jnp.where(m.mirrored > 0, dots, mirrored(dots)))
-    seen_rows = seen_rows & ((1 << pick(size, HEIGHTS)) - 1)
+    used_rows = lookup(ROWS_WITH, 256 * picture + jnp.where(m.mirrored > 0, dots, mirrored(dots)))
+    seen_rows = used_rows & ((1 << pick(size, HEIGHTS)) - 1)
     below = pick(size, LAST_LINES)
-    first, last = 32 - lax.clz(seen_rows & -seen_rows), 32 - lax.clz(seen_rows)
+    first = 32 - lax.clz(seen_rows & -seen_rows)
+    last = 32 - lax.clz(seen_rows)
     # Left of the beam the last row of the lower enemy goes on for one more row.
-    late = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) != 0
-    late = late & (2 * below <= jnp.sum(below))
+    left_of_beam = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) != 0
+    late = left_of_beam & (2 * below <= jnp.sum(below))
     height = last - first + 1 + when(late, 1)
     return box(left, 139 - below - last, right - left, height, seen_rows > 0), kind
 
@@ -216,9 +237,10 @@ def _shown_dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
     """Dots that show, dots in the lowest row (bit 0 is the leftmost one), its column, the zoom."""
     entry = lookup(DOTS_USED, index)
     zoom = entry >> 16
-    drawn = entry & (m.mask << 8 | m.mask)
-    drawn = jnp.where(m.mirrored > 0, drawn, mirrored(drawn))
-    shows, lowest = drawn & 255, drawn >> 8
+    masked = entry & (m.mask << 8 | m.mask)
+    drawn = jnp.where(m.mirrored > 0, masked, mirrored(masked))
+    shows = drawn & 255
+    lowest = drawn >> 8
     x = wrap(_column(m.x) + when(zoom > 0, 1))  # the chip draws wide dots a pixel later
     # A picture may show at both edges: the larger part counts.
     beyond = -1 << _dots_within(160 - x, zoom)
@@ -243,21 +265,22 @@ def _by_record(m: Ram, enemies: Box, kind: jax.Array) -> tuple[Box, jax.Array]:
     first_is_near = jnp.where(kind[0] == m.kind[0], closer, jnp.max(m.kind) == 0)
     is_near = first_is_near == (np.arange(2) == 0)
     fields = (enemies.x, enemies.y, enemies.w, enemies.h, enemies.valid, kind)
-    x, y, w, h, valid, kind = (jnp.where(is_near, v[0], v[1]) for v in fields)
-    return box(x, y, w, h, valid), kind
+    in_order = [jnp.where(is_near, near, far) for near, far in fields]
+    return box(*in_order[:5]), in_order[5]
 
 
 def _shots(m: Ram) -> Box:
     """The player's shot where it was on the last odd frame, the enemy's of the last even one."""
     side, ahead = _shots_drawn(m)
-    away, depth = side >> 8, ahead >> 8
+    away = side >> 8
+    depth = ahead >> 8
     is_right = away < 128
     in_view = (depth < DEPTHS) & (depth + 2 >= jnp.where(is_right, away, 256 - away))
     not_new = m.shot_time < NEW_SHOT + jnp.stack([m.frame & 1, 0])
     seen = not_new & (depth >= np.array((0, 8)))
     distance = _projected(jnp.where(is_right, side, 0xFFFF - side), ahead)
-    x = jnp.where(is_right, MIDDLE + distance, MIDDLE - distance)
-    x = wrap(_column(jnp.where((x <= 0) | (x >= 159), 1, x)) - 1)
+    place = jnp.where(is_right, MIDDLE + distance, MIDDLE - distance)
+    x = wrap(_column(jnp.where((place <= 0) | (place >= 159), 1, place)) - 1)
     line = lookup(SHOT_LINES, (depth & 127) + np.array((0, DEPTHS)))
     width = match((line < 10, 4), (line < 35, 2), otherwise=1)
     there = in_view & seen & (m.shots >> np.arange(2) & 1 > 0)
@@ -266,22 +289,29 @@ def _shots(m: Ram) -> Box:
 
 def _shots_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Places of the shots before their last step and the player's last move."""
-    side = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
-    ahead = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
-    side, ahead = _before_move(m, side, ahead)
+    side_before_step = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
+    ahead_before_step = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
+    side, ahead = _before_move(m, side_before_step, ahead_before_step)
     moved = jnp.stack([m.frame & 1 == 0, jnp.bool_(True)])
-    side = jnp.where(moved, side, m.shot_side) & 0xFFFF
-    return side, jnp.where(moved, ahead, m.shot_ahead) & 0xFFFF
+    drawn_side = jnp.where(moved, side, m.shot_side) & 0xFFFF
+    return drawn_side, jnp.where(moved, ahead, m.shot_ahead) & 0xFFFF
 
 
 def _before_move(m: Ram, side: jax.Array, ahead: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Places before the player's last move: a turn to the other side, as the game computes it."""
-    side, ahead = ((place & 0xFFFF ^ 0x8000) - 0x8000 for place in (side, ahead))
+    from_side = _signed_word(side)
     turn = _pressed(m, Stick.RIGHT, Stick.LEFT)
     back = _pressed(m, Stick.DOWN, Stick.UP)
-    ahead = ahead - back * jnp.where(turn == 0, STRAIGHT_MOVE, TURNING_MOVE)
-    turned_side = side + turn * 6 * (ahead >> 8) - abs(turn) * (side >> 12)
-    return turned_side, ahead - turn * 6 * (side >> 8) - abs(turn) * (ahead >> 12)
+    move = back * jnp.where(turn == 0, STRAIGHT_MOVE, TURNING_MOVE)
+    from_ahead = _signed_word(ahead) - move
+    turned_side = from_side + turn * 6 * (from_ahead >> 8) - abs(turn) * (from_side >> 12)
+    turned_ahead = from_ahead - turn * 6 * (from_side >> 8) - abs(turn) * (from_ahead >> 12)
+    return turned_side, turned_ahead
+
+
+def _signed_word(word: jax.Array) -> jax.Array:
+    """A number of 16 bits whose highest one is the sign."""
+    return (word & 0xFFFF ^ 0x8000) - 0x8000
 
 
 def _pressed(m: Ram, forth: int, back: int) -> jax.Array:
@@ -291,16 +321,29 @@ def _pressed(m: Ram, forth: int, back: int) -> jax.Array:
 
 def _projected(side: jax.Array, ahead: jax.Array) -> jax.Array:
     """Pixels from the middle of the screen: the game's division of two numbers of 16 bits."""
-    shift = jnp.maximum(jnp.minimum(lax.clz(side), lax.clz(ahead)) - 16, 1)
-    shift = jnp.where(ahead >> 8 == 0, 0, shift)
-    rest, divisor = ((place << shift) >> 8 & 255 for place in (side, ahead))
-    share = jnp.zeros_like(side)
-    for bit in range(7, -1, -1):
-        fits = rest >= divisor
-        rest, share = rest - when(fits, divisor), share | when(fits, 1 << bit)
-        large = when(rest >= 128, 1)
-        rest, divisor = rest << 1 - large, divisor >> large
+    zeros = jnp.maximum(jnp.minimum(lax.clz(side), lax.clz(ahead)) - 16, 1)
+    shift = jnp.where(ahead >> 8 == 0, 0, zeros)
+    rest = (side << shift) >> 8 & 255
+    divisor = (ahead << shift) >> 8 & 255
+    begin = Division(rest, divisor, share=jnp.zeros_like(side))
+    share = functools.reduce(_next_bit, range(7, -1, -1), begin).share
     return ((share >> 2) + share + 1 & 255) >> 1
+
+
+class Division(NamedTuple):
+    """The game's division while it finds one bit of the result after the other."""
+
+    rest: jax.Array
+    divisor: jax.Array
+    share: jax.Array
+
+
+def _next_bit(before: Division, bit: int) -> Division:
+    fits = before.rest >= before.divisor
+    rest = before.rest - when(fits, before.divisor)
+    large = when(rest >= 128, 1)  # the divisor is halved instead of doubling the rest
+    share = before.share | when(fits, 1 << bit)
+    return Division(rest << 1 - large, before.divisor >> large, share)
 
 
 def _radar(m: Ram) -> Box:

@@ -24,17 +24,34 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position, signed_nibble
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    lookup,
+    match,
+    packed_position,
+    pick,
+    reached,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)
@@ -180,11 +197,13 @@ def decode(m: Ram) -> dict[str, Box]:
     x, y = _drawn_places(m)
     picture = _drawn_pictures(m, y)
     shot_y, shot_picture, laser = _shot_as_drawn(m)
-    all_x, all_y = jnp.append(x, m.shot_x), jnp.append(y, shot_y)
+    all_x = jnp.append(x, m.shot_x)
+    all_y = jnp.append(y, shot_y)
     # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
     drawn = _picture_box(all_x, all_y, jnp.append(picture, shot_picture))
     colored = replace(drawn[SEVEN], color=lookup(COLORS, picture))
-    shot, kind = drawn[SHOT_RECORD].where(shot_y < NEAREST - 3), m.state[OTHERS]
+    shot = drawn[SHOT_RECORD].where(shot_y < NEAREST - 3)
+    kind = m.state[OTHERS]
     burst = colored.where(_bursting(m))
     return {
         "Player": _player(m),
@@ -206,7 +225,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _player(m: Ram) -> Box:
     wrecked = m.ship == SHIP_EXPLODES
-    sunk, color = when(wrecked, 4), jnp.where(wrecked, WRECK, YELLOW)
+    sunk = when(wrecked, 4)
+    color = jnp.where(wrecked, WRECK, YELLOW)
     return box(packed_position(m.ship_position) + 9, 164 + sunk, 15, 16 - sunk, color=color)
 
 
@@ -262,9 +282,12 @@ def _drawn_places(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
-    state, burst = m.state[SAUCERS], _bursting(m)[SAUCERS]
-    op, speed = lookup(SCRIPT_OPS, m.script_at), lookup(SCRIPT_PACES, m.script_at)
-    forth, back = _step(m, speed), _step(m, -speed)
+    state = m.state[SAUCERS]
+    burst = _bursting(m)[SAUCERS]
+    op = lookup(SCRIPT_OPS, m.script_at)
+    speed = lookup(SCRIPT_PACES, m.script_at)
+    forth = _step(m, speed)
+    back = _step(m, -speed)
     scripted = among(state, SAUCER_SCRIPTED) | _is_just_hit(m)[SAUCERS]
     aside = jnp.where((op ^ state) & 1 == 1, forth, back)
     ahead = match((op == FALL, forth), (op == RISE, back), otherwise=_step(m, m.drift))
@@ -280,9 +303,10 @@ def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
-    kind, new = m.state[OTHERS], _list_is_new(m)
-    aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
-    aside = aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
+    kind = m.state[OTHERS]
+    new = _list_is_new(m)
+    always_aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
+    aside = always_aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
     ahead = jnp.where(among(kind, BURST_STATES), -2, _step(m, _other_speeds(m)))
     dx = when(new & aside, _step(m, m.timer[OTHERS]))
     dy = when(new & ~aside, ahead)
@@ -291,7 +315,9 @@ def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _other_speeds(m: Ram) -> jax.Array:
     """Speed along the beams of the records other than the saucers."""
-    kind, timer, back = m.state[OTHERS], m.timer[OTHERS], m.back[OTHERS] == 1
+    kind = m.state[OTHERS]
+    timer = m.timer[OTHERS]
+    back = m.back[OTHERS] == 1
     waits = (kind == CHARGER_WAITING) & (timer < 128)
     return match(
         (kind == CRAFT_RISING, Speed.CRAFT_RISES - m.speed),
@@ -309,7 +335,8 @@ def _other_speeds(m: Ram) -> jax.Array:
 
 def _drawn_pictures(m: Ram, y: jax.Array) -> jax.Array:
     """The pictures with which the seven records were drawn."""
-    state, new = m.state, _list_is_new(m)
+    state = m.state
+    new = _list_is_new(m)
     odd = when(new | (np.arange(7) < 3), m.clock & 1)
     turned = jnp.where(state == CHIRPER.start, state + 1, state - 1)
     turned_back = jnp.where(among(state, CHIRPER_TURNED), state ^ 1, state + 1)
@@ -325,7 +352,8 @@ def _drawn_pictures(m: Ram, y: jax.Array) -> jax.Array:
 
 def _shot_as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Depth and picture of the player's shot as drawn, and whether it is the laser's."""
-    new, struck = _list_is_new(m), m.shot == STRUCK_SHOT
+    new = _list_is_new(m)
+    struck = m.shot == STRUCK_SHOT
     target = jnp.max(jnp.where(_is_just_hit(m), m.y + 1, 0))
     ended = jnp.cumsum(m.list_line == 0) > 0  # the rest of the list is old
     listed = among(m.list_line, LASER_LEAVES) & (m.list_color == LASER_COLOR) & ~ended
@@ -350,13 +378,17 @@ def _scaled(side: jax.Array, scale: jax.Array | int) -> jax.Array:
 
 def _saucer_boxes(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     """The saucers on the beams; beyond the horizon they are dots."""
-    saucer, x, y = _is_saucer(m)[SAUCERS], x[SAUCERS], y[SAUCERS]
-    far = saucer & (y < HORIZON)
-    i, other, own = np.arange(3), y[None], y[:, None]
+    saucer = _is_saucer(m)[SAUCERS]
+    own_x = x[SAUCERS]
+    own_y = y[SAUCERS]
+    far = saucer & (own_y < HORIZON)
+    i = np.arange(3)
+    other = own_y[None]
+    own = own_y[:, None]
     before = (other < own) | (other == own) & (i[None] > i[:, None])
     third = jnp.sum(jnp.where(before & far[None], 1, 0), axis=1) == 2  # another sprite draws it
-    dot_x = jnp.where(third, 84, 80) + _scaled(x - jnp.where(third, MIDDLE, 123), 84)
-    nearer = when(y >= NEAR, 1)
+    dot_x = jnp.where(third, 84, 80) + _scaled(own_x - jnp.where(third, MIDDLE, 123), 84)
+    nearer = when(own_y >= NEAR, 1)
     boxes = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
     return replace(boxes, color=pick(nearer, DISK_COLORS))
 

@@ -32,16 +32,30 @@ than six rows (1 of 13,000 frames).
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.ram import RamMap, bcd, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Colors
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Colors,
+    Digits,
+    Font,
+    Game,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    box,
+    byte,
+    display,
+    match,
+    pick,
+    when,
+)
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
 HUMAN_COLOR = 60  # also Otto's and of the human's shot
@@ -170,8 +184,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _is_present(m: Ram) -> jax.Array:
     """Whether a room is there with everybody in it."""
-    first_frame = (m.frame == Frame.ROOM_BEGINS) & (m.missile_way == Missile.NONE_YET)
-    first_frame = first_frame & (m.missile_wait == 0)
+    begins = (m.frame == Frame.ROOM_BEGINS) & (m.missile_way == Missile.NONE_YET)
+    first_frame = begins & (m.missile_wait == 0)
     return (m.state == State.IN_ROOM) & (m.appearing == APPEARED) & ~first_frame
 
 
@@ -190,13 +204,15 @@ def _human(m: Ram) -> Box:
     shocked = (m.pose >= Pose.SHOCK) & ((m.pose & 2) == 0)
     first, last = _human_columns(m, moved, shocked)
     left = x + jnp.where((m.way & Way.LEFT) != 0, 7 - last, first)
-    top, height = jnp.where(shocked, y - 2, y), jnp.where(shocked, 24, 20)
+    top = jnp.where(shocked, y - 2, y)
+    height = jnp.where(shocked, 24, 20)
     return box(left, top, last - first + 1, height).clip(0, 0, 160, FIELD_BOTTOM)
 
 
 def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last column of the human's picture."""
-    hit, aims = m.pose >= Pose.HIT, _is_aiming(m)
+    hit = m.pose >= Pose.HIT
+    aims = _is_aiming(m)
     aims_down = aims & ((m.way & Way.VERTICAL) == Way.DOWN)
     turn = _walking_pose(m, moved)
     walk = pick(turn, (1, 1, 0)), pick(turn, (6, 5, 7))
@@ -215,8 +231,8 @@ def _is_aiming(m: Ram) -> jax.Array:
 
 def _walking_pose(m: Ram, moved: jax.Array) -> jax.Array:
     """The pose of a walking human, 0 to 2, before what the pace has added."""
-    steps_next = ((m.pace - STEP_PACE) & 255) < STEP_PACE
-    steps_next = steps_next & ((m.pace != STEP_PACE) | (m.pose > 0))
+    pace_ends = ((m.pace - STEP_PACE) & 255) < STEP_PACE
+    steps_next = pace_ends & ((m.pace != STEP_PACE) | (m.pose > 0))
     turn = m.pose + when(moved, 1) + when(steps_next, 1)
     return jnp.where(turn >= 3, turn - 3, turn)
 
@@ -244,10 +260,13 @@ def _shot(m: Ram) -> Box:
     A gun that touches the wall at the left fires on every frame, and the new shot is where the last
     one was drawn. Any other new shot is not drawn yet.
     """
-    fired, in_wall = m.shot_sound == JUST_FIRED, m.shot_x + 2 < LEFT_WALL
+    fired = m.shot_sound == JUST_FIRED
+    in_wall = m.shot_x + 2 < LEFT_WALL
     dx, dy = _step(m.shot_way)
-    x, y = m.shot_x - when(~fired, 2 * dx), m.shot_y - when(~fired, dy)
-    width, height = jnp.where(dx != 0, 4, 1), jnp.where(dx != 0, 2, 6)
+    x = m.shot_x - when(~fired, 2 * dx)
+    y = m.shot_y - when(~fired, dy)
+    width = jnp.where(dx != 0, 4, 1)
+    height = jnp.where(dx != 0, 2, 6)
     return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (~fired | in_wall))
 
 
@@ -260,7 +279,8 @@ def _missile_box(m: Ram, color: jax.Array, left: jax.Array) -> Box:
     from_robot = jnp.any(m.robot_x + ABOVE_HEAD == m.missile_x)
     is_upright = left & ((distance <= 4) | (from_robot & (distance <= 12)))
     sideways = ((m.missile_way & Way.VERTICAL) != 0) & ~is_upright
-    width, height = jnp.where(sideways, 4, 1), jnp.where(sideways, 2, 6)
+    width = jnp.where(sideways, 4, 1)
+    height = jnp.where(sideways, 2, 6)
     return box(m.missile_x + 2, 2 * m.missile_y, width, height, there, color=color)
 
 

@@ -23,17 +23,31 @@ round's mark says that all ten fell.
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font
-from ocjax.console.ops import among, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
-from ocjax.console.registers import signed_nibble
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Font,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    low,
+    pick,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 
@@ -138,11 +152,12 @@ def _bowler(m: Ram) -> Box:
 def _ball(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> Box:
     began = _stage_began(m)  # the bowler still holds it in front, or later behind him
     in_front = m.stage == Stage.SWINGS.start
-    x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
-    y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
-    y = y - _pushed_up(m, pin_x, pin_y)
+    ball_x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
+    ball_y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
+    pushed_y = ball_y - _pushed_up(m, pin_x, pin_y)
     over = _is_over(m)
-    x, y = jnp.where(over, LAST_BALL_X, x + 7), jnp.where(over, LAST_BALL_Y, 163 - 2 * y)
+    x = jnp.where(over, LAST_BALL_X, ball_x + 7)
+    y = jnp.where(over, LAST_BALL_Y, 163 - 2 * pushed_y)
     return box(x, y, 4, 10)
 
 
@@ -165,7 +180,8 @@ def _pin_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     """`pin_x` and `pin_y` as drawn: before the last move of the four pins that moved last."""
     ahead = jnp.arange(10) - m.pin_clock
     moved = _moves(m) & (among(ahead, range(1, 5)) | (ahead < -5))  # the clock goes round
-    right, up = m.pin_speed >> 4, signed_nibble(m.pin_speed & 15)
+    right = m.pin_speed >> 4
+    up = signed_nibble(m.pin_speed & 15)
     return m.pin_x + when(moved, right), m.pin_y - when(moved, up)
 
 

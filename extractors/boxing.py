@@ -15,12 +15,23 @@ knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ram import RamMap, bcd, byte, high
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Bounds
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    bcd,
+    box,
+    byte,
+    choose,
+    display,
+    edges,
+    high,
+    score_box,
+)
 
 ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
 FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide
@@ -79,7 +90,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
     """The union of head and arms, which stretch towards the other boxer."""
-    first, second = m.first_arm[who] - FIRST_ARM, m.second_arm[who] - SECOND_ARM
+    first = m.first_arm[who] - FIRST_ARM
+    second = m.second_arm[who] - SECOND_ARM
     reach = _arm_reach(first, second)
     back = _empty_columns(first, second, m.head[who] == HEAD_HIT)
     near = jnp.where(jnp.maximum(first, second) < HALF, 1, 0)  # mirrored, less by a column

@@ -19,16 +19,30 @@ frame on which a ball is lost.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.console.ops import pick, reached
-from ocjax.console.palette import NTSC
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    DIGITS_3X5,
+    NTSC,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    hex_font,
+    pick,
+    reached,
+    score_box,
+)
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
 # left columns
@@ -81,7 +95,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _ball_box(m: Ram) -> Box:
-    x, y = m.ball_x - 49, m.ball_y
+    x = m.ball_x - 49
+    y = m.ball_y
     # The screen has a row more just below the bricks.
     top = y + jnp.where(y < 85, 8, 9)
     bottom = y + jnp.where(y < 81, 12, 13)
@@ -113,7 +128,8 @@ def _score(m: Ram) -> Box:
 def _digit(left: int, value: jax.Array) -> Box:
     """A single digit; a 1 is one dot wide."""
     is_one = value == 1
-    x, width = jnp.where(is_one, left + 4, left), jnp.where(is_one, 4, 12)
+    x = jnp.where(is_one, left + 4, left)
+    width = jnp.where(is_one, 4, 12)
     return box(x, DIGITS_TOP, width, FONT.height, value=value)
 
 

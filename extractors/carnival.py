@@ -27,16 +27,34 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import WIDTH as SCREEN_WIDTH
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import div, lookup, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import copies, mirrored, modulo_screen, spacing
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    WIDTH as SCREEN_WIDTH,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    copies,
+    display,
+    div,
+    lookup,
+    match,
+    mirrored,
+    modulo_screen,
+    pick,
+    spacing,
+    when,
+)
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)
@@ -97,9 +115,7 @@ FIRST = 8
 
 def _part_rows(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
     """Rows of a part of a target from the top."""
-    rows = PICTURE_ROWS[kind]
-    if is_mirrored:
-        rows = mirrored(rows)
+    rows = mirrored(PICTURE_ROWS[kind]) if is_mirrored else PICTURE_ROWS[kind]
     if part == WHOLE:
         return rows
     return rows & (-256 >> part - FIRST if part > FIRST else (1 << part) - 1)
@@ -184,7 +200,8 @@ def _moved(m: Ram) -> jax.Array:
 
 def _shot(m: Ram) -> Box:
     step = div(m.shot_y, 5)
-    top, height = (lookup(column, step) for column in SHOTS.T)
+    top = lookup(SHOTS[:, 0], step)
+    height = lookup(SHOTS[:, 1], step)
     return box(m.shot_x - 5, top, 1, height, m.shot_y > 0)
 
 
@@ -199,14 +216,16 @@ def _wheel(m: Ram) -> Box:
 
 def _kinds(m: Ram) -> jax.Array:
     """Pictures of the targets; a duck of the lowest row that has just left it is still drawn."""
-    left_row = (m.duck_y == 0) & _moved(m) & (m.group_x == m.duck_x)
-    left_row = left_row & (m.group_kind == Kind.NONE) & (np.arange(6) < 2)
+    leaves = (m.duck_y == 0) & _moved(m) & (m.group_x == m.duck_x)
+    left_row = leaves & (m.group_kind == Kind.NONE) & (np.arange(6) < 2)
     return jnp.repeat(jnp.where(left_row, Kind.DUCK, m.group_kind), 3)
 
 
 def _target_boxes(m: Ram, kind: jax.Array) -> Box:
     """All copies of all groups. The edges of the rows show parts of them."""
-    first_x, apart, count = m.group_x + 156, spacing(m.group_copies), copies(m.group_copies)
+    first_x = m.group_x + 156
+    apart = spacing(m.group_copies)
+    count = copies(m.group_copies)
     x = modulo_screen(jnp.repeat(first_x, 3) + jnp.repeat(apart, 3) * COPY)
     there = jnp.repeat(count, 3) > COPY
     at_right = jnp.where(x > SCREEN_WIDTH - TARGET, FIRST + SCREEN_WIDTH - x, WHOLE)
@@ -225,7 +244,8 @@ def _ducks(m: Ram) -> Box:
     eater_x = m.eater_x - 3 + when(has_chewed, 2)
     eats_last = (m.bullets == 0) & (m.eater_x == LAST_BITE) & (m.chew == 0)  # it has just gone
     there = jnp.stack([flies, (m.munch != Kind.NONE) | eats_last])
-    xs, ys = jnp.stack([x, eater_x]), jnp.stack([y, jnp.int32(203)])
+    xs = jnp.stack([x, eater_x])
+    ys = jnp.stack([y, jnp.int32(203)])
     color = np.array((YELLOW, WHITE))
     return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there, color=color)
 
@@ -238,12 +258,14 @@ def _bar_box(m: Ram) -> Box:
 def _sign_boxes(m: Ram) -> tuple[Box, Box]:
     """Plus or minus, and the points, or as many bullets."""
     there = (m.sign_on > 0) & (m.sign != Sign.NONE)
-    minus, minus_bullets = m.sign == Sign.MINUS, m.sign == Sign.MINUS_BULLETS
+    minus = m.sign == Sign.MINUS
+    minus_bullets = m.sign == Sign.MINUS_BULLETS
     color = jnp.where(m.tune == SIGN_TUNE, SIGN_COLORS[1], SIGN_COLORS[0])
     y = match((minus, 32), (minus_bullets, 31), otherwise=29)
     height = match((minus, 3), (minus_bullets, 4), otherwise=9)
     bullets = minus_bullets | (m.sign == Sign.PLUS_BULLETS)
-    left, top = jnp.where(bullets, 20, 22), jnp.where(bullets, 33, 29)
+    left = jnp.where(bullets, 20, 22)
+    top = jnp.where(bullets, 33, 29)
     width = jnp.where(bullets, 42 - 4 * div(m.amount + 2, 9), 22)  # pictures of 9 rows
     amount_box = box(left, top, width, jnp.where(bullets, 5, 9), there, color=color)
     return box(12, y, 6, height, there, color=color), amount_box

@@ -34,17 +34,30 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import SideBySide
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shades,
+    Shape,
+    SideBySide,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    pick,
+    signed,
+    when,
+)
 
 ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
 FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy game
@@ -226,7 +239,8 @@ def _just_created(m: Ram) -> jax.Array:
     Its second segment tells. Where that may have stood still on the frame before, the row of the
     extra segment of an odd number tells whether it was drawn.
     """
-    x, clock = m.segment_x[1], m.clock - 1
+    x = m.segment_x[1]
+    clock = m.clock - 1
     moved_before = ((clock & 7) != RESTS) & ((m.fast[1] == 1) | ((clock & 1) == 0))
     odd = (m.easy == 1) | (((18 - m.wave) & 2) != 0)
     unmarked = odd & (m.extra_row != ZONES - 1)
@@ -270,19 +284,24 @@ def _has_mushroom(m: Ram, row: jax.Array, column: jax.Array) -> jax.Array:
 def _spider(m: Ram) -> Box:
     shows_points = (m.spider_points > 0) & (m.hit_sound != JUST_HIT)
     there = (m.spider != NONE) & ~shows_points & (m.dying == 0)
-    x, y, picture = FIELD_LEFT + m.spider_x, _zone_y(m.spider_row), m.clock >> 3 & 3
+    x = FIELD_LEFT + m.spider_x
+    y = _zone_y(m.spider_row)
+    picture = m.clock >> 3 & 3
     return SPIDERS.box(picture, x, y, valid=there, color=_color_of(m, Color.SPIDER))
 
 
 def _flea_box(m: Ram) -> Box:
     """The flea; at the left edge its first row is written too late."""
-    x, y, picture = FIELD_LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
+    x = FIELD_LEFT + m.flea_x
+    y = _zone_y(m.flea_row)
+    picture = 1 - (m.clock >> 1 & 1)
     flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color_of(m, Color.FLEA))
     return flea.trimmed(top=jnp.where(m.flea_x < IN_TIME, 1, 0))
 
 
 def _scorpion(m: Ram) -> Box:
-    x, y = FIELD_LEFT + m.scorpion_x, _zone_y(m.scorpion_row)
+    x = FIELD_LEFT + m.scorpion_x
+    y = _zone_y(m.scorpion_row)
     picture = m.scorpion_left + 2 * (m.clock >> 3 & 1)
     there = m.scorpion_x != NONE
     return SCORPIONS.box(picture, x, y, valid=there, color=_color_of(m, Color.SCORPION))
@@ -295,7 +314,8 @@ def _mushrooms(m: Ram) -> Box:
 
 def _score_box(m: Ram) -> Box:
     """The score: at least two digits, in the easy game with a figure in the first digit's place."""
-    digits, lefts = SCORE.box(m.score), SCORE.lefts
+    digits = SCORE.box(m.score)
+    lefts = SCORE.lefts
     left = match((m.easy == 1, lefts[0]), (m.score < 10, lefts[-2]), otherwise=digits.x)
     return digits.trimmed(left=left - digits.x)
 

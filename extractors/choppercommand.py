@@ -31,18 +31,38 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, extremes, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.console.registers import mirrored, position, signed_nibble
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import LoneRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    LoneRuns,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    extremes,
+    high,
+    low,
+    match,
+    mirrored,
+    position,
+    signed,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)
@@ -196,17 +216,18 @@ def _as_drawn(m: Ram) -> Drawn:
     behind = jnp.where(step < 0, m.player_x < BEHIND_RIGHT, m.player_x > BEHIND_LEFT)
     moved = jnp.where(seen, shift - now, flown - when(behind, step))
     block = when(_moved_on(m), jnp.where(m.odd == 1, -BLOCK_COLUMNS, BLOCK_COLUMNS))
-    x, y = m.player_x - step, m.player_y - _player_rise(m)
+    x = m.player_x - step
+    y = m.player_y - _player_rise(m)
     return Drawn(x, y, now + moved + block, moved, ticked)
 
 
 def _columns_flown(m: Ram) -> jax.Array:
     """Columns that the player's speed has moved him in the landscape."""
-    part = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
+    before = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
     part = match(
-        ((m.speed > 0) & (m.part >= 0), part & 31),
-        ((m.speed < 0) & (m.part < 0), ((part + 33) & 31) - 33),
-        otherwise=part,
+        ((m.speed > 0) & (m.part >= 0), before & 31),
+        ((m.speed < 0) & (m.part < 0), ((before + 33) & 31) - 33),
+        otherwise=before,
     )
     return when(m.phase < Phase.BETWEEN, (part + m.speed - m.part) >> 5)
 
@@ -222,17 +243,19 @@ def _seen_shift(m: Ram) -> tuple[jax.Array, jax.Array]:
 def _player_step(m: Ram, step: jax.Array, seen: jax.Array) -> jax.Array:
     """The player's step after he was drawn: the one that was seen, if he can make it."""
     x = m.player_x
-    gains, stays, loses = (_step_from(m, x - by) == by for by in (1, 0, -1))
-    possible = (gains & (step == 1)) | (stays & (step == 0)) | (loses & (step == -1))
-    possible = seen & possible & (x > BEHIND_LEFT) & (x < BEHIND_RIGHT)
-    step = jnp.where(possible, step, _usual_step(m, gains, stays, loses))
-    return when(m.phase < Phase.BETWEEN, step)
+    gains = _step_from(m, x - 1) == 1
+    stays = _step_from(m, x) == 0
+    loses = _step_from(m, x + 1) == -1
+    as_seen = (gains & (step == 1)) | (stays & (step == 0)) | (loses & (step == -1))
+    possible = seen & as_seen & (x > BEHIND_LEFT) & (x < BEHIND_RIGHT)
+    made = jnp.where(possible, step, _usual_step(m, gains, stays, loses))
+    return when(m.phase < Phase.BETWEEN, made)
 
 
 def _step_from(m: Ram, x: jax.Array) -> jax.Array:
     """Columns that the game moves the player from x, to the place that goes with his speed."""
-    aim = (x - (m.speed >> 1)) & 255
-    aim = jnp.where(aim >= 200, 0, aim) & ~1
+    distance = (x - (m.speed >> 1)) & 255
+    aim = jnp.where(distance >= 200, 0, distance) & ~1
     goal = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT)
     near = jnp.sign(GOES_LEFT - x)
     far = match((x == GOES_RIGHT + 1, 0), (x <= GOES_RIGHT, near), otherwise=-1)
@@ -242,7 +265,9 @@ def _step_from(m: Ram, x: jax.Array) -> jax.Array:
 def _usual_step(m: Ram, gains: jax.Array, stays: jax.Array, loses: jax.Array) -> jax.Array:
     """The player's step, where several are possible: he follows his speed when that changes."""
     aside = m.stick & (Stick.LEFT | Stick.RIGHT)
-    right, left, slows = (aside & Stick.RIGHT) != 0, aside == Stick.LEFT, aside == 0
+    right = (aside & Stick.RIGHT) != 0
+    left = aside == Stick.LEFT
+    slows = aside == 0
     rises = (right & (m.speed < 64)) | (slows & (m.speed < 0))
     falls = (left & (m.speed > -65)) | (slows & (m.speed > 0))
     edge = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT) + (m.speed >> 1)
@@ -277,9 +302,11 @@ def _player(m: Ram, drawn: Drawn) -> Box:
     turns = ((m.phase == Phase.PLAYS) | is_just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
     picture = jnp.where(turns, 0, 1)
     left, top, width, height = CHOPPERS.extent(picture, mirrored=~right)
-    there = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | is_just_hit
-    there, facing = there & (m.player_y < OFF), jnp.where(right, EAST, WEST)
-    x, y = drawn.x + 1 + 2 * left, 159 - drawn.y + top
+    alive = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | is_just_hit
+    there = alive & (m.player_y < OFF)
+    facing = jnp.where(right, EAST, WEST)
+    x = drawn.x + 1 + 2 * left
+    y = 159 - drawn.y + top
     return box(x, y, 2 * width, height, there, orientation=facing).clip(*FIELD)
 
 
@@ -297,7 +324,8 @@ def _lane_boxes(m: Ram, drawn: Drawn) -> tuple[Box, jax.Array]:
 
 def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: jax.Array) -> Box:
     """Tight boxes of what the edges of the screen cut."""
-    left, right = jnp.clip(FIELD[0] - x, 0, 7), jnp.clip(x - 152, 0, 7)
+    left = jnp.clip(FIELD[0] - x, 0, 7)
+    right = jnp.clip(x - 152, 0, 7)
     part = jnp.where(right > 0, 7 + right, left)
     picture = KINDS.index(kind=kind, part=part)
     return KINDS.box(picture, x, y, valid=there & (x > 0), orientation=facing)
@@ -313,15 +341,16 @@ def _truck_boxes(m: Ram, drawn: Drawn) -> Box:
 
 def _bomb_boxes(m: Ram, drawn: Drawn) -> Box:
     """A bomb flies to the side or, on other frames, up or down, and its halves fall apart."""
-    sideways, is_whole = (m.clock == 0) | (m.clock > 128), m.bomb_time >= SPLIT - 1
+    sideways = (m.clock == 0) | (m.clock > 128)
+    is_whole = m.bomb_time >= SPLIT - 1
     scrolled = drawn.moved - drawn.ticked
     x = m.bomb_x - when(sideways, m.bomb_speed[0]) + scrolled
     dy = jnp.where(sideways, 0, m.bomb_speed[1])
     y = m.bomb_y - jnp.where(m.bomb_time >= SPLIT, dy, jnp.array([2, -2]))
     lane = m.x + drawn.shift  # a bomb is shown from the second frame on
     fresh = (x == lane + when(lane < 156, 3)) & (y[0] == m.y + 4)
-    there = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~jnp.any(fresh)
-    there = there & (np.array([True, False]) | ~is_whole)
+    flies = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~jnp.any(fresh)
+    there = flies & (np.array([True, False]) | ~is_whole)
     return box(x - 1, 167 - y, 2, jnp.where(is_whole, 2, 1), there).clip(*FIELD)
 
 

@@ -28,16 +28,33 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, extremes, lookup, reached, when
-from ocjax.console.ram import RamMap, bits, byte, high, low
-from ocjax.console.registers import position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    extremes,
+    high,
+    lookup,
+    low,
+    position,
+    reached,
+    when,
+)
 
 ROM = Rom("crazy_climber", "55ef7b65066428367844342ed59f956c")
 FONT = ROM.font([0xF0B + i for i in range(10)], rows=7, step=11)
@@ -158,8 +175,10 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _join(a: Box, b: Box) -> Box:
-    left, top = jnp.minimum(a.x, b.x), jnp.minimum(a.y, b.y)
-    right, bottom = jnp.maximum(a.x + a.w, b.x + b.w), jnp.maximum(a.y + a.h, b.y + b.h)
+    left = jnp.minimum(a.x, b.x)
+    top = jnp.minimum(a.y, b.y)
+    right = jnp.maximum(a.x + a.w, b.x + b.w)
+    bottom = jnp.maximum(a.y + a.h, b.y + b.h)
     return edges(left, top, right, bottom)
 
 
@@ -170,7 +189,8 @@ def _player(m: Ram) -> Box:
     right = LIMBS.box(picture[1], m.x - 2, y, mirrored=True)
     figure = _join(left, right)
     roof = m.on_roof > 0
-    top, rows = jnp.where(roof, 158, figure.y), jnp.where(roof, 23, figure.h)
+    top = jnp.where(roof, 158, figure.y)
+    rows = jnp.where(roof, 23, figure.h)
     return box(figure.x, top, figure.w, rows).clip(0, 43, 160, 210)
 
 
@@ -187,9 +207,10 @@ def _window_boxes(m: Ram) -> Box:
     rows = jnp.where(kept, 0, n + when(beside, 1))
     cut = (n >= SHUTS) & ~CLIMBED & (COLUMN >= 2) | head & (COLUMN >= 4)
     y = 34 + ROW_LINES * WINDOW_ROW + m.scroll + _lower(m)
-    there = _is_hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
-    there = there & ((m.on_roof == 0) | (WINDOW_ROW > 10))
-    x, height = np.broadcast_to(WINDOW_X, (13, 6)), WINDOW_ROWS - when(cut, 1) - rows
+    unshut = _is_hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
+    there = unshut & ((m.on_roof == 0) | (WINDOW_ROW > 10))
+    x = np.broadcast_to(WINDOW_X, (13, 6))
+    height = WINDOW_ROWS - when(cut, 1) - rows
     boxes = box(x.ravel(), (y + rows).ravel(), 8, height.ravel(), there.ravel())
     return boxes.clip(*BUILDING)
 
@@ -228,7 +249,8 @@ def _bird_box(m: Ram) -> Box:
 
 def _helicopter_box(m: Ram) -> Box:
     left = m.flies_left == 1
-    x, facing = m.bird_x - jnp.where(left, 23, 9), jnp.where(left, WEST, EAST)
+    x = m.bird_x - jnp.where(left, 23, 9)
+    facing = jnp.where(left, WEST, EAST)
     return box(x, m.helicopter_y + 48, 30, 26, m.on_roof > 0, orientation=facing)
 
 
@@ -265,10 +287,10 @@ def _steps(m: Ram, row: jax.Array) -> jax.Array:
     late = ((n == 0) | (line >= 4 + n)) & (zone | (line >= 4))
     more = when(zone, 1) + when(flies, BIRD_STEPS)
     offset = line + more - when(late, 1) - when(row == LAST_ROW, 1)
-    waits = (line == 4) | (line > 11) | (n > 0) & (line == 4 + n)
-    waits = waits | zone & ((line < 5) | (row == m.row + 2))
-    waits = waits | flies & ((row == 0) | (line < 8))
-    return jnp.where(waits, -1, _start(m, row) + offset)
+    everywhere = (line == 4) | (line > 11) | (n > 0) & (line == 4 + n)
+    in_zone = zone & ((line < 5) | (row == m.row + 2))
+    by_bird = flies & ((row == 0) | (line < 8))
+    return jnp.where(everywhere | in_zone | by_bird, -1, _start(m, row) + offset)
 
 
 def _running_max(values: list[jax.Array]) -> list[jax.Array]:

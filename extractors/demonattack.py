@@ -31,15 +31,30 @@ and not which pieces of bent rays are whose.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import div, lookup, match, mod, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    lookup,
+    match,
+    mod,
+    packed_position,
+    when,
+)
 
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)
@@ -187,22 +202,23 @@ def _drawn_rows(m: Ram) -> jax.Array:
 def _step(m: Ram) -> jax.Array:
     """Columns to the right that whole demons and left halves moved after they were drawn."""
     turned = jnp.where(m.goes_right == 1, m.code[:3] == LEFTMOST, m.code[:3] == RIGHTMOST)
-    moves = (m.state == State.ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
-    moves = moves & ((RANK != LOWEST) | (m.volley == 0))  # it stands while it fires
+    intact = (m.state == State.ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
+    moves = intact & ((RANK != LOWEST) | (m.volley == 0))  # it stands while it fires
     moved = moves & (m.x_part < lookup(X_STEPS, m.phase))
     return when(moved, 2 * m.goes_right - 1)
 
 
 def _demon_boxes(m: Ram, y: jax.Array) -> Box:
-    split, over = m.is_split == 1, m.game == GAME_OVER
+    split = m.is_split == 1
+    over = m.game == GAME_OVER
     alive, hit = _demons_alive(m, split)
     small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
     picture = jnp.where(hit | over, _usual_pictures(m, small), m.picture)
     index = DEMON_PICTURES.index(picture=picture, rows=_visible_rows(y))
-    left, top, width, height = DEMON_PICTURES.extent(index, mirrored=MIRRORED)
+    left, top, half_width, height = DEMON_PICTURES.extent(index, mirrored=MIRRORED)
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
-    width = jnp.where(small, width, 16 - 2 * left)
+    width = jnp.where(small, half_width, 16 - 2 * left)
     row = ROWS - top - 1 + jnp.minimum(-height - COLOR_ROW, 0) + when(x + 1 < COLORED_AT, 1)
     color = lookup(COLORS, m.colors + row)
     return box(x, line + top, width, height, (alive | hit) & (height > 0), color=color)
@@ -237,12 +253,13 @@ def _slot_bits(left: jax.Array, right: jax.Array, diving: jax.Array) -> jax.Arra
 def _demons_alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Which demons are alive, and which one was hit on this frame, which shows it alive."""
     over = m.game == GAME_OVER
-    left = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != RANK))
-    left, right = jnp.where(over, _remain(m), left), ~over & split & (m.right_alive == 1)
-    alive = _slot_bits(left, right, ~over & (m.diver_state == State.ALIVE))
-    alive = alive & (over | (m.picture > LAST_EXPLOSION))
-    struck = (m.picture == LAST_EXPLOSION) | (m.picture == SPLITTING)
-    struck = struck & (m.sound == HIT_SOUND) & (m.note == lookup(HIT_NOTES, m.level))
+    in_play = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != RANK))
+    left = jnp.where(over, _remain(m), in_play)
+    right = ~over & split & (m.right_alive == 1)
+    there = _slot_bits(left, right, ~over & (m.diver_state == State.ALIVE))
+    alive = there & (over | (m.picture > LAST_EXPLOSION))
+    splits = (m.picture == LAST_EXPLOSION) | (m.picture == SPLITTING)
+    struck = splits & (m.sound == HIT_SOUND) & (m.note == lookup(HIT_NOTES, m.level))
     exploding = _slots(split | (m.state == State.EXPLODES), split, m.diver_state == State.EXPLODES)
     return alive, struck & exploding
 
@@ -254,8 +271,10 @@ def _remain(m: Ram) -> jax.Array:
     rather the one that is farther from the middle between its neighbours, to which the row of a
     dead one moves.
     """
-    has_lowest, y = m.drawn_picture > LAST_EXPLOSION, m.y
-    points, missing = lookup(DEMON_POINTS, m.level), lookup(WAVE_ENDS, m.level) - m.score
+    has_lowest = m.drawn_picture > LAST_EXPLOSION
+    y = m.y
+    points = lookup(DEMON_POINTS, m.level)
+    missing = lookup(WAVE_ENDS, m.level) - m.score
     number = np.arange(1, 4)
     known = (m.level < len(DEMON_POINTS)) & (missing == number * points)
     left = jnp.max(jnp.where(known, number, 0))
@@ -279,31 +298,37 @@ def _first_line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int)
 
     The end takes the display program less time: the beam is less far by `sooner` columns.
     """
-    for i in (0, 1):  # under a demon, the program positions the next one
-        row = jnp.where((row < y[i]) & (row >= y[i] - 3), y[i] - 4, row)
-    above = row >= y[LOWEST]
-    at_demon = jnp.any((row >= y) & (row < y + ROWS))
-    at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
+    late = _after_demon(y[1], _after_demon(y[0], row))
+    above = late >= y[LOWEST]
+    at_demon = jnp.any((late >= y) & (late < y + ROWS))
+    at_diver = (late >= m.diver_y) & (late < m.diver_y + ROWS)
     usual = match((m.bombs_or_rays == 1, 1), (at_diver, 88), otherwise=43)
-    below = jnp.where(m.page == SHIP_EXPLODED, 4, usual + when(row < SHIP_ROWS, 18))
+    below = jnp.where(m.page == SHIP_EXPLODED, 4, usual + when(late < SHIP_ROWS, 18))
     beam = jnp.where(above, jnp.where(at_demon, 106, 31), below)
-    return jnp.where(above, UPPER, LOWER) - row + when(x < beam - sooner, 1)
+    return jnp.where(above, UPPER, LOWER) - late + when(x < beam - sooner, 1)
+
+
+def _after_demon(y: jax.Array, row: jax.Array) -> jax.Array:
+    """The row at which the program notices a row: under a demon, it positions the next one."""
+    return jnp.where((row < y) & (row >= y - 3), y - 4, row)
 
 
 def _missile_boxes(m: Ram) -> Box:
     """A row has up to two missiles. A bomb is half as high as its row, the halves by turns."""
     steps = jax.lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
-    row = np.arange(MISSILE_ROWS) - mod(steps, MISSILE_ROWS)  # of a pair of slots
-    row = jnp.where(row < 0, row + MISSILE_ROWS, row)
+    from_last = np.arange(MISSILE_ROWS) - mod(steps, MISSILE_ROWS)  # of a pair of slots
+    row = jnp.where(from_last < 0, from_last + MISSILE_ROWS, from_last)
     dots = sum(jnp.where(row == i, m.missiles[i], 0) for i in range(MISSILE_ROWS))
     last = dots & -dots
     pairs = jnp.stack([dots, jnp.where(dots == last, 0, last)], axis=1)
     x = packed_position(m.code[DIVER]) + 5 + jax.lax.clz(pairs) - 24  # of the first dot
-    bomb, second = m.bombs == 1, m.second_half == 1
-    top = 8 * row + jnp.where(bomb & second, 3, 7)
+    bomb = m.bombs == 1
+    second = m.second_half == 1
+    usual_top = 8 * row + jnp.where(bomb & second, 3, 7)
     bottom = 8 * row + jnp.where(bomb & ~second, 4, 0)
-    top = jnp.minimum(top, m.drawn_y - 1)
-    line, end = _missile_line(m, top[:, None], x), _missile_line(m, bottom[:, None] - 1, x)
+    top = jnp.minimum(usual_top, m.drawn_y - 1)
+    line = _missile_line(m, top[:, None], x)
+    end = _missile_line(m, bottom[:, None] - 1, x)
     falls = (m.bombs_or_rays == 1) & (m.page != SHIP_EXPLODED) & (m.explosion != JUST_HIT)
     there = falls & (pairs > 0) & (top >= bottom)[:, None]
     boxes = box(x.ravel(), line.ravel(), 1, (end - line).ravel(), there.ravel())

@@ -29,17 +29,37 @@ fireballs without rivets, and not the colours of a game that is left alone.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, NORTH, WEST
-from ocjax.console.ops import among, lookup, match, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.registers import position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    NORTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shades,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    high,
+    lookup,
+    match,
+    pick,
+    position,
+    reached,
+    when,
+)
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)
@@ -208,9 +228,9 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     at = jnp.where(climbs, m.y, m.x)
     quiet = among(m.sound, (Sound.NONE, Sound.STEP))
     sounds = (m.sound == Sound.STEP) & (m.sound_left == 1)
-    moved = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
-    moved = (moved | in_air) & ~_at_side(m, left, right)
-    moved = moved & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
+    on_beat = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
+    unhindered = (on_beat | in_air) & ~_at_side(m, left, right)
+    moved = unhindered & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
     dx = when(right, 1) - when(left, 1)
     climbed = jnp.where(m.heading == Heading.UP, -1, 1)
     dy = jnp.where(climbs, climbed, _slope_rows(m, dx))
@@ -257,7 +277,8 @@ def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
         otherwise=(m.walk - dx & 6) >> 1,
     )
     compass = match((on_ladder, NORTH), (m.heading == Heading.LEFT, WEST), otherwise=EAST)
-    top, bottom = pick(pose, HEADS), pick(pose, FEET)
+    top = pick(pose, HEADS)
+    bottom = pick(pose, FEET)
     there = ~_life_over(m)
     whole = box(m.x - dx - 4, y + 22 + top, 8, bottom - top, there, orientation=compass)
     return whole.clip(*BOARD)
@@ -275,11 +296,16 @@ def _last_rows(m: Ram) -> jax.Array:
     """The barrels' `y` on the last frame of a life, from the floors on which they were drawn."""
     drawn_x = position(m.coarse_x + 2, m.fine_x)
     steps = reached(m.obstacle_x, BENDS.tolist())
-    slope, y = jnp.where(m.goes_right == 1, steps, len(BENDS) - steps), jnp.zeros_like(steps)
-    for floor, start in enumerate(BARREL_FLOORS):
-        there = (m.obstacle_x == drawn_x[floor]) & (m.goes_right == 1 - floor % 2)
-        y = jnp.where(there, start + (slope if 0 < floor < 5 else 0), y)
-    return jnp.where((m.on_ladder == 0) & (m.board == 0), y, 0)
+    slope = jnp.where(m.goes_right == 1, steps, len(BENDS) - steps)
+    by_floor = [
+        (
+            (m.obstacle_x == drawn_x[floor]) & (m.goes_right == 1 - floor % 2),
+            start + (slope if 0 < floor < 5 else 0),
+        )
+        for floor, start in enumerate(BARREL_FLOORS)
+    ]
+    y = match(*reversed(by_floor), otherwise=0)
+    return when((m.on_ladder == 0) & (m.board == 0), y)
 
 
 def _hammer(m: Ram, dx: jax.Array) -> Box:

@@ -31,18 +31,33 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits, Font
-from ocjax.console.ops import div, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Font,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    ShortRuns,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    div,
+    lookup,
+    match,
+    packed_position,
+    signed,
+    when,
+)
 
 ROM = Rom("enduro", "94b92a882f6dbaa6993a46e2dcc58402")
 VIEW = (8, 52, 160, 155)
@@ -90,7 +105,8 @@ ROAD_SECTIONS = ROM.bytes(0xD01, 128)
 def _columns(look: Look) -> tuple[int, int]:
     """First column and width of a picture; wide dots begin a column later."""
     dots = int(np.bitwise_or.reduce(ROM.bytes(look.address, look.height)))
-    left, right = 8 - dots.bit_length(), 8 - (dots & -dots).bit_length() + 1
+    left = 8 - dots.bit_length()
+    right = 8 - (dots & -dots).bit_length() + 1
     return CAR_X + look.zoom * left + look.zoom - 1, look.zoom * (right - left)
 
 
@@ -143,7 +159,8 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    d, begun = as_drawn(m), m.frames_left < FIRST_FRAME
+    d = as_drawn(m)
+    begun = m.frames_left < FIRST_FRAME
     return {
         "Player": _player_box(m, d),
         "Car": _car_boxes(m, d),
@@ -168,7 +185,8 @@ def as_drawn(m: Ram) -> Drawn:
     scroll = m.scroll + when(moved, m.faster) & 255
     nearer = moved & (m.faster >= 0) & (scroll < m.faster)
     farther = moved & (m.faster < 0) & (scroll >= m.faster + 256)
-    first, last = m.cars[:1], m.cars[-1:]
+    first = m.cars[:1]
+    last = m.cars[-1:]
     colors = match(
         (nearer, jnp.concatenate([first, m.cars[:-1]])),
         (farther, jnp.concatenate([m.cars[1:], last])),
@@ -205,7 +223,10 @@ def _car_boxes(m: Ram, d: Drawn) -> Box:
     starts = (m.car_pictures + sections) & 255
     night = starts == STARTS_AT_NIGHT
     there = night | (starts == STARTS_BY_DAY)
-    low, height, left, width = (jnp.where(night, LOOKS[1, i], LOOKS[0, i]) for i in range(4))
+    low = jnp.where(night, LOOKS[1, 0], LOOKS[0, 0])
+    height = jnp.where(night, LOOKS[1, 1], LOOKS[0, 1])
+    left = jnp.where(night, LOOKS[1, 2], LOOKS[0, 2])
+    width = jnp.where(night, LOOKS[1, 3], LOOKS[0, 3])
     lowest = (low - m.car_pictures + 64 & 255) - 64  # height of the lowest row
     end = jnp.where(row > 0, jnp.roll(sections, 1), lowest)
     cut = jnp.maximum(end - lowest, 0)

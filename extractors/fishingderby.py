@@ -31,17 +31,36 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, BoxTable, Number, box
-from ocjax.console.compass import EAST, SOUTH, WEST
-from ocjax.console.ops import div, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import NoLines
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    NUSIZ_WIDTH,
+    SOUTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Game,
+    NoLines,
+    Number,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    match,
+    mirrored,
+    position,
+    when,
+)
 
 ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
 FONT = ROM.font(0x700, rows=8)
@@ -83,18 +102,15 @@ def _player_row(row: int, nusiz: int) -> np.ndarray:
     """The columns that a row of a player's picture fills, bool `[64]`."""
     zoom = NUSIZ_WIDTH[nusiz] // 8
     dots = np.repeat(np.unpackbits(np.uint8(row)).astype(bool), zoom)
-    out = np.zeros(64, bool)
-    for copy in range(NUSIZ_COPIES[nusiz]):
-        first = copy * NUSIZ_SPACING[nusiz] + (zoom > 1)
-        out[first : first + len(dots)] |= dots
-    return out
+    columns = np.flatnonzero(dots) + (zoom > 1)
+    copies = np.arange(NUSIZ_COPIES[nusiz]) * NUSIZ_SPACING[nusiz]
+    return np.isin(np.arange(64), columns + copies[:, None])
 
 
 def _shark_rows(picture: int, shape: int) -> np.ndarray:
     """A picture of the shark, which every row draws with another size at another place."""
-    rows, shapes = ROM.rows([picture, shape], PICTURE_ROWS)
-    if shape & 0xFF == SHARK_LEFT:
-        rows = mirrored(rows)
+    stored, shapes = ROM.rows([picture, shape], PICTURE_ROWS)
+    rows = mirrored(stored) if shape & 0xFF == SHARK_LEFT else stored
     moves = -((shapes >> 4 ^ 8) - 8)
     places = 16 + np.concatenate([[0], np.cumsum(moves)[:-1]])
     drawn = zip(rows.tolist(), shapes.tolist(), places.tolist(), strict=True)
@@ -116,7 +132,8 @@ def _visible_part(picture: np.ndarray, x: int) -> tuple[int, int, int, int]:
     """Left, top, width and height of what shows between the bars of a picture at a column."""
     at = x + np.arange(picture.shape[1])
     seen = picture & (WATER[np.clip(at, 0, 159)] & (at >= 0) & (at < 160))
-    rows, columns = np.flatnonzero(seen.any(axis=1)), at[seen.any(axis=0)]
+    rows = np.flatnonzero(seen.any(axis=1))
+    columns = at[seen.any(axis=0)]
     if not len(rows):
         return (0, 0, 0, 0)
     return (columns[0], rows[0], columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1)
@@ -202,12 +219,12 @@ def _fish_in_rows(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
     pulled = (m.pulled_y > 0) & (
         jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - FISH_ROWS
     )
-    x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
+    shown_x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
     fast = jnp.where(m.puller == 1, shark_x < SHARK_NEAR, m.depth_before - m.depth == 18)
     step = jnp.where(fast | ((m.clock & 3) == 0), 1, 0)  # since it was drawn
     y = jnp.where(pulled, PULLED_Y + m.pulled_y + step, FISH_Y + ROWS_APART * FISH_ROWS)
-    spread = jnp.where(fresh, 1, x >> 1 & 1)
-    fish = _boxes(FISH_BOXES, 2 * spread + faces_left, x, y)
+    spread = jnp.where(fresh, 1, shown_x >> 1 & 1)
+    fish = _boxes(FISH_BOXES, 2 * spread + faces_left, shown_x, y)
     there = (pulled | (m.picture[:6] != EMPTY_PICTURE)) & (m.coarse[:6] > 0)
     return replace(fish, orientation=jnp.where(faces_left == 1, WEST, EAST)).where(there)
 
@@ -238,9 +255,10 @@ def _line_boxes(m: Ram, top_x: jax.Array) -> Box:
     end = _visible_depth(m, depth, top_x, side)
     hook_x = top_x + side * _aside(m, end)
     band = div(end, FISH_STEPS)
-    bottom = np.array((81, 80)) + ROWS_APART * band + 2 * (end - FISH_STEPS * band)
-    bottom = bottom + when((hook_x < LATE_END) | (end < depth), 1)
-    left, width = jnp.minimum(top_x, hook_x), jnp.abs(hook_x - top_x) + 1
+    end_row = np.array((81, 80)) + ROWS_APART * band + 2 * (end - FISH_STEPS * band)
+    bottom = end_row + when((hook_x < LATE_END) | (end < depth), 1)
+    left = jnp.minimum(top_x, hook_x)
+    width = jnp.abs(hook_x - top_x) + 1
     towards = SOUTH - 2 * jnp.sign(hook_x - top_x)
     return box(left, LINE_TOP, width, bottom - LINE_TOP, orientation=towards)
 

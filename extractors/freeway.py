@@ -23,16 +23,28 @@ which it is still drawn there but already sent back to the start (difficulty A).
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import modulo_screen
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    modulo_screen,
+    pick,
+    score_box,
+    when,
+)
 
 ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
 FONT = ROM.font(0x700, rows=8)
@@ -92,16 +104,21 @@ def _chickens(m: Ram) -> Box:
 
 def _cars(m: Ram) -> Box:
     """The lanes' first cars, the second ones, the third ones."""
-    lane, copy = np.arange(30) % 10, np.arange(30) // 10
-    first, spacing, copies = (jnp.tile(v, 3) for v in _lanes(m))
-    truck = spacing == 0
-    x = modulo_screen(first + spacing * copy) - jnp.where(truck, 160 * copy, 0)
+    lane = np.arange(30) % 10
+    copy = np.arange(30) // 10
+    first, spacing, copies = _lanes(m)
+    truck = jnp.tile(spacing == 0, 3)
+    at = jnp.tile(first, 3) + jnp.tile(spacing, 3) * copy
+    x = modulo_screen(at) - jnp.where(truck, 160 * copy, 0)
     # Where a single column of a car shows, it is its nose of 6 rows or its tail of 8.
-    nose, tail = np.where(lane < UPPER, 159, 1), np.where(lane < UPPER, 1, 159)
+    nose = np.where(lane < UPPER, 159, 1)
+    tail = np.where(lane < UPPER, 1, 159)
     inset = match((truck, 0), (x == nose, 2), (x == tail, 1), otherwise=0)
     width = jnp.where(truck, 16, 8)
-    y, height, color = 27 + 16 * lane + inset, 10 - 2 * inset, np.array(CAR_COLORS)[lane]
-    return box(x, y, width, height, copy < copies, color=color).clip(*ROAD)
+    y = 27 + 16 * lane + inset
+    height = 10 - 2 * inset
+    color = np.array(CAR_COLORS)[lane]
+    return box(x, y, width, height, copy < jnp.tile(copies, 3), color=color).clip(*ROAD)
 
 
 def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
@@ -114,9 +131,9 @@ def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
 
 
 def _score_boxes(m: Ram) -> Box:
-    old = m.chicken_state == Chicken.JUST_CROSSED
+    crossed = m.chicken_state == Chicken.JUST_CROSSED
     waits = (m.frame & 1) == np.arange(2)
-    old = old | ((m.chicken_state == Chicken.SHOWN_NEXT) & waits)
+    old = crossed | ((m.chicken_state == Chicken.SHOWN_NEXT) & waits)
     flash = (m.clock >= CLOCK_FLASHES) & (m.over == 0)
     return score_box(
         FONT,

@@ -25,21 +25,41 @@ of a frozen one.
 """
 
 import functools
+import itertools
+import operator
 from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import lookup, match, mod, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import EDGE_CUTS, signed_nibble
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, ByColor
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    ByColor,
+    Category,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    lookup,
+    match,
+    mod,
+    pick,
+    reached,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("frostbite", "4ca73eb959299471788f0b685c3ba0b5")
 FONT = ROM.font(0xF00, rows=8)
@@ -118,13 +138,11 @@ class Sound:  # of `Ram.sound`
 
 def _stages() -> np.ndarray:
     """Left, top and right edge of each stage of the igloo."""
-    out, columns, top = [], 0, 55
-    for row, dots in zip(ROM.bytes(0xD4E, 16), ROM.bytes(0xFE9, 16), strict=True):
-        columns |= int(dots)
-        top = min(top, 51 - 4 * int(row))
-        first = (columns & -columns).bit_length() - 1
-        out.append((112 + 4 * first, top, 112 + 4 * columns.bit_length()))
-    return np.array(out, np.int32)
+    columns = list(itertools.accumulate(ROM.bytes(0xFE9, 16).tolist(), operator.or_))
+    lefts = [112 + 4 * ((dots & -dots).bit_length() - 1) for dots in columns]
+    tops = np.minimum(55, np.minimum.accumulate(51 - 4 * ROM.bytes(0xD4E, 16)))
+    rights = [112 + 4 * dots.bit_length() for dots in columns]
+    return np.array([lefts, tops, rights], np.int32).T
 
 
 STAGE_LEFTS, STAGE_TOPS, STAGE_RIGHTS = _stages().T
@@ -165,7 +183,8 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    animals, kind = _animal_boxes(m), jnp.repeat(m.kind, 3)
+    animals = _animal_boxes(m)
+    kind = jnp.repeat(m.kind, 3)
     return {
         "Player": _bailey(m),
         "Bear": _bear(m),
@@ -194,7 +213,9 @@ def _bailey(m: Ram) -> Box:
         valid=there,
         orientation=_compass(m.looks_left == 1),
     )
-    late, top, bottom = m.x < IN_TIME, whole.y, whole.y + whole.h
+    late = m.x < IN_TIME
+    top = whole.y
+    bottom = whole.y + whole.h
     lowered = whole.trimmed(
         top=when(late & (top < SHORE[1]), 1),
         bottom=-when(late & (bottom < SHORE[1]), 1),
@@ -244,8 +265,10 @@ def _floes(m: Ram) -> Box:
     """The floes, or their halves: what is visible of their slanting shape."""
     x, width = _floe_columns(m)
     right = x + width
-    top, bottom = reached(x, ROWS_BEYOND), reached(right, ROWS_INSIDE)
-    left, there = jnp.maximum(x - 8, 8), (right > 8) & (x < 168)
+    top = reached(x, ROWS_BEYOND)
+    bottom = reached(right, ROWS_INSIDE)
+    left = jnp.maximum(x - 8, 8)
+    there = (right > 8) & (x < 168)
     y = FLOE_Y - ROWS_APART * FLOE_ROW + top
     color = jnp.repeat(m.floe_color, 6)
     visited = jnp.where(color == WHITE, 0, 1)
@@ -256,12 +279,13 @@ def _floes(m: Ram) -> Box:
 def _floe_columns(m: Ram) -> tuple[jax.Array, jax.Array]:
     """First column of the first row of each floe or half, and width of a row."""
     code = lookup(DISTANCES, _floe_step(m))
-    first, second = -(code & 15), 4 - signed_nibble(code >> 4)
+    first = -(code & 15)
+    second = 4 - signed_nibble(code >> 4)
     whole = second - first == 8
     offset = jnp.where((FLOE_HALF == 0) | whole, first, second)
-    x = mod(jnp.repeat(m.floe_x, 6) + offset + 160 + 32 * FLOE_PLACE, 160)
-    across = jnp.where(x < 8, x + 160, x - 160)  # the part beyond the screen's edge
-    x = jnp.where(jnp.where(whole, FLOE_HALF == 1, x < 4), across, x)
+    inside = mod(jnp.repeat(m.floe_x, 6) + offset + 160 + 32 * FLOE_PLACE, 160)
+    across = jnp.where(inside < 8, inside + 160, inside - 160)  # the part beyond the screen's edge
+    x = jnp.where(jnp.where(whole, FLOE_HALF == 1, inside < 4), across, inside)
     return x, jnp.where(whole, 16, 8)
 
 
@@ -276,10 +300,11 @@ def _igloo(m: Ram) -> Box:
     """The igloo before what was added or taken on this frame."""
     added = m.landed == JUST_LANDED
     kept = m.igloo == COMPLETE - 1  # the complete igloo is not taken from
-    taken = (m.sound == Sound.BLOCK_TAKEN) & ~kept
-    taken = taken | (((m.status & Status.COMPLETE) != 0) & (m.delay == JUST_COUNTED))
+    block_taken = (m.sound == Sound.BLOCK_TAKEN) & ~kept
+    taken = block_taken | (((m.status & Status.COMPLETE) != 0) & (m.delay == JUST_COUNTED))
     stage = m.igloo + match((added, -1), (taken, 1), otherwise=0) & 255
-    left, top = lookup(STAGE_LEFTS, stage), lookup(STAGE_TOPS, stage)
+    left = lookup(STAGE_LEFTS, stage)
+    top = lookup(STAGE_TOPS, stage)
     return box(left, top, lookup(STAGE_RIGHTS, stage) - left, 55 - top, stage <= COMPLETE)
 
 

@@ -23,14 +23,28 @@ the farmer and the holes on the one frame after which a new round begins.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Bounds, Cells
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    lookup,
+    match,
+    when,
+)
 
 ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)
@@ -216,16 +230,18 @@ def _gopher_picture(m: Ram, height: jax.Array) -> jax.Array:
 
 def _as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Where the gopher was drawn, at what height and whether facing right."""
-    played, hit = m.state == State.PLAY, _was_hit(m)
-    x, height, turned = _step_back(m)
-    x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, x), otherwise=m.gopher_x)
-    height = match((hit, Height.PEEPING), (played, height), otherwise=m.height)
+    played = m.state == State.PLAY
+    hit = _was_hit(m)
+    back_x, back_height, turned = _step_back(m)
+    x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, back_x), otherwise=m.gopher_x)
+    height = match((hit, Height.PEEPING), (played, back_height), otherwise=m.height)
     return x, height, (m.mirrored == 1) ^ (turned & played & ~hit)
 
 
 def _step_back(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Where the gopher was before its step, at what height, and whether it has turned since."""
-    x, height = m.gopher_x, m.height
+    x = m.gopher_x
+    height = m.height
     at_goal = x == lookup(GOALS, m.goal) + m.mirrored
     emerged = (height == Height.OUTSIDE) & jnp.any(x == GOALS[:HOLES] + m.mirrored)
     planned = (height == Height.TUNNEL) & _has_new_plan(m)
@@ -306,8 +322,10 @@ def _duck_to_come(m: Ram) -> jax.Array:
 
 def _seed(m: Ram) -> Box:
     """The seed. The game switches it on in the middle of a row, and off in that of the next."""
-    y, x = m.seed_y, m.seed_x - 5
-    in_duck, at_farmer = y <= SeedY.DUCK, y > SeedY.ABOVE_FARMER
+    y = m.seed_y
+    x = m.seed_x - 5
+    in_duck = y <= SeedY.DUCK
+    at_farmer = y > SeedY.ABOVE_FARMER
     late = when((in_duck & (x < 37)) | (at_farmer & (x < 25)), 1)
     there = (y < SeedY.NONE) & ~_duck_to_come(m)
     top = y + jnp.where(in_duck, 30, 36) + late

@@ -26,16 +26,29 @@ VEM: joins the head of a blue player to a yellow one whom it touches, for all he
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import div, mod, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    Raised,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    mod,
+    score_box,
+    signed,
+    when,
+)
 
 ROM = Rom("ice_hockey", "a4c08c4994eb9d24fb78be1793e82e26")
 FONT = ROM.font(0xF5E, rows=7)
@@ -137,13 +150,16 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _team_boxes(m: Ram, team: int) -> Box:
     """A team's players. The chip draws a blue one's picture a row later than his stick."""
-    x, faces_left = m.x[team::2] - 9, m.faces_left[team::2] == 1
+    x = m.x[team::2] - 9
+    faces_left = m.faces_left[team::2] == 1
     first, _, width, _ = PICTURES.extent(m.picture[team::2])
     body = jnp.where(faces_left, 8 - first - width, first)
-    stick, reach = m.stick[team::2] == 1, _stick_reach(m)[team::2]
+    stick = m.stick[team::2] == 1
+    reach = _stick_reach(m)[team::2]
     left = jnp.where(stick & faces_left, 9 - reach, body)
     right = jnp.where(stick & ~faces_left, reach, body + width)
-    top, bottom = 169 - team - m.y[team::2], 189 - m.y[team::2]
+    top = 169 - team - m.y[team::2]
+    bottom = 189 - m.y[team::2]
     return box(x + left, top, right - left, jnp.where(stick, bottom - top, 19))
 
 
@@ -178,17 +194,18 @@ def _puck_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
     possible = odd & (~held | ((m.frame & 3) == 1)) | (PLACES == 0)
     order = PLACES + wrong + jnp.where(possible, 0, IMPOSSIBLE)
     best = order == jnp.min(order)
-    x, y = (jnp.sum(when(best, v)) for v in (x, y))
+    best_x = jnp.sum(when(best, x))
+    best_y = jnp.sum(when(best, y))
     moved = (m.pause >= Pause.PLAYING) | _just_scored(m)
-    return jnp.where(moved, x, m.puck_x), jnp.where(moved, y, m.puck_row)
+    return jnp.where(moved, best_x, m.puck_x), jnp.where(moved, best_y, m.puck_row)
 
 
 def _candidates(m: Ram, held: jax.Array, odd: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the puck may have been when the frame was drawn, x + 10 and 188 - y."""
     held_x, held_y = _held_places(m, odd)
-    free_y, free_x = (m.puck_fixed - m.puck_speed) >> 8
-    free_x = jnp.where(odd, free_x, m.puck_x) + FREE_DX
-    free_y = jnp.where(odd, (free_y & 254) + FREE_UP, m.puck_row)
+    y_before, x_before = (m.puck_fixed - m.puck_speed) >> 8
+    free_x = jnp.where(odd, x_before, m.puck_x) + FREE_DX
+    free_y = jnp.where(odd, (y_before & 254) + FREE_UP, m.puck_row)
     return jnp.where(held, held_x, free_x) & 255, jnp.where(held, held_y, free_y) & 255
 
 
@@ -196,19 +213,21 @@ def _held_places(m: Ram, odd: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the puck may have been that a player carries or has just shot."""
     holder = jnp.where(m.holder < NO_PLAYER, m.holder & 3, m.holder_last)
     chosen = np.arange(4) == holder
-    x, y, faces_left = (jnp.sum(when(chosen, v)) for v in (m.x, m.y, m.faces_left))
-    left = faces_left == 1
-    step = ((m.dribble + 1) & 63) >> 2
-    step = jnp.where(step >= 8, step ^ 15, step)
+    holder_x = jnp.sum(when(chosen, m.x))
+    holder_y = jnp.sum(when(chosen, m.y))
+    left = jnp.sum(when(chosen, m.faces_left)) == 1
+    phase = ((m.dribble + 1) & 63) >> 2
+    step = jnp.where(phase >= 8, phase ^ 15, phase)
     ahead = jnp.where(left, -2 - step, 11 + step)
-    x = x + jnp.where(TURNED, 9 - ahead, ahead) + jnp.where(left, HELD_DX, -HELD_DX)
-    row = y + 2 * (holder & 1)
+    x = holder_x + jnp.where(TURNED, 9 - ahead, ahead) + jnp.where(left, HELD_DX, -HELD_DX)
+    row = holder_y + 2 * (holder & 1)
     return x, jnp.where(odd, (row & 254) + HELD_UP, m.puck_row)
 
 
 def _distance(m: Ram, i: int, x: jax.Array, y: jax.Array) -> jax.Array:
     """The game's distance from a place to a lower player: it takes ~n for the amount of -n."""
-    dx, dy = x - m.x[2 + i], y - m.y[2 + i]
+    dx = x - m.x[2 + i]
+    dy = y - m.y[2 + i]
     return (jnp.where(dx < 0, ~dx, dx) + jnp.where(dy < 0, ~dy, dy)) & 255
 
 
@@ -222,9 +241,9 @@ def _score(m: Ram, team: int, display_of: NumberDisplay) -> Box:
 
 def _clock_box(m: Ram) -> Box:
     """The clock as it is shown: it runs on after the frame is drawn."""
-    left = 60 * m.minutes + m.seconds
-    runs = (m.pause >= Pause.PLAYING) | ((m.pause == Pause.OVER) & (left == 0))
-    left = left + when((m.second_part == 0) & runs, 1)
+    counted = 60 * m.minutes + m.seconds
+    runs = (m.pause >= Pause.PLAYING) | ((m.pause == Pause.OVER) & (counted == 0))
+    left = counted + when((m.second_part == 0) & runs, 1)
     return score_box(
         FONT,
         1000 * div(left, 60) + mod(left, 60),

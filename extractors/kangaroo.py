@@ -24,16 +24,35 @@ VEM: does not see the wood in the frames in which it flashes black.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Packed,
+    RamMap,
+    Rom,
+    Run,
+    Runs,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    lookup,
+    match,
+    only,
+    when,
+)
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank
@@ -113,7 +132,8 @@ WALK_RIGHT = 16  # pictures from there to those of monkeys that go right
 SAVED_STEP = 6  # of the child
 CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
 # By bell or fruit, and level.
-PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
+PRIZE_ROW = ROM.bytes(BANK + 0xFA3, 24).reshape(4, 6)[:, :3]
+PRIZE_X = ROM.bytes(BANK + 0xFA6, 24).reshape(4, 6)[:, :3]
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
 # The pictures of the player, by the low bits of `pose`, of the bell and the fruits, and of monkeys.
@@ -129,7 +149,8 @@ def _lit_runs(level: int, row: int) -> list[tuple[int, int]]:
     parts = [int(ROM.data[offset + at]) for offset in (0xF00, 0xF42, 0xF84, 0xD52)]
     dots = [f"{p:08b}"[::step] for p, step in zip(parts, (1, -1, 1, -1), strict=True)]
     line = np.array([0, *map(int, "".join(dots)), 0])
-    starts, ends = np.flatnonzero(np.diff(line) == 1), np.flatnonzero(np.diff(line) == -1)
+    starts = np.flatnonzero(np.diff(line) == 1)
+    ends = np.flatnonzero(np.diff(line) == -1)
     return [(16 + 4 * a, 4 * (b - a)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
 
 
@@ -217,7 +238,8 @@ def _shown_ladders(m: Ram) -> Box:
 
 def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
     """The bell or the fruits, which are at fixed places of a level."""
-    row, x = (_of_level(m, table[first:last].T) for table in (PRIZE_ROW, PRIZE_X))
+    row = _of_level(m, PRIZE_ROW[first:last].T)
+    x = _of_level(m, PRIZE_X[first:last].T)
     picture = lookup(PRIZE_PICTURES, (4 if first > 0 else 0) + (state & 3))
     return PRIZES.box(picture, x + 15, PITCH * row + FIRST_LINE, valid=state < EMPTY)
 
@@ -236,8 +258,10 @@ def _child_box(m: Ram) -> Box:
 
 
 def _monkey_boxes(m: Ram) -> Box:
-    state, acts = m.monkey_state, m.scene < EMPTY
-    kind, back = state & 15, (state & Gait.BACK) != 0
+    state = m.monkey_state
+    acts = m.scene < EMPTY
+    kind = state & 15
+    back = (state & Gait.BACK) != 0
     moved = ((m.clock & 15) == 0) & acts
     climbed = moved | (((m.clock & 15) == 8) & acts & back)
     step = when(moved & (kind == Gait.WALKS), jnp.where(back, -3, 3))
@@ -245,7 +269,8 @@ def _monkey_boxes(m: Ram) -> Box:
     row = (m.monkey_row - climb) & 255
     walked = jnp.where((state & Gait.SECOND_STEP) != 0, WALK_1, WALK_2) + when(~back, WALK_RIGHT)
     picture = jnp.where(moved & (kind == Gait.WALKS), walked, m.monkey_picture)
-    x, y = m.monkey_x - step + 15, PITCH * row + FIRST_LINE
+    x = m.monkey_x - step + 15
+    y = PITCH * row + FIRST_LINE
     return MONKEYS.box(picture, x, y, valid=(state < EMPTY) & (row < ROWS))
 
 
@@ -258,7 +283,8 @@ def _thrown(m: Ram) -> Box:
 
 def _falling(m: Ram) -> Box:
     """The coconut that falls. Beside a sprite of the other kind the game switches it on late."""
-    row, x = m.falling_row - ROWS * m.level, m.falling_x + 14
+    row = m.falling_row - ROWS * m.level
+    x = m.falling_x + 14
     there = (m.falling_row < EMPTY) & (row >= 0) & (row < ROWS)
     _, player_row, pose = _player_drawn(m)
     starts = jnp.concatenate([_of_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), player_row])])
@@ -277,16 +303,19 @@ def _player_box(m: Ram) -> Box:
     punches = pose >= Pose.PUNCHES
     left = first - when(punches & ~right, FIST)
     end = first + width + when(punches & right, FIST)
-    facing, y = jnp.where(right, EAST, WEST), PITCH * row + FIRST_LINE + top
+    facing = jnp.where(right, EAST, WEST)
+    y = PITCH * row + FIRST_LINE + top
     player = box(x + 15 + left, y, end - left, height, orientation=facing)
     return player.where(~_next_life(m)).clip(0, 4, 160, 180)
 
 
 def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Column, row and pose in which the player was drawn."""
-    acts, dies = m.scene < EMPTY, m.scene == Scene.DYING
+    acts = m.scene < EMPTY
+    dies = m.scene == Scene.DYING
     drawn = _pose_drawn(m)
-    walks, right = _is_walking(m), (m.pose & Pose.RIGHT) != 0
+    walks = _is_walking(m)
+    right = (m.pose & Pose.RIGHT) != 0
     free = (m.x != WEST_END) & (m.x != EAST_END)
     steps = walks & ((m.pose | drawn) & 1 == 1) & (m.third == 0) & free
     x = m.x - when(acts & steps & ~dies, jnp.where(right, 1, -1))
@@ -319,9 +348,11 @@ def _pose_drawn(m: Ram) -> jax.Array:
     A jump goes up and down by its timer; it, a crouch and a punch begin with the timer at 1 or 13.
     A punch has just ended if the game has not yet noticed that the button is released.
     """
-    pose, timer, still = m.pose, m.timer, m.pose & Pose.RIGHT
-    began = (_jumps(m) | _crouches(m)) & (timer == Timer.BEGINS)
-    began = began | (pose >= Pose.PUNCHES) & (timer == Timer.PUNCH_BEGINS)
+    pose = m.pose
+    timer = m.timer
+    still = m.pose & Pose.RIGHT
+    jump_or_crouch = (_jumps(m) | _crouches(m)) & (timer == Timer.BEGINS)
+    began = jump_or_crouch | (pose >= Pose.PUNCHES) & (timer == Timer.PUNCH_BEGINS)
     released = (m.scene == Scene.PUNCHED) & (m.fire >= NOT_PRESSED)
     return match(
         ((m.scene == Scene.DYING) & (timer == Timer.TURNS_OVER), pose ^ Pose.RIGHT),
@@ -342,7 +373,8 @@ def _score_box(m: Ram) -> Box:
 
 
 def _time(m: Ram) -> Box:
-    tens, ones = (when(d < BLANK, d) for d in (m.tens, m.ones))
+    tens = when(m.tens < BLANK, m.tens)
+    ones = when(m.ones < BLANK, m.ones)
     left = match((m.tens < BLANK, 80), (m.ones < BLANK, 84), otherwise=88)
     _, top, right, bottom = CLOCK.area
     return edges(left, top, right, bottom, value=1000 * tens + 100 * ones)

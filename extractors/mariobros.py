@@ -28,16 +28,34 @@ colours. At an edge, it sees both parts of what REM tells the larger part of.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import EDGE_CUTS, packed_position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    lookup,
+    packed_position,
+    pick,
+    reached,
+    when,
+)
 
 ROM = Rom("mario_bros", "e908611d99890733be31733a979c62d8")
 FONT = ROM.font(0x1F00, rows=7, stride=7)
@@ -229,9 +247,8 @@ def _figure(
     """The larger part of a picture that an edge may cut in two."""
     column = _begin(x)
     beyond = jnp.clip(column + 8 - SCREEN_WIDTH, 0, 8) - jnp.clip(-column, 0, 8)
-    if mirrored is not False:
-        beyond = jnp.where(mirrored, -beyond, beyond)
-    index = pictures.index(picture=picture, beyond=beyond + len(EDGE_CUTS) // 2)
+    cut = beyond if mirrored is False else jnp.where(mirrored, -beyond, beyond)
+    index = pictures.index(picture=picture, beyond=cut + len(EDGE_CUTS) // 2)
     left, top, width, height = pictures.extent(index, mirrored=mirrored)
     return column + left, y + FIRST_LINE + top, width, height
 
@@ -261,9 +278,11 @@ def _pests(m: Ram, earlier: jax.Array) -> Box:
     waits = jnp.where(falls, earlier & 3 == rank, under_fire & (earlier & 4 == 0))
     picture, x, y = _as_drawn(m, drawn)
     left, top, width, height = _figure(PEST_PICTURES, picture, x, y)
-    late = drawn & (EVERY_FLOOR == LATE_FLOOR) & (top + height == LATE_LINE)
+    at_line = drawn & (EVERY_FLOOR == LATE_FLOOR) & (top + height == LATE_LINE)
     crosses = m.pest_low + LATE_LINE - FIRST_LINE > 0xFF
-    late &= _begin(x) + pick(picture, LAST_ROW_LEFTS) < LATE_COLUMNS + when(crosses, PAGE_COLUMNS)
+    late = at_line & (
+        _begin(x) + pick(picture, LAST_ROW_LEFTS) < LATE_COLUMNS + when(crosses, PAGE_COLUMNS)
+    )
     color = pick(m.pest >> 4 & 3, PEST_COLORS)
     there = drawn | (waits & (m.pest != 0))
     return box(left, top, width, height + when(late, 1), there, color=color).clip(*FIELD)

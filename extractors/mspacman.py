@@ -26,15 +26,32 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.registers import larger_part
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Box,
+    Category,
+    Cells,
+    Game,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    high,
+    larger_part,
+    lookup,
+    match,
+    mod,
+    pick,
+    when,
+)
 
 ROM = Rom("ms_pacman", "87e79cd41ce136fd4f72cc6e2c161bee")
 FONT = ROM.font(0x92B, rows=7, stride=8)
@@ -74,9 +91,11 @@ PLACE_BITS = (6, 15, 13, 11, 9, 16, 18, 20, 22, 14, 12, 10, 8, 17, 19, 21, 23, 4
 def _places() -> np.ndarray:
     """Which places have a pill at first, bool `[maze, row, column]`: all that have a way out."""
     ways = np.stack([EXITS >> 4, EXITS & 15], axis=-1).reshape(4, 14, 12)
-    half = ways[:, :, 2:11] != 0
-    half[:, (1, 12), 0] = False  # the power pills'
-    half[:, 5:8, 8] = False  # beside the pen's door
+    row = np.arange(14)[:, None]
+    column = np.arange(9)
+    is_power_pill = np.isin(row, (1, 12)) & (column == 0)
+    is_at_door = np.isin(row, (5, 6, 7)) & (column == 8)  # of the pen
+    half = (ways[:, :, 2:11] != 0) & ~is_power_pill & ~is_at_door
     return np.concatenate([half, half[:, :, ::-1]], axis=2)
 
 
@@ -158,8 +177,10 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    playing, i3 = m.demo == 0, np.arange(3)
-    fruits, maze = _fruit_boxes(m), pick(m.maze, MAZE_COLORS)
+    playing = m.demo == 0
+    i3 = np.arange(3)
+    fruits = _fruit_boxes(m)
+    maze = pick(m.maze, MAZE_COLORS)
     counted = (m.ghosts >= i3) & (m.ghosts < 3)
     power = playing & ((m.power >> np.arange(4) & 1) == 1)
     return {
@@ -176,15 +197,18 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _player(m: Ram) -> Box:
-    last, dies = m.frame - 1, _dying(m)
+    last = m.frame - 1
+    dies = _dying(m)
     chew = pick(last >> 2 & 3, (0, 1, 2, 1))
     way = jnp.where(dies, last >> 3 & 3, m.way)  # she dies turning round and round
-    (x, y), shape = _player_before(m), 3 * way + jnp.where(dies, 1, chew)
+    (x, y) = _player_before(m)
+    shape = 3 * way + jnp.where(dies, 1, chew)
     return _picture(shape, larger_part(x - 12, 8), y + 1, orientation=4 * way)
 
 
 def _ghosts(m: Ram) -> Box:
-    number, (x, y) = np.arange(4), _ghosts_before(m)
+    number = np.arange(4)
+    (x, y) = _ghosts_before(m)
     scared = m.ghost_scared == 1
     only_eyes = ~scared & among(m.ghost_mode, (Mode.EYES, Mode.EYES_ENTER_PEN))
     # The first row of the eyes is empty; that of a ghost is not drawn on the places' own lines.
@@ -209,9 +233,9 @@ def _pills(m: Ram) -> jax.Array:
 
 def _fruit_boxes(m: Ram) -> Box:
     """The one in the maze, and the level's below it."""
-    x, y = _fruit_before(m)
-    x = jnp.stack([larger_part(x - 12, 8), jnp.int32(126)])
-    y = jnp.stack([y + 1, jnp.int32(173)])
+    fruit_x, fruit_y = _fruit_before(m)
+    x = jnp.stack([larger_part(fruit_x - 12, 8), jnp.int32(126)])
+    y = jnp.stack([fruit_y + 1, jnp.int32(173)])
     there = jnp.stack([(m.fruit_x > 0) & ~_dying(m), m.ghosts == 3])
     color = pick(m.fruit, FRUIT_COLORS)
     return _picture(FIRST_FRUIT + m.fruit, x, y, valid=there, color=color)
@@ -244,7 +268,8 @@ def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The player moves on even frames unless a wall has been ahead."""
-    (dx, dy), sideways = _step(m.way), m.way & 1
+    (dx, dy) = _step(m.way)
+    sideways = m.way & 1
     moved = _moving(m) & ((m.frame & 1) == 0) & (~_stands(m) | (m.chews == Chew.EATS))
     steps = match(
         (~moved, 0),
@@ -257,7 +282,8 @@ def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _stands(m: Ram) -> jax.Array:
     """Whether the player is in the middle of a place that has no exit ahead."""
-    sideways, in_right_half = (m.way & 1) == 1, m.x >= RIGHT_HALF
+    sideways = (m.way & 1) == 1
+    in_right_half = m.x >= RIGHT_HALF
     ahead = jnp.where(in_right_half & sideways, m.way ^ 2, m.way)  # mirrored
     in_middle = match(
         (~sideways, mod(m.y, 12) == 2),
@@ -278,27 +304,35 @@ def _exits_of_place(m: Ram, in_right_half: jax.Array) -> jax.Array:
 def _ghosts_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Ghosts move on odd frames, one or two pixels."""
     steps = _ghost_steps(m)
-    (way_x, way_y), x, y = _step(m.ghost_way), m.ghost_x, m.ghost_y
+    x, y = _pixel_back(m, m.ghost_x, m.ghost_y, steps >= 1)
+    return _pixel_back(m, x, y, steps >= 2)
+
+
+def _pixel_back(
+    m: Ram, x: jax.Array, y: jax.Array, moved: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Where ghosts were a pixel before, if they moved."""
+    way_x, way_y = _step(m.ghost_way)
     inside = m.ghost_mode == Mode.IN_PEN
     enters = m.ghost_mode == Mode.EYES_ENTER_PEN
-    for n in (1, 2):
-        pen_x, pen_y = _pen_step(x, y, m.ghost_leaves == 1)
-        dx = match((inside, pen_x), (enters, 0), otherwise=way_x)
-        dy = match((inside, pen_y), (enters, 1), otherwise=way_y)
-        x, y = x - when(steps >= n, dx), y - when(steps >= n, dy)
-    return x, y
+    pen_x, pen_y = _pen_step(x, y, m.ghost_leaves == 1)
+    dx = match((inside, pen_x), (enters, 0), otherwise=way_x)
+    dy = match((inside, pen_y), (enters, 1), otherwise=way_y)
+    return x - when(moved, dx), y - when(moved, dy)
 
 
 def _ghost_steps(m: Ram) -> jax.Array:
     """How many pixels each ghost has moved."""
-    number, sideways, scared = np.arange(4), (m.ghost_way & 1) == 1, m.ghost_scared == 1
-    second = (SECOND_STEPS >> (m.frame & 14) & 1) != 0
-    second = second | (~sideways & (((m.frame + number) & 2) != 0)) | (m.ghost_mode == Mode.EYES)
+    number = np.arange(4)
+    sideways = (m.ghost_way & 1) == 1
+    scared = m.ghost_scared == 1
+    by_table = (SECOND_STEPS >> (m.frame & 14) & 1) != 0
+    second = by_table | (~sideways & (((m.frame + number) & 2) != 0)) | (m.ghost_mode == Mode.EYES)
     twice = ~scared & second
     in_tunnel = (m.ghost_x < TUNNEL_LEFT) | (m.ghost_x >= TUNNEL_RIGHT)
     waits = m.waits >> (3 - number) & 1
-    rests = (m.fruit == 0) & ((m.frame & 30) == 30)
-    rests = rests | (scared & sideways & ((m.frame & 6) == 0))
+    all_rest = (m.fruit == 0) & ((m.frame & 30) == 30)
+    rests = all_rest | (scared & sideways & ((m.frame & 6) == 0))
     return match(
         (~_moving(m) | ((m.frame & 1) == 0) | rests, 0),
         (in_tunnel & ~twice, 1 - waits),
@@ -310,7 +344,8 @@ def _ghost_steps(m: Ram) -> jax.Array:
 
 def _pen_step(x: jax.Array, y: jax.Array, leaves: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The last step of a ghost in the pen: round against the clock, or out by the middle."""
-    left, bottom = (x == PEN_LEFT) & (y > PEN_TOP), (y == PEN_BOTTOM) & (x > PEN_LEFT)
+    left = (x == PEN_LEFT) & (y > PEN_TOP)
+    bottom = (y == PEN_BOTTOM) & (x > PEN_LEFT)
     right = (x == PEN_RIGHT) & (y < PEN_BOTTOM)
     up = jnp.where(leaves, y < PEN_TOP, right)
     dx = match((up, 0), (leaves, -1), (left, 0), (bottom, 1), otherwise=-1)
@@ -323,14 +358,15 @@ def _fruit_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     loops = m.fruit_loops == 1
     leaves = ~loops & (m.fruit_enters == 0)
     path = lookup(FRUIT_PATHS, jnp.where(loops, AROUND_PEN, 4 * m.maze + m.fruit_path))
-    way = jnp.where(m.fruit_step < 16, path >> (30 - 2 * (m.fruit_step & 15)) & 3, Way.UP)
-    way = jnp.where(leaves, way ^ 2, way)  # the same path backwards
+    path_way = jnp.where(m.fruit_step < 16, path >> (30 - 2 * (m.fruit_step & 15)) & 3, Way.UP)
+    way = jnp.where(leaves, path_way ^ 2, path_way)  # the same path backwards
     phase = jnp.where(leaves, 7 - m.fruit_phase, m.fruit_phase)
     bounce = match(
         ((way & 1) == 1, BOUNCE_ASIDE), (way == Way.DOWN, BOUNCE_DOWN), otherwise=BOUNCE_UP
     )
     moved = _moving(m) & ((m.frame & 3) == 0)
-    dx, dy = _step(way)[0], lookup(BOUNCES, bounce + phase)
+    dx = _step(way)[0]
+    dy = lookup(BOUNCES, bounce + phase)
     bounced = moved & (loops | (m.fruit_step > 0))
     return m.fruit_x - when(moved, dx), m.fruit_y - when(bounced, dy)
 

@@ -26,14 +26,28 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    mod,
+    pick,
+    when,
+)
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
 FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
@@ -42,21 +56,23 @@ BIT_MASKS = tuple(int(mask) for mask in ROM.bytes(0xE6D, 8))
 
 def _wafer_places() -> dict[tuple[int, int], tuple[int, int]]:
     """Left and top of every wafer, by its byte and the mask of its bit."""
-    places = {}
+    places = []
     for row in range(8):
         nodes = ROM.bytes(0xE16 + 40 * (row & 1), 40).tolist()
         for column, node in enumerate(nodes):
             if node & 0x81 == 1:  # a path, with a wafer
                 at = int(ROM.data[0xE7C + 2 * row + (node >> 1 & 1)])
                 x = 4 * column + (4 if column == 26 else 0)  # drawn one node further on
-                places[at, BIT_MASKS[node >> 2 & 7]] = x, 32 + 22 * row
-    return places
+                places.append(((at, BIT_MASKS[node >> 2 & 7]), (x, 32 + 22 * row)))
+    return dict(places)
 
 
 NEVER_SET = ((2, 1), (6, 128))  # their places belong to the pen
 WAFERS = {bit: xy for bit, xy in sorted(_wafer_places().items()) if bit not in NEVER_SET}
-WAFER_BYTE, WAFER_MASK = (tuple(bit[i] for bit in WAFERS) for i in (0, 1))
-WAFER_X, WAFER_Y = (tuple(xy[i] for xy in WAFERS.values()) for i in (0, 1))
+WAFER_BYTE = tuple(number for number, _ in WAFERS)
+WAFER_MASK = tuple(mask for _, mask in WAFERS)
+WAFER_X = tuple(x for x, _ in WAFERS.values())
+WAFER_Y = tuple(y for _, y in WAFERS.values())
 
 # The mouth's four phases, then how Pac-Man dies, the last picture first.
 LOOK_LOWS = (*ROM.bytes(0xDC5, 4), *ROM.bytes(0xDFD, 16))
@@ -144,7 +160,8 @@ def _starts(m: Ram) -> jax.Array:
 
 def _rows_shown(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """The step that a picture begins at, how many of seven rows are hidden, whether any show."""
-    in_tunnel, up = (state & State.TUNNEL) != 0, (state >> 6) == WAY_UP
+    in_tunnel = (state & State.TUNNEL) != 0
+    up = (state >> 6) == WAY_UP
     shows = ~in_tunnel | ((state & State.MOVES) != 0) & ((y > 0) | up) & (y != TUNNEL_END)
     inside = jnp.where(up & (y == ENTRY), ENTRY + 1, jnp.maximum(y, MAZE_TOP))
     cut = in_tunnel & (y < ALL_ROWS)
@@ -152,13 +169,13 @@ def _rows_shown(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, j
 
 
 def _player(m: Ram) -> Box:
-    x, y = _player_before(m)
-    first, cut, shows = _rows_shown(y, m.state)
+    at_x, half_y = _player_before(m)
+    first, cut, shows = _rows_shown(half_y, m.state)
     dies = FIRST_DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
     look = jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3)
     turned = (m.mirrored == 1) & (m.ate < STANDS) & (m.dying == 0)
     left, top, width, height = LOOKS.extent(look, mirrored=turned)
-    x = x + left
+    x = at_x + left
     rows = jnp.minimum(height, 7 - cut - top)
     compass = pick(m.state >> 6, WAY_COMPASS)
     y = 2 * (first + top) + 2

@@ -27,18 +27,36 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console import registers
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, extremes, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    extremes,
+    high,
+    match,
+    pick,
+    registers,
+    when,
+)
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
@@ -56,7 +74,8 @@ def _harry_pictures() -> Pictures:
     out = []
     for pose in range(POSES):
         rows = np.append(ROM.rows(0xB00 + TALL * pose, TALL), (0, 0))
-        out += [np.where(np.arange(NO_ROW) == row, np.roll(rows, 1), rows) for row in range(NO_ROW)]
+        with_row = (np.arange(NO_ROW) == row for row in range(NO_ROW))
+        out.extend(np.where(twice, np.roll(rows, 1), rows) for twice in with_row)
         out.append(rows)
     return Pictures.of(out)
 
@@ -223,10 +242,11 @@ def _harry_box(m: Ram) -> Box:
     """Harry; those of his rows that the ground hides are not shown."""
     x = _at(m, 0)
     whole = _whole_harry(m, x)
-    first, last = whole.y, whole.y + whole.h - 1
+    top_row = whole.y
+    bottom_row = whole.y + whole.h - 1
     below = jnp.where(m.ladder == 0, BELOW_GROUND, BELOW_HOLE)
-    first = jnp.maximum(jnp.where((first >= GROUND) & (first < below), below, first), 0)
-    last = jnp.where((last >= GROUND) & (last < below), GROUND - 1, last)
+    first = jnp.maximum(jnp.where((top_row >= GROUND) & (top_row < below), below, top_row), 0)
+    last = jnp.where((bottom_row >= GROUND) & (bottom_row < below), GROUND - 1, bottom_row)
     top = _line_of_row(first) - when((first <= EARLY_ROW) & (x > EARLY_X), 1)
     there = whole.valid & (last >= first)
     return box(whole.x, top, whole.w, _line_of_row(last) + 1 - top, there).clip(*VIEW)
@@ -257,16 +277,17 @@ def _thing_boxes(m: Ram) -> dict[str, Box]:
     shapes = OBJECTS.box(m.picture, x, THINGS_TOP, valid=there).clip(*VIEW)
     metal = m.kind & Kind.METAL
     of_metal = {"SilverBar": metal == Metal.SILVER, "GoldenBar": metal == Metal.GOLD}
-    boxes = {}
-    for name, pictures in THINGS.items():
-        slots = slice(3 if name in THREE else 1)
-        shown = among(m.picture, pictures) & of_metal.get(name, True)
-        boxes[name] = shapes[slots].where(shown)
-    return boxes
+    return {
+        name: shapes[: 3 if name in THREE else 1].where(
+            among(m.picture, pictures) & of_metal.get(name, True)
+        )
+        for name, pictures in THINGS.items()
+    }
 
 
 def _scorpion(m: Ram) -> Box:
-    look, west = m.scorpion >> 4 & 1, m.turned == 1
+    look = m.scorpion >> 4 & 1
+    west = m.turned == 1
     there = m.ladder == 0
     return SCORPIONS.box(1 - look, _at(m, 2), 164, mirrored=west, valid=there).clip(*VIEW)
 
@@ -288,7 +309,8 @@ def _rope_box(m: Ram) -> Box:
 
 def _timer(m: Ram) -> Box:
     """The time left, in seconds; tens of minutes are blank when they are 0."""
-    tens, ones = m.minutes // 10, m.minutes % 10
+    tens = m.minutes // 10
+    ones = m.minutes % 10
     left = jnp.where(tens > 0, 29 + pick(tens, LEFTS), 37 + pick(ones, LEFTS))
     right = 61 + pick(m.seconds % 10, RIGHTS)
     return box(left, 22, right - left, 8, value=60 * m.minutes + m.seconds)

@@ -15,13 +15,23 @@ of the game, and the first two frames after a reset, which have the screen saver
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.registers import wrap
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Bounds
+from ocjax.authoring import (
+    DIGITS_3X5,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    box,
+    byte,
+    choose,
+    display,
+    hex_font,
+    score_box,
+    wrap,
+)
 
 COURT = (0, 34, 160, 194)
 # in play, in the screen saver
@@ -39,7 +49,7 @@ ENEMY_DIGITS = (20, 36)
 SCORE_TOP = 1
 
 NEW_GAME = 60  # of `begin`: on this frame the ball is still where the console's start left it
-NEW_GAME_BALL = (2, 45)
+NEW_GAME_BALL = (2, 45, 2, 4)
 POINT_MADE = 63  # of the pause: on this frame the digits are still those before the point
 # as `scorer` names them
 ENEMY = 0
@@ -81,8 +91,7 @@ def _ball(m: Ram) -> Box:
     top = _switched(m, m.ball_y, x + 1)
     bottom = _switched(m, m.ball_y + 4, x)
     begins = (m.begin == NEW_GAME) & (m.ball_y == NEW_GAME)
-    x, top = (jnp.where(begins, a, b) for a, b in zip(NEW_GAME_BALL, (x, top), strict=True))
-    return box(x, top, 2, jnp.where(begins, 4, bottom - top)).clip(*COURT)
+    return choose(begins, box(*NEW_GAME_BALL), box(x, top, 2, bottom - top)).clip(*COURT)
 
 
 def _switched(m: Ram, count: jax.Array, x: jax.Array) -> jax.Array:
@@ -95,8 +104,8 @@ def _switched(m: Ram, count: jax.Array, x: jax.Array) -> jax.Array:
     turn = count - odd
     no_player = ((turn - m.player_y) & m.player_mask) != 0
     no_enemy = ((turn + 2 - m.enemy_y) & m.enemy_mask) != 0
-    beam = 149 + jnp.where(no_player, 3, 0) + jnp.where(turn <= m.paddle_read, 6, 0)
-    beam = beam + odd * jnp.where(no_enemy, -19, -22)
+    even_beam = 149 + jnp.where(no_player, 3, 0) + jnp.where(turn <= m.paddle_read, 6, 0)
+    beam = even_beam + odd * jnp.where(no_enemy, -19, -22)
     return count - jnp.where(x < beam, 14, 15)
 
 

@@ -29,16 +29,43 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import Area, Box, Context, Detected, Digits, Step, Tight, box, boxes, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, lookup, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.registers import NUSIZ_WIDTH, copies, spacing
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    NUSIZ_WIDTH,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Context,
+    Detected,
+    Digits,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    Step,
+    Tight,
+    among,
+    bcd,
+    bits,
+    box,
+    boxes,
+    byte,
+    choose,
+    copies,
+    display,
+    div,
+    lookup,
+    mod,
+    pick,
+    signed,
+    spacing,
+    when,
+)
 
 ROM = Rom("private_eye", "ef3a4f64b6494ba770862768caf04b86")
 SECOND = 0x1000  # offset of the second bank
@@ -132,7 +159,7 @@ def _detective_pictures() -> Pictures:
     for low, page, color in zip(LOW_BYTES, PAGES, COLORS, strict=True):
         shown = np.cumprod(ROM.bytes(0xA00 | int(color), ROWS)[::-1] != 0)
         dots = shown * ROM.bytes(int(page & 15) << 8 | int(low), ROWS)[::-1]
-        out += [dots * (np.arange(ROWS) < n) for n in range(ROWS + 1)]
+        out.extend(dots * (np.arange(ROWS) < n) for n in range(ROWS + 1))
     return Pictures.of(out)
 
 
@@ -191,7 +218,8 @@ def _passage_boxes(m: Ram, first: Box) -> Box:
 
 def _object_boxes(m: Ram) -> Box:
     """The records' objects and their copies: record * 3 + copy."""
-    kind, cut = jnp.clip(m.kind, 0, Kind.COUNT - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
+    kind = jnp.clip(m.kind, 0, Kind.COUNT - 1)
+    cut = jnp.clip(m.cut, 0, MOST_CUT - 1)
     picture = SIZES.index(kind=kind, cut=cut)
     left, top, width, height = SIZES.extent(picture, mirrored=m.mirrored == 1)
     zoom = pick(m.size, NUSIZ_WIDTH) >> 3
@@ -205,16 +233,19 @@ def _object_boxes(m: Ram) -> Box:
 def _copied(m: Ram, records: Box) -> Box:
     """The copies of the records' objects."""
     whole = jax.tree.map(lambda v: jnp.repeat(v, 3) if v.ndim else v, records)
-    number, gap = jnp.repeat(copies(m.size), 3), jnp.repeat(spacing(m.size), 3)
+    number = jnp.repeat(copies(m.size), 3)
+    gap = jnp.repeat(spacing(m.size), 3)
     copy = np.arange(9) % 3
-    x = whole.x + copy * gap
-    x = jnp.where(x >= 160, x - 160, x)
+    unwrapped = whole.x + copy * gap
+    x = jnp.where(unwrapped >= 160, unwrapped - 160, unwrapped)
     return dataclasses.replace(whole, x=x).where(copy < number)
 
 
 def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
     """The objects of some kinds of which there is one at most."""
-    in_first, in_second, in_third = (m.kind[i] == kind for i in range(3))
+    in_first = m.kind[0] == kind
+    in_second = m.kind[1] == kind
+    in_third = m.kind[2] == kind
     here = choose(in_first, objects[0], choose(in_second, objects[3], objects[6]))
     return here.where(in_first | in_second | in_third)
 
@@ -222,7 +253,7 @@ def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
 def _item_boxes(m: Ram, objects: Box) -> dict[str, Box]:
     """What is looked for: in the scene, and carried."""
     kinds = Kind.FIRST_ITEM + np.arange(len(ITEMS))
-    left, top, width, height = (v[MOST_CUT * kinds] for v in EXTENTS)
+    left, top, width, height = np.array(EXTENTS)[:, MOST_CUT * kinds]
     carried = box(140 + left, 45 - HEIGHTS[kinds] + top, width, height, m.held == kinds)
     both = zip(_box_fields(_of_kind(m, objects, kinds)), _box_fields(carried), strict=True)
     pairs = [jnp.stack(values, axis=1) for values in both]
@@ -239,8 +270,10 @@ def _facing(m: Ram) -> jax.Array:
 
 def _car(m: Ram) -> Box:
     """The car, from the side, or from behind in a passage; it goes down on its wheels when hit."""
-    top, left = BASE - m.car_row, m.fine_x < 0
-    aside, down = m.depth == 0, when(m.car_row < CAR_BASE, 1)
+    top = BASE - m.car_row
+    left = m.fine_x < 0
+    aside = m.depth == 0
+    down = when(m.car_row < CAR_BASE, 1)
     x = m.player_x - when(aside, jnp.where(left, 9, 3) + down)
     width = jnp.where(aside, 20 + 2 * down, 8)
     bottom = jnp.minimum(top + jnp.where(aside, 14, 15), CAR_END)
@@ -251,10 +284,11 @@ def _player(m: Ram) -> Box:
     """The detective, down to the car."""
     apart = m.pointers[0] - m.pointers[1] & 255
     look = sum((when(apart == a, i) for i, a in enumerate(LOOK_KEYS)), jnp.zeros_like(apart))
-    lift = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
-    lift = jnp.where(lift > HIGHEST, lift - 256, lift)
+    lift_byte = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
+    lift = jnp.where(lift_byte > HIGHEST, lift_byte - 256, lift_byte)
     above = jnp.clip(ROWS - 1 + lift - m.car_row, 0, ROWS)  # rows that the car does not cover
-    x, y = m.player_x, BASE + 1 - ROWS - lift
+    x = m.player_x
+    y = BASE + 1 - ROWS - lift
     at = (ROWS + 1) * look + above
     drawn = DETECTIVE.box(at, x, y, mirrored=m.fine_x < 0, orientation=_facing(m))
     return drawn.clip(*FIELD)
@@ -264,7 +298,8 @@ def _clock_box(m: Ram) -> Box:
     """The clock before its last step."""
     back = m.hundredths + jnp.where(m.fraction + TICK > 255, 2, 1)
     time = 60 * m.minutes + m.seconds + when(back >= 100, 1)
-    minute_box, second_box = MINUTES.box(div(time, 60)), SECONDS.box(mod(time, 60))
+    minute_box = MINUTES.box(div(time, 60))
+    second_box = SECONDS.box(mod(time, 60))
     right = second_box.x + second_box.w
     return box(minute_box.x, minute_box.y, right - minute_box.x, FONT.height, value=time)
 

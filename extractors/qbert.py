@@ -31,16 +31,33 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import UNKNOWN_VALUE
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, lookup, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.registers import position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    UNKNOWN_VALUE,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    high,
+    lookup,
+    pick,
+    position,
+    reached,
+    when,
+)
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
 FONT = ROM.font(0x004, rows=7, stride=8)
@@ -241,7 +258,8 @@ def _started(m: Ram) -> jax.Array:
 def _player_box(m: Ram) -> Box:
     """The player before he moved, by the rest of the counters of the kernel."""
     x = m.player_x + (m.beam + 15 - m.player_x & 15) - 11
-    upward, left = m.pose == UPWARD_POSE, m.mirrored == 1
+    upward = m.pose == UPWARD_POSE
+    left = m.mirrored == 1
     index = 512 * reached(x + 4, SIDES) + when(upward, 256) + m.counter
     facing = jnp.where(upward, jnp.where(left, 2, 14), jnp.where(left, 6, 10))
     there = ((m.lives != GAME_OVER) | _fell(m)) & _started(m)
@@ -250,7 +268,8 @@ def _player_box(m: Ram) -> Box:
 
 def _figure_boxes(m: Ram) -> tuple[Box, dict[str, jax.Array]]:
     """What hops in the rows, and last what is not drawn in Coily's row; the kinds of all."""
-    x, row = jnp.append(position(m.coarse, m.fine) - 4, _other_x(m)), _rows(m)
+    x = jnp.append(position(m.coarse, m.fine) - 4, _other_x(m))
+    row = _rows(m)
     y = pick(row, WINDOWS.tolist()) + when((row == LATE_ROW) & (x + 4 < LATE_END), 1)
     picture = jnp.append(_drawn_pictures(m), m.other_picture)
     there = jnp.append(FIGURE_ROW >= 0, among(m.coily_row, range(1, 6)))
@@ -292,7 +311,10 @@ def _one(figures: Box, wanted: jax.Array) -> Box:
     """The figure that is wanted, of which there is one at most."""
     place = (figures.x + 16 & 511) | figures.y << 9 | figures.w << 17 | figures.h << 21
     found = jnp.max(jnp.where(wanted & figures.valid, place, -1))
-    x, y, w, h = (found & 511) - 16, found >> 9 & 255, found >> 17 & 15, found >> 21
+    x = (found & 511) - 16
+    y = found >> 9 & 255
+    w = found >> 17 & 15
+    h = found >> 21
     return box(x, y, w, h, found >= 0)
 
 

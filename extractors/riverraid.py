@@ -31,17 +31,34 @@ from collections import Counter
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, match, only, pick, when
-from ocjax.console.ram import RamMap, bits, byte, high, low
-from ocjax.console.registers import position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    among,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    low,
+    match,
+    only,
+    pick,
+    position,
+    when,
+)
 
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)
@@ -128,10 +145,12 @@ HIDDEN = -21  # `y` of the highest block while it is not drawn yet
 
 def _rows_of(kind: int) -> np.ndarray:
     """Rows of a picture, from two tables by turns, without those in the water's colour."""
-    even, odd, colors = (int(ROM.data[table + kind]) for table in (0xBBB, 0xFC8, 0xF23))
-    rows = np.stack([ROM.bytes(0xE00 + start, 13) for start in (even, odd)], axis=1)
-    rows[ROM.bytes(0xF00 + colors, 13) == WATER] = 0
-    return rows[:0:-1].reshape(PICTURE_ROWS)
+    even = int(ROM.data[0xBBB + kind])
+    odd = int(ROM.data[0xFC8 + kind])
+    colors = int(ROM.data[0xF23 + kind])
+    dots = np.stack([ROM.bytes(0xE00 + start, 13) for start in (even, odd)], axis=1)
+    is_water = ROM.bytes(0xF00 + colors, 13) == WATER
+    return np.where(is_water[:, None], 0, dots)[:0:-1].reshape(PICTURE_ROWS)
 
 
 def _seen(kind: int, usual: int) -> list[int]:
@@ -140,7 +159,8 @@ def _seen(kind: int, usual: int) -> list[int]:
     By the number of rows that are left: the usual colour if it is seen, else that of most dots. Of
     a house only the row counts whose colour VEM reads.
     """
-    rows, start = _rows_of(kind), int(ROM.data[0xF23 + kind])
+    rows = _rows_of(kind)
+    start = int(ROM.data[0xF23 + kind])
     colors = np.repeat(ROM.bytes(0xF00 + start, 13)[:0:-1], 2)
     first, last = np.flatnonzero(rows)[[0, -1]]
     dots = [
@@ -148,12 +168,15 @@ def _seen(kind: int, usual: int) -> list[int]:
         for color, row in zip(colors.tolist(), rows.tolist(), strict=True)
     ]
     left = range(PICTURE_ROWS + 1)
-    parts = [dots[first : first + h] for h in left]
-    parts += [dots[max(last + 1 - h, 0) : last + 1] for h in left]
-    if kind == Kind.HOUSE:
-        parts = [part[max(len(part) + HOUSE_ROW, 0) :][:1] for part in parts]
-    counts = [sum(part, Counter()) for part in parts]
+    upper = [dots[first : first + h] for h in left]
+    lower = [dots[max(last + 1 - h, 0) : last + 1] for h in left]
+    counts = [sum(_rows_that_count(kind, part), Counter()) for part in (*upper, *lower)]
     return [usual if c[usual] or not c else max(c, key=c.__getitem__) for c in counts]
+
+
+def _rows_that_count(kind: int, rows: list[Counter]) -> list[Counter]:
+    """All rows of a part of a picture, or the one of a house."""
+    return rows[max(len(rows) + HOUSE_ROW, 0) :][:1] if kind == Kind.HOUSE else rows
 
 
 def _cut(rows: np.ndarray, beyond: int) -> np.ndarray:
@@ -244,13 +267,14 @@ def _drawn_kinds(m: Ram) -> jax.Array:
 
 def _object_boxes(m: Ram) -> tuple[jax.Array, Box]:
     """Kinds and boxes of the objects of all blocks, in the ring."""
-    kind, left = _drawn_kinds(m), m.leftward
+    kind = _drawn_kinds(m)
     moving = among(m.mode, (Mode.FLIES, Mode.CRASH)) & (m.level >= MOVING_LEVEL)
-    by_turns = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & (m.clock == 0)
-    by_turns = by_turns & (m.block & MOVES > 0)
+    alternating = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & (m.clock == 0)
+    by_turns = alternating & (m.block & MOVES > 0)
     steps = when(moving & (by_turns | (kind == Kind.JET)), 1)
-    at = position(m.coarse, m.fine) + jnp.where(left == 1, steps, -steps)
-    left = jnp.where(moving & by_turns & (m.block & FLIPPED > 0), 1 - left, left)
+    at = position(m.coarse, m.fine) + jnp.where(m.leftward == 1, steps, -steps)
+    turns = moving & by_turns & (m.block & FLIPPED > 0)
+    left = jnp.where(turns, 1 - m.leftward, m.leftward)
     zoom = pick(kind - Kind.JET, KIND_ZOOMS)
     y = 32 * (5 - np.arange(RECORDS)) + m.offset - 23
     there = (kind >= Kind.JET) & (y > HIDDEN)
@@ -268,7 +292,10 @@ def _pack(b: Box, left: jax.Array, kind: jax.Array) -> jax.Array:
 
 
 def _unpacked(packed: jax.Array) -> tuple[jax.Array, Box]:
-    x, y, w, h = packed & 255, packed >> 8 & 255, packed >> 16 & 63, packed >> 22 & 31
+    x = packed & 255
+    y = packed >> 8 & 255
+    w = packed >> 16 & 63
+    h = packed >> 22 & 31
     facing = jnp.where(packed >> 27 & 1 == 1, WEST, EAST)
     return packed >> 28 & 15, box(x, y, w, h, orientation=facing)
 
@@ -287,7 +314,10 @@ def _colored(b: Box, kind: int) -> Box:
 
 def _single(b: Box) -> Box:
     """The only object of some slots."""
-    x, y, w, h = (only(b.valid, v) for v in (b.x, b.y, b.w, b.h))
+    x = only(b.valid, b.x)
+    y = only(b.valid, b.y)
+    w = only(b.valid, b.w)
+    h = only(b.valid, b.h)
     return box(x, y, w, h, jnp.any(b.valid))
 
 
@@ -304,8 +334,8 @@ def _player_box(m: Ram, x: jax.Array) -> Box:
     turned = ((m.sticks & HORIZONTAL) != HORIZONTAL) & (m.mode != Mode.WAITS) & ~starts
     mirrored = turned & (m.sticks & STICK_LEFT > 0)
     there = among(m.look, (Look.STRAIGHT, Look.TURNED)) | (m.mode == Mode.CRASH)
-    x = x + when(mirrored, 1)
-    return PLAYERS.box(when(turned, 1), x, 145, mirrored=mirrored, valid=there)
+    drawn_x = x + when(mirrored, 1)
+    return PLAYERS.box(when(turned, 1), drawn_x, 145, mirrored=mirrored, valid=there)
 
 
 def _missile_box(m: Ram, player_x: jax.Array) -> Box:

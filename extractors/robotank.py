@@ -29,15 +29,35 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, Number, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import div, extremes, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.colors import Colors
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    ByColor,
+    Category,
+    Colors,
+    Digits,
+    Game,
+    Gauge,
+    Number,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    extremes,
+    match,
+    mod,
+    pick,
+    when,
+)
 
 ROM = Rom("robotank", "4f618c2429138e0280969193ed6c107e")
 FONT = ROM.font(0xF00, rows=8)
@@ -84,14 +104,17 @@ END_ROWS = ROM.bytes(0xD2F, DISTANCES)  # the drawing loop's row after an enemy,
 
 def _enemy_offsets() -> np.ndarray:
     """Where the halves of an enemy's picture begin, int32 `[2, distances, aspects]`."""
-    distance, aspect = np.arange(DISTANCES)[:, None], np.arange(ASPECTS)
+    distance = np.arange(DISTANCES)[:, None]
+    aspect = np.arange(ASPECTS)
     seen_from = np.where(aspect < 8, aspect, 15 - aspect)
     base = ROM.bytes(0xD3F, 16, 2)[seen_from] + 256 * (ROM.bytes(0xD40, 16, 2)[seen_from] & 15)
     rows = END_ROWS[distance] + 1
-    left = base + ROM.bytes(0xD4F, DISTANCES)[distance]
-    right = left + ROM.bytes(0xD5C, DISTANCES)[distance]
-    small, turned = distance >= HALVED, aspect >= 8
-    left, right = left - rows, np.where(small, BLANK, right) - rows
+    left_end = base + ROM.bytes(0xD4F, DISTANCES)[distance]
+    right_end = left_end + ROM.bytes(0xD5C, DISTANCES)[distance]
+    small = distance >= HALVED
+    turned = aspect >= 8
+    left = left_end - rows
+    right = np.where(small, BLANK, right_end) - rows
     halves = np.where(turned ^ small, np.stack([right, left]), np.stack([left, right]))
     return np.where(distance >= HIDDEN, BLANK, halves)
 
@@ -205,11 +228,11 @@ def _enemy_box(m: Ram, lift: jax.Array) -> Box:
     mirrored = m.turned > 0
     halves = jnp.arange(2)
     index = ENEMIES.index(half=halves, distance=distance, aspect=m.aspect & 15)
-    first, top, width, rows = ENEMIES.extent(index, mirrored=mirrored)
+    first, first_row, width, rows = ENEMIES.extent(index, mirrored=mirrored)
     x = jnp.stack([m.left_x, m.right_x])
     seen = (x > 0) & (width > 0)
     left, right = extremes(seen, x + first, x + first + width)
-    top, bottom = extremes(seen, top, top + rows)
+    top, bottom = extremes(seen, first_row, first_row + rows)
     y = VIEW_ROW - TANK_ROWS + lift
     there = (m.burst == 0) & jnp.any(seen)
     return edges(left, y + top, right, y + bottom, there, color=m.color).clip(*_unhidden(m, lift))
@@ -232,7 +255,8 @@ def _missile_box(m: Ram, lift: jax.Array) -> Box:
 def _shell_box(m: Ram, lift: jax.Array) -> Box:
     """The shadow of the player's shell."""
     first, _, width, _ = SHELLS.extent(m.shell_dots, mirrored=m.turned > 0)
-    top, bottom = VIEW_ROW + 256 + lift - m.shell_row, VIEW_ROW + 256 + lift - m.shell_end
+    top = VIEW_ROW + 256 + lift - m.shell_row
+    bottom = VIEW_ROW + 256 + lift - m.shell_end
     left = SHOT_LEFT + first
     shadow = edges(left, top, left + width, bottom, width > 0, color=m.color)
     return shadow.clip(*_unhidden(m, lift))
@@ -246,7 +270,8 @@ def _dot_box(m: Ram) -> Box:
 
 
 def _beam_box(m: Ram) -> Box:
-    x, y = m.beam_x + BEAM_LEFT, BEAM_BOTTOM - m.beam_row
+    x = m.beam_x + BEAM_LEFT
+    y = BEAM_BOTTOM - m.beam_row
     return BEAMS.box(m.beam_way, x, y, mirrored=m.beam_turned > 0).clip(*RADAR)
 
 
@@ -284,8 +309,8 @@ def _in_each(
     shapes: tuple[Shape, ...],
     ignore: tuple[Area, ...] = (),
 ) -> Blobs:
-    first, *others = (Blobs(colors, region, shapes, ignore=ignore) for colors in groups)
-    return dataclasses.replace(first, also=tuple(others))
+    rules = tuple(Blobs(colors, region, shapes, ignore=ignore) for colors in groups)
+    return dataclasses.replace(rules[0], also=rules[1:])
 
 
 def _solid(w: int, heights: tuple[int, int]) -> Shape:

@@ -27,18 +27,33 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    ShortRuns,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    pick,
+    when,
+)
 
 ROM = Rom("seaquest", "240bfbac5163af4df5ae713985386f92")
 FONT = ROM.font(0xE00, rows=8)
@@ -86,10 +101,11 @@ def _rows(pointers: int, index: int, height: int) -> np.ndarray:
 
 def _ball_rows(look: int) -> np.ndarray:
     """Rows of what the ball draws: on each row it moves, and is off or 1 to 8 pixels wide."""
-    left, out = 2, []
-    moves, shapes = _rows(0xF7E, look, LANE_ROWS), _rows(0xF92, look, LANE_ROWS)
-    for move, shape in zip(moves.tolist(), shapes.tolist(), strict=True):
-        left -= ((move >> 4) ^ 8) - 8
+    out = []
+    moves = _rows(0xF7E, look, LANE_ROWS)
+    lefts = 2 - np.cumsum((moves >> 4 ^ 8) - 8)
+    shapes = _rows(0xF92, look, LANE_ROWS)
+    for left, shape in zip(lefts.tolist(), shapes.tolist(), strict=True):
         width = 1 << (shape >> 4 & 3)
         dots = (1 << width) - 1
         out.append(dots << 8 - left - width if shape & 2 and 0 <= left <= 8 - width else 0)
@@ -140,7 +156,8 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemies, balls = _enemy_boxes(m), _ball_boxes(m)
+    enemies = _enemy_boxes(m)
+    balls = _ball_boxes(m)
     submarines = m.look >= Look.SUBMARINE
     return {
         "Player": _player(m),
@@ -185,7 +202,8 @@ def _player(m: Ram) -> Box:
         orientation=_compass(m.looks_left),
     )
     color = match((m.dying == 0, GOLD), ((m.dying & 1) == 1, FLASH), otherwise=BLACK)
-    top, end = whole.y, whole.y + whole.h
+    top = whole.y
+    end = whole.y + whole.h
     hidden_above = when(top >= FOOT[0], jnp.maximum(FOOT[1] - top, 0))
     hidden_below = when(end <= FOOT[1], jnp.maximum(end - FOOT[0], 0))
     return replace(whole.trimmed(top=hidden_above, bottom=hidden_below), color=color)
@@ -193,7 +211,9 @@ def _player(m: Ram) -> Box:
 
 def _torpedo(m: Ram) -> Box:
     """The submarine's torpedo: what has come out of the submarine, which is in front of it."""
-    left, right, hull_x = m.torpedo_x, m.torpedo_x + 8, m.x + 16
+    left = m.torpedo_x
+    right = m.torpedo_x + 8
+    hull_x = m.x + 16
     inside = (left < hull_x) & (right > m.x)
     first = jnp.where(inside & (left >= m.x), hull_x, left)
     last = jnp.where(inside & (left < m.x), m.x, right)
@@ -204,7 +224,8 @@ def _torpedo(m: Ram) -> Box:
 def _enemy_boxes(m: Ram) -> Box:
     """Sharks or enemy submarines."""
     x = (jnp.repeat(m.enemy_x, 3) + 16 * PLACE_OF) & 255
-    look, leftward = jnp.repeat(m.look, 3), jnp.repeat(m.leftward, 3)
+    look = jnp.repeat(m.look, 3)
+    leftward = jnp.repeat(m.leftward, 3)
     beyond = _cut_off(x)
     cut = 8 + jnp.where(leftward == 1, -beyond, beyond)
     return ENEMY_PICTURES.box(

@@ -30,16 +30,30 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font
-from ocjax.console.ops import div, lookup, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.registers import wrap
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Font,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    lookup,
+    pick,
+    signed,
+    when,
+    wrap,
+)
 
 ROM = Rom("skiing", "b76fbadc8ffb1f83e2ca08b6fb4d6c9f")
 DIGIT_ROWS = ROM.bytes(0x700, 7 * 16).reshape(7, 16)[::-1, :10]  # of all digits, the top ones first
@@ -101,14 +115,22 @@ def _cuts(ink: np.ndarray) -> np.ndarray:
         Left, top, width and height of the rest, five bits each, `[2 * height + 1, 2 * width + 1]`.
     """
     height, width = ink.shape
-    table = np.zeros((2 * height + 1, 2 * width + 1), np.int32)
-    for i, j in np.ndindex(table.shape):
-        y, x = max(height - i, 0), max(width - j, 0)
-        ys, xs = np.nonzero(ink[y : 2 * height - i, x : 2 * width - j])
-        if len(ys):
-            left, top = x + xs.min(), y + ys.min()
-            table[i, j] = left | top << 5 | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
-    return table
+    rows = range(-height, height + 1)
+    columns = range(-width, width + 1)
+    return np.array([[_cut(ink, up, aside) for aside in columns] for up in rows], np.int32)
+
+
+def _cut(ink: np.ndarray, up: int, aside: int) -> int:
+    """What remains of a picture after one cut, packed as in the table."""
+    y = max(-up, 0)
+    x = max(-aside, 0)
+    height, width = ink.shape
+    ys, xs = np.nonzero(ink[y : height - up, x : width - aside])
+    if not len(ys):
+        return 0
+    left = x + xs.min()
+    top = y + ys.min()
+    return left | top << 5 | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
 
 
 # Pictures of a flag, a mogul and a tree, whose lower part has dots twice as wide.
@@ -211,33 +233,37 @@ def _records_in_order(m: Ram) -> jax.Array:
 
     Record k is at (turn + 7 - k) modulo 8 of the list.
     """
-    turn = jnp.where(
-        m.state == State.ENDED, m.turn + 1, m.turn
-    )  # the run ended before the list moved
+    # The run ended before the list moved.
+    turn = jnp.where(m.state == State.ENDED, m.turn + 1, m.turn)
     records = (m.last_row | m.object_x << 8 | m.object_y << 16 | m.kind << 24)[::-1]
-    for shift in (1, 2, 4):
-        records = jnp.where((turn & shift) != 0, jnp.roll(records, shift), records)
-    return records
+
+    def rolled(listed: jax.Array, shift: int) -> jax.Array:
+        return jnp.where((turn & shift) != 0, jnp.roll(listed, shift), listed)
+
+    return functools.reduce(rolled, (1, 2, 4), records)
 
 
 def _object_boxes(m: Ram) -> Box:
     """Tight boxes of what the playfield leaves of four flags, three moguls and six trees."""
     records = _records_in_order(m)
     record = jnp.stack([records[k] for k in SLOT_RECORDS])
-    last_row, y, kind = record & 255, record >> 16 & 255, record >> 24 & 7
+    last_row = record & 255
+    record_y = record >> 16 & 255
+    kind = record >> 24 & 7
     shows = jnp.where((kind & 2) == 2, Thing.TREE, kind & 1)
     is_mirrored = kind >= MIRRORED
     left, above, right, below = FIELD  # left and right are at the same distance from the middle
     place = _object_x(record >> 8 & 255, last_row)
-    x = jnp.where(is_mirrored, 160 - WIDTHS - place, place)
-    end = 180 + last_row - y + _last_step(m)[1]
+    whole_x = jnp.where(is_mirrored, 160 - WIDTHS - place, place)
+    end = 180 + last_row - record_y + _last_step(m)[1]
     y = end - HEIGHTS
-    rows = jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0)
-    columns = jnp.minimum(x - left, 0) + jnp.maximum(x + WIDTHS - right, 0)
-    rows, columns = jnp.clip(rows, -HEIGHTS, HEIGHTS), jnp.clip(columns, -WIDTHS, WIDTHS)
+    rows_beyond = jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0)
+    columns_beyond = jnp.minimum(whole_x - left, 0) + jnp.maximum(whole_x + WIDTHS - right, 0)
+    rows = jnp.clip(rows_beyond, -HEIGHTS, HEIGHTS)
+    columns = jnp.clip(columns_beyond, -WIDTHS, WIDTHS)
     rest = lookup(CUT_TABLE, rows * (2 * WIDTHS + 1) + columns + UNCUT)
     width = rest >> 10 & 31
-    cut_x = x + (rest & 31)
+    cut_x = whole_x + (rest & 31)
     x = jnp.where(is_mirrored, 160 - width - cut_x, cut_x)
     exists = (last_row < NO_OBJECT) & (shows == THINGS)
     color = jnp.where(kind == LAST_GATE, RED, np.array(COLORS))
@@ -247,9 +273,9 @@ def _object_boxes(m: Ram) -> Box:
 def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:
     """Left edges of the slots' pictures, from the border from which x counts."""
     # Without its narrow part a tree is five columns to the left.
-    x = wrap(x + jnp.where((THINGS == Thing.TREE) & (last_row >= WIDE_TREE), -3, SHIFTS))
+    wrapped = wrap(x + jnp.where((THINGS == Thing.TREE) & (last_row >= WIDE_TREE), -3, SHIFTS))
     # What begins in the right border may show at the left one.
-    return jnp.where(x >= FIELD[2], x - 160, x)
+    return jnp.where(wrapped >= FIELD[2], wrapped - 160, wrapped)
 
 
 FLAG = Blobs((BLUE, RED), FIELD, Shape(w=(1, 5), h=(1, 14)), gap=(4, 8))

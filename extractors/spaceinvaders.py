@@ -34,17 +34,29 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    match,
+    packed_position,
+    pick,
+    when,
+)
 
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -153,15 +165,15 @@ def _lowest_row(m: Ram) -> jax.Array:
 def _cannon(m: Ram, x: jax.Array, there: jax.Array, died: jax.Array) -> Box:
     shows_death = (died == 1) & ((m.clock | 1) != DEATH_BEGINS)
     blank = (m.starting == 1) & ((m.clock & BLINK) == 0)
-    there = (there == 1) & (m.fallen == 0) & ~blank
-    return box(x, 185, jnp.where(shows_death, 8, 7), 10, there, value=m.lives)
+    shown = (there == 1) & (m.fallen == 0) & ~blank
+    return box(x, 185, jnp.where(shows_death, 8, 7), 10, shown, value=m.lives)
 
 
 def _alien_boxes(m: Ram) -> Box:
     # An alien that was hit on this very frame is still drawn whole.
     just_hit = _odd(m) & ((m.alien_points[0] > 0) | (m.alien_points[1] > 0))
-    explodes = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
-    explodes = explodes & (just_hit | (_lowest_row(m) <= ALIEN_ROW))
+    was_hit = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
+    explodes = was_hit & (just_hit | (_lowest_row(m) <= ALIEN_ROW))
     alive = (jnp.repeat(m.rows, 6) >> ALIEN_COLUMN & 1) == 1
     x = m.aliens_x - 1 + ALIEN_X * ALIEN_COLUMN
     y = ALIENS_TOP + 2 * m.drop + ALIEN_Y * (5 - ALIEN_ROW)
@@ -204,7 +216,8 @@ def _shield_boxes(m: Ram) -> Box:
     right = sum(when((ink & (1 << column) - 1) == 0, 1) for column in range(1, 8))
     x = packed_position(m.shield_code) - 1 + 32 * np.arange(3)
     there = (ink > 0) & (m.shields_up == 1)
-    y, h = SHIELDS_TOP + 2 * top, 2 * (bottom - top)
+    y = SHIELDS_TOP + 2 * top
+    h = 2 * (bottom - top)
     return box(x + left, y, 8 - left - right, h, there)
 
 
@@ -227,10 +240,10 @@ def _drawn_y(m: Ram, y: jax.Array) -> jax.Array:
     upper, lower = y
     untouched = m.bullet_step != TOUCHED
     last = (m.bullet_clock + 91) & 255
-    only = jnp.where(last > 121, last - 114, (last + 10) & 255)
-    only = jnp.where(untouched, last, only)
-    below = jnp.where(last > 124, last - 124, last)
-    below = jnp.where(untouched, last + m.bullet_step, below) & 255
+    only_touched = jnp.where(last > 121, last - 114, (last + 10) & 255)
+    only = jnp.where(untouched, last, only_touched)
+    below_touched = jnp.where(last > 124, last - 124, last)
+    below = jnp.where(untouched, last + m.bullet_step, below_touched) & 255
     none = (upper >= GONE) & (lower >= GONE)
     one = (upper < GONE) & (lower >= GONE)
     top = jnp.where(none & (only > 7) & (only < LOWEST), only, upper)

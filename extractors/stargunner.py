@@ -25,16 +25,33 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, match, only, pick, when
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    match,
+    only,
+    pick,
+    when,
+)
 
 ROM = Rom("star_gunner", "a3c1c70024d7aabb41381adbfb6d3b25")
 FONT = ROM.font(range(0xF0B, 0xF15), rows=7, step=11)
@@ -162,7 +179,8 @@ def _ship_box(m: Ram) -> Box:
 
 
 def _shot_box(m: Ram) -> Box:
-    x, beside = m.shot_x - 11, (m.shot_y > m.y) & (m.shot_y <= m.y + SHIP_ROWS)
+    x = m.shot_x - 11
+    beside = (m.shot_y > m.y) & (m.shot_y <= m.y + SHIP_ROWS)
     left = jnp.where(beside, jnp.maximum(x, SHOT_BESIDE), x)
     return edges(
         left, m.shot_y + ROW_0, x + 8, m.shot_y + ROW_0 + 1, m.shot_y > 0, color=m.shot_color
@@ -182,23 +200,19 @@ def _enemy_boxes(m: Ram) -> Box:
     x = m.enemy_x - 10
     picture = div(jnp.maximum(m.picture - FIRST_PICTURE, 0), ENEMY_ROWS)
     whole = EXTENTS.index(picture=picture, late=0)
-    _, first, _, rows = EXTENTS.extent(whole)
+    _, whole_first, _, whole_rows = EXTENTS.extent(whole)
     # The late columns may be others in its first row than in its last one.
-    upper = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + first))
-    lower = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + first + rows - 1))
+    upper = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + whole_first))
+    lower = EXTENTS.index(
+        picture=picture, late=_late_columns(m, x, top + whole_first + whole_rows - 1)
+    )
     left, first, width, _ = EXTENTS.extent(upper)
     _, lower_first, _, rows = EXTENTS.extent(lower)
     y = top + ROW_0
     flies = (slot <= m.last_enemy) & (m.state < State.GONE)
     there = flies & (m.enemy_x >= FIRST_X) & (m.enemy_x <= LAST_X)
-    return edges(
-        x + left,
-        y + first,
-        x + left + width,
-        y + lower_first + rows,
-        there,
-        color=m.enemy_color,
-    )
+    bottom = y + lower_first + rows
+    return edges(x + left, y + first, x + left + width, bottom, there, color=m.enemy_color)
 
 
 def _late_columns(m: Ram, x: jax.Array, row: jax.Array) -> jax.Array:
@@ -217,8 +231,11 @@ def _bomb_box(m: Ram) -> Box:
 
     The ship's rows do not change whether a bomb shows: one just above them shows in all of them.
     """
-    x, y = m.bomb_x - 11, m.bomb_y + ROW_0
-    burst, below, long = _explodes(m), m.bomb_y > m.y, m.bomb_y == m.y
+    x = m.bomb_x - 11
+    y = m.bomb_y + ROW_0
+    burst = _explodes(m)
+    below = m.bomb_y > m.y
+    long = m.bomb_y == m.y
     place = when(below, 1) + when(burst, 2)
     starts = pick(place, [shows.here for shows in BOMBS])
     ends = pick(place, [shows.lower for shows in BOMBS])

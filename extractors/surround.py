@@ -22,17 +22,28 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Font
-from ocjax.console.ops import lookup
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Bounds, Cells
-from ocjax.vision.shades import Shades
-from ocjax.vision.steps import Context, Step
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Context,
+    Detected,
+    Font,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shades,
+    Step,
+    bcd,
+    bits,
+    box,
+    boxes,
+    byte,
+    display,
+    lookup,
+)
 
 ROM = Rom("surround", "4d7517ae69f95cfbc053be01312b7dba")
 DIGITS = ROM.rows([0x739 + 5 * digit for digit in range(10)], 5, top_first=True) >> 1 & 7

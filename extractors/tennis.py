@@ -26,17 +26,28 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.filters import NoLines
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NoLines,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    among,
+    box,
+    byte,
+    display,
+    lookup,
+    match,
+    when,
+)
 
 ROM = Rom("tennis", "42cdd6a9e42a3639e190722b8ea3fc51")
 FIELD = (8, 14, 160, 192)  # columns 0-7 are blanked by the beam
@@ -46,7 +57,7 @@ WHITE = 14
 SHADE = 2  # of the ball's shadow
 
 HEIGHT = 23  # rows of a player
-WIDTH = 13  # of a player with the racket
+USUAL_WIDTH = 13  # of a player with the racket
 SWING_WIDTHS = {0x5B: 16, 0x6C: 15, 0x84: 12}  # the same, by the racket's picture in a swing
 ENDS = (166, 167)  # row of the top and y together: far, near
 NEAR_YS = range(2, 78)  # `ball_y` at the near end
@@ -72,7 +83,8 @@ def _texts() -> np.ndarray:
     for low, high in zip(ROM.bytes(0x73F, 18), ROM.bytes(0x72D, 18), strict=True):
         rows = ROM.rows(0x700 + int(high), SCORE_ROWS) << 8 | ROM.rows(0x700 + int(low), SCORE_ROWS)
         ink = int(np.bitwise_or.reduce(rows))
-        left, right = 16 - ink.bit_length(), 16 - ((ink & -ink).bit_length() - 1)
+        left = 16 - ink.bit_length()
+        right = 16 - ((ink & -ink).bit_length() - 1)
         out.append((left, right - left) if ink else (0, 0))
     return np.array(out)
 
@@ -98,7 +110,9 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    players, ball, scores = _player_boxes(m), _ball_boxes(m), _score_boxes(m)
+    players = _player_boxes(m)
+    ball = _ball_boxes(m)
+    scores = _score_boxes(m)
     return {
         "Player": players[0],
         "Enemy": players[1],
@@ -113,11 +127,20 @@ def _player_boxes(m: Ram) -> Box:
     """Both players; the body is on the left of the racket, or on the right if they are turned."""
     turned = m.turned != 0
     racket = jnp.where(turned, m.left_part, m.right_part)
-    w = match(*((racket == swing, w) for swing, w in SWING_WIDTHS.items()), otherwise=WIDTH)
-    x = m.x - 2 + when(turned, 16 - w)
-    facing, y = jnp.where(turned, WEST, EAST), np.array(ENDS) - m.y
-    x, y, w, facing = (jnp.where(m.swapped == 0, v, v[::-1]) for v in (x, y, w, facing))
-    return box(x, y, w, HEIGHT, orientation=facing).clip(*FIELD)
+    swings = ((racket == swing, columns) for swing, columns in SWING_WIDTHS.items())
+    width = match(*swings, otherwise=USUAL_WIDTH)
+    x = m.x - 2 + when(turned, 16 - width)
+    facing = jnp.where(turned, WEST, EAST)
+    left = _player_first(m, x)
+    top = _player_first(m, np.array(ENDS) - m.y)
+    orientation = _player_first(m, facing)
+    boxes = box(left, top, _player_first(m, width), HEIGHT, orientation=orientation)
+    return boxes.clip(*FIELD)
+
+
+def _player_first(m: Ram, by_end: jax.Array | np.ndarray) -> jax.Array:
+    """The player's value and the enemy's, by those at the far and the near end."""
+    return jnp.where(m.swapped == 0, by_end, by_end[::-1])
 
 
 def _ball_boxes(m: Ram) -> Box:
@@ -125,8 +148,8 @@ def _ball_boxes(m: Ram) -> Box:
     near = among(m.ball_y, NEAR_YS)
     y = jnp.where(near, ENDS[1], ENDS[0]) + HEIGHT - m.ball_y
     h = jnp.where(near, 2, jnp.minimum(NET_TOP - y, 2))
-    there = (near | among(m.ball_y, FAR_YS)) & (m.ball_x >= FIELD[0] + 2)
-    there = there & (np.array((True, False)) | (m.ball_y[0] != m.ball_y[1]))
+    in_court = (near | among(m.ball_y, FAR_YS)) & (m.ball_x >= FIELD[0] + 2)
+    there = in_court & (np.array((True, False)) | (m.ball_y[0] != m.ball_y[1]))
     return box(jnp.repeat(m.ball_x, 2) - 2, y, 2, h, there).clip(*FIELD)
 
 

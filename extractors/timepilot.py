@@ -33,16 +33,33 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable, box, choose
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import mirrored, wrap
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shades,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    match,
+    mirrored,
+    pick,
+    when,
+    wrap,
+)
 
 ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)
@@ -143,7 +160,8 @@ def _behind_clouds(rows: np.ndarray) -> list[np.ndarray]:
             ROM.bytes(BANK | page << 8 | start + below, LANE)[::-1][::2].repeat(2).astype(int)
             for page, start in zip(pages, starts, strict=True)
         ]
-        right, left = cloud[0] & 0x10, cloud[1] & 0x80
+        right = cloud[0] & 0x10
+        left = cloud[1] & 0x80
         out.append(rows & np.where(left > 0, 0x0F, 0xFF) & np.where(right > 0, 0xF0, 0xFF))
     return out
 
@@ -191,7 +209,8 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.idle < BLANKED) & ~_warps(m)
-    jet_color, enemy_color = pick(m.era, JET), pick(m.era, ENEMY)
+    jet_color = pick(m.era, JET)
+    enemy_color = pick(m.era, ENEMY)
     enemies = replace(_enemy_boxes(m).where(there), color=enemy_color)
     shot_boxes = replace(_enemy_shots(m).where(there), color=enemy_color)
     return {
@@ -232,8 +251,8 @@ def _jet_box(m: Ram) -> Box:
     look = jnp.where(explodes, 8 + (m.way >> 2), m.way)
     fresh = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
     there = ((m.look != Look.GONE) | _just_gone(m)) & ~fresh & (m.idle < BLANKED)
-    cloud = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
-    cloud = when(~_warps(m), jnp.clip(cloud + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
+    place = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
+    cloud = when(~_warps(m), jnp.clip(place + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
     intact = (CLOUD_PLACES * len(CLOUD_ROWS) + 1) * look
     seen = JETS.box(intact + cloud, 76, 97, valid=there, orientation=2 * m.way)
     return choose(seen.w > 0, seen, JETS.box(intact, 76, 97, valid=there, orientation=2 * m.way))
@@ -249,15 +268,18 @@ def _shot(m: Ram) -> Box:
 
 def _enemy_boxes(m: Ram) -> Box:
     """The planes, and what they have at the lower edge."""
-    picture, past_edge = _enemy_pictures(m), UPPER_EDGE - m.y
+    picture = _enemy_pictures(m)
+    past_edge = UPPER_EDGE - m.y
     room = past_edge - when(m.x < LATE_X, 1)  # rows below the upper edge, less 1
     most = jnp.minimum(room, jnp.where((m.y & 15) < 3, 15 - (m.y & 15), LANE - 1))
     low = picture + jnp.clip(most, 0, LANE - 1)
     high = picture + LANE + jnp.clip(past_edge, 0, LANE - 1)
-    there = (m.x > 0) & (m.y > 0)
-    there = jnp.concatenate([there, there & among(m.y, WRAPS)])
-    index, y = jnp.concatenate([low, high]), jnp.concatenate([161 - m.y, 305 - m.y])
-    x, way = jnp.tile(m.x, 2), jnp.tile(m.enemy_way, 2)
+    on_screen = (m.x > 0) & (m.y > 0)
+    there = jnp.concatenate([on_screen, on_screen & among(m.y, WRAPS)])
+    index = jnp.concatenate([low, high])
+    y = jnp.concatenate([161 - m.y, 305 - m.y])
+    x = jnp.tile(m.x, 2)
+    way = jnp.tile(m.enemy_way, 2)
     boxes = CUTS.box(index, x - 4, y, mirrored=way >= WESTWARD, valid=there, orientation=2 * way)
     return boxes.clip(*SKY)
 
@@ -265,7 +287,8 @@ def _enemy_boxes(m: Ram) -> Box:
 def _enemy_pictures(m: Ram) -> jax.Array:
     """The first pictures in `CUTS` of what the planes look like and the columns that they have."""
     spared = _just_hit(m) & (m.explosion == 0) & among(m.y, AT_JET)
-    hit, mother = (m.flags & Flag.HIT) != 0, (m.flags & Flag.MOTHER) != 0
+    hit = (m.flags & Flag.HIT) != 0
+    mother = (m.flags & Flag.MOTHER) != 0
     look = match((hit & ~spared, EXPLOSION_LOOK), (mother, BOSS), otherwise=m.enemy_way)
     second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) != 0)
     page = pick(m.era, ENEMY_PAGES) - FIRST_PAGE + when(second, 1)
@@ -281,7 +304,8 @@ def _enemy_shots(m: Ram) -> Box:
     late = among(phase, MOVES) & waits
     x = m.enemy_shot_x - when(late, pick(m.enemy_shot_way, STEP_X))
     y = m.enemy_shot_y - when(late, pick(m.enemy_shot_way, STEP_Y))
-    source_x, source_y = m.x + 4, jnp.minimum(m.y + 4, HIGHEST_SHOT)
+    source_x = m.x + 4
+    source_y = jnp.minimum(m.y + 4, HIGHEST_SHOT)
     at = (x[:, None] == source_x[None]) & (y[:, None] == source_y[None])
     fresh = (phase == SPAWN) & waits & at.any(axis=1)
     there = (m.enemy_shot_y > 0) & ~fresh
@@ -315,8 +339,10 @@ PER_ICON = 4  # enemies
 def _enemies_left(m: Ram) -> Box:
     """The icons at the bottom, one for each four enemies."""
     icons = m.left + PER_ICON - 1 >> 2
-    there, color = (m.left > 0) & (m.idle < BLANKED), jnp.where(_flight(m), 0, RED)
-    index, value = len(ENEMY_PAGES) * icons + m.era, PER_ICON * icons
+    there = (m.left > 0) & (m.idle < BLANKED)
+    color = jnp.where(_flight(m), 0, RED)
+    index = len(ENEMY_PAGES) * icons + m.era
+    value = PER_ICON * icons
     return LEFT_BOXES.at(index, y=180, valid=there, value=value, color=color)
 
 

@@ -30,15 +30,28 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, hex_font
-from ocjax.console.ops import among, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Bounds
-from ocjax.vision.shades import Saver, Shades
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Saver,
+    Shades,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    hex_font,
+    pick,
+    reached,
+    when,
+)
 
 ROM = Rom("video_pinball", "107cc025334211e6d29da0b6be46aec7")
 GLYPHS = (
@@ -147,11 +160,10 @@ def _walls() -> tuple[tuple[int, int, int, int], ...]:
     for row in range(WALL_ROWS):
         listed = (int(part) for part in ROM.bytes(0xCB3 + 3 * row, 3))
         pf0, pf1, pf2 = LAST_ROWS.get(row) or listed
-        dots = [pf0 >> i & 1 for i in range(4, 8)] + [pf1 >> i & 1 for i in range(7, -1, -1)]
-        dots += [pf2 >> i & 1 for i in range(8)]
-        dots += dots[::-1]
-        edges = np.flatnonzero(np.diff([0, *dots, 0])).reshape(-1, 2) * 4
-        out += [(int(a), 16 + 8 * row, int(b), 24 + 8 * row) for a, b in edges]
+        first = [pf0 >> i & 1 for i in range(4, 8)] + [pf1 >> i & 1 for i in range(7, -1, -1)]
+        half = [*first, *(pf2 >> i & 1 for i in range(8))]
+        edges = np.flatnonzero(np.diff([0, *half, *half[::-1], 0])).reshape(-1, 2) * 4
+        out.extend((int(a), 16 + 8 * row, int(b), 24 + 8 * row) for a, b in edges)
     return tuple(out)
 
 
@@ -221,19 +233,20 @@ def _logo_boxes(m: Ram) -> Box:
 
 def _picture(index: jax.Array | int, x: jax.Array | np.ndarray | int, y: int) -> Box:
     """Boxes of pictures whose rows are two pixels high."""
-    x = jnp.asarray(x)
-    left, top, width, height = PICTURES.extent(jnp.broadcast_to(jnp.asarray(index), x.shape))
+    indices = jnp.broadcast_to(jnp.asarray(index), jnp.shape(x))
+    left, top, width, height = PICTURES.extent(indices)
     return box(x + left, y + 2 * top, width, 2 * height)
 
 
 def _ball_box(m: Ram) -> Box:
     """The ball before a wall has moved it, or where it was lost."""
-    x, y = _ball_drawn(m)
-    left = (y & 1 == 0) & (x <= LATE_COLUMN)
-    top = y + when(left & (x < LATE_COLUMN) & _late(y), 1)
-    end = y + 4 + when(left & _late(y + 4), 1)
+    ball_x, ball_y = _ball_drawn(m)
+    left = (ball_y & 1 == 0) & (ball_x <= LATE_COLUMN)
+    top = ball_y + when(left & (ball_x < LATE_COLUMN) & _late(ball_y), 1)
+    end = ball_y + 4 + when(left & _late(ball_y + 4), 1)
     lost = (m.ball_x == PLUNGED_X) & (m.ball_y == PLUNGED_Y) & (m.ball_row >= GONE)
-    x, y = jnp.where(lost, LOST_X, x), jnp.where(lost, LOST_Y, top)
+    x = jnp.where(lost, LOST_X, ball_x)
+    y = jnp.where(lost, LOST_Y, top)
     return box(x, y, 2, end - top, ~lost | (m.ball_row < DEEP)).clip(0, 16, 160, 192)
 
 
@@ -263,8 +276,8 @@ def _flipper_boxes(m: Ram) -> Box:
         [pick(state, table) for table in tables]
         for state, tables in zip(states, FLIPPERS, strict=True)
     )
-    x, y, w, h = (jnp.stack(pair) for pair in zip(*extents, strict=True))
-    return box(x + np.array((64, 80)), 176 + y, w, h)
+    both = box(*(jnp.stack(pair) for pair in zip(*extents, strict=True)))
+    return replace(both, x=both.x + np.array((64, 80)), y=176 + both.y)
 
 
 def _up(m: Ram) -> jax.Array:

@@ -32,15 +32,32 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
-from ocjax.console.registers import signed_nibble
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    lookup,
+    low,
+    match,
+    pick,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("yars_revenge", "c5930d0e8cdae3e037349bfa08e871be")
 FONT = ROM.font(0xE00, rows=7, stride=8)
@@ -76,13 +93,15 @@ DELAYS = ROM.bytes(0xF08, 5).tolist()  # steps of a missile in 256 frames, by it
 
 def _rows_of_zone(clock: int) -> int:
     """First row, height and first colour of the stripes that are seen, from the program's bytes."""
-    seen, colors = [], []
+    seen = []
+    colors = []
     for row in range(1, 193, 2):
-        upper, lower = row, ~(row + 1) & 255
-        a, b = (y ^ ROM.bytes(clock + y, 1).item() for y in (upper, lower))
-        lit = a & STRIPE_BITS
-        colors += [lit] * (lit > 0)
-        seen += [row] * (lit > 0) + [row + 1] * (lit > 0 and b & 254 > 0)
+        lit = (row ^ ROM.bytes(clock + row, 1).item()) & STRIPE_BITS
+        if lit:
+            lower = ~(row + 1) & 255
+            second_lit = (lower ^ ROM.bytes(clock + lower, 1).item()) & 254
+            colors.append(lit)
+            seen.extend([row, row + 1] if second_lit else [row])
     return colors[0] << 16 | seen[0] + 2 << 8 | seen[-1] - seen[0] + 1
 
 
@@ -228,10 +247,11 @@ def _player_box(m: Ram, frame: Frame) -> Box:
     thrown = among(m.stack, Stack.THROWN_BACK) | by_shot
     gone = among(m.stack, Stack.LIFE_LOST)
     halted = ((m.dies == 1) | gone) & (m.missile_flies == 0) & among(m.last_move, YAR_MOVES)
-    x = jnp.where(frame.odd == 1, _before(m), m.x + when(thrown, 7))
-    x = x + when(halted, signed_nibble(m.last_move >> 4))
+    moved_x = jnp.where(frame.odd == 1, _before(m), m.x + when(thrown, 7))
+    x = moved_x + when(halted, signed_nibble(m.last_move >> 4))
     look = jnp.where(gone, LAST_PICTURE, m.look)
-    west, orientation = (m.heading & 8) == 0, (8 - m.heading) & 15
+    west = (m.heading & 8) == 0
+    orientation = (8 - m.heading) & 15
     yar = YARS.box(look, x, m.y + 3, mirrored=west, orientation=orientation)
     return yar.where(~frame.score)
 
@@ -252,12 +272,14 @@ def _beam_on_even(m: Ram, frame: Frame, row: jax.Array, cycle: int) -> jax.Array
 
 def _shot_box(m: Ram, frame: Frame) -> Box:
     """The Yar's shot, which moves on every frame; on its first one it is in front of the Yar."""
-    dx, dy = pick(m.shot_heading, STEPS_X), pick(m.shot_heading, STEPS_Y)
+    dx = pick(m.shot_heading, STEPS_X)
+    dy = pick(m.shot_heading, STEPS_Y)
     even = frame.odd == 0
-    x, y = m.shot_x - when(even, dx), m.shot_y - when(even, dy)
+    x = m.shot_x - when(even, dx)
+    y = m.shot_y - when(even, dy)
     new = (x == _before(m) + 4) & (y == ((m.y + 6) & ~1))
-    there = (m.shot_flies == 1) | among(m.stack, Stack.SHOT_HIT)
-    there = there & ~new & (m.dies == 0) & frame.play
+    flies = (m.shot_flies == 1) | among(m.stack, Stack.SHOT_HIT)
+    there = flies & ~new & (m.dies == 0) & frame.play
     late = jnp.where(x - dx < _beam_on_even(m, frame, y, 39), 3, 2)
     return box(x - dx, y + late, 1, 2, there, orientation=(8 - m.shot_heading) & 15)
 
@@ -298,7 +320,9 @@ def _missile_color(m: Ram, frame: Frame) -> jax.Array:
 
 def _barrier(m: Ram, frame: Frame) -> Box:
     word = lookup(ZONE_ROWS, frame.zone_clock)
-    color, top, height = word >> 16, word >> 8 & 255, word & 255
+    color = word >> 16
+    top = word >> 8 & 255
+    height = word & 255
     return box(52, top, 28, height, frame.play & (m.zone > 0), color=color)
 
 
@@ -313,7 +337,8 @@ def _cannon_box(m: Ram, frame: Frame) -> Box:
     stripe = (top ^ lookup(CODE, frame.zone_clock + top)) & m.zone & STRIPE_BITS
     color = jnp.where(stripe > 0, stripe, CANNON_COLOR)
     beam = _beam_x(52, top - m.y, 16, frame.zone_clock + top)
-    y, height = top + jnp.where(x < beam, 3, 2), 2 * jnp.sum(when(lit, 1))
+    y = top + jnp.where(x < beam, 3, 2)
+    height = 2 * jnp.sum(when(lit, 1))
     there = ((m.cannon_fired | m.cannon_armed) == 1) & (m.cannon_y < NO_CANNON) & frame.play
     return box(x, y, 4 << m.cannon_wide, height, there, color=color)
 

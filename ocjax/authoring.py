@@ -7,7 +7,8 @@
 - The console: positions and copies of sprites (`registers`), colours (`palette`), `WIDTH`.
 - Numbers, icons and pictures: `Digits`, `Font`, `NumberDisplay`, `IconRow`, `Pictures`, ...
 - Rules that find objects in frames: `Bounds`, `Blobs`, `Cells`, `Runs`, with their options.
-- Filters before a search and steps after it, and the bitmaps with which games define their own.
+- Filters before a search and steps after it, and operations on bitmaps (`bitmaps`) for filters and
+  steps of a game's own.
 """
 
 from ocjax._xla.kernels import materialize
@@ -36,7 +37,7 @@ from ocjax.console.registers import (
 )
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision import bitmap
+from ocjax.vision import bitmap as bitmaps
 from ocjax.vision.bitmap import (
     Bitmap,
     U,
@@ -122,7 +123,7 @@ __all__ = [
     "any_within",
     "areas",
     "bcd",
-    "bitmap",
+    "bitmaps",
     "bits",
     "box",
     "boxes",

@@ -31,10 +31,20 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, when
-from ocjax.console.registers import modulo_screen
-from ocjax.extraction.game import Category, Game
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Saver,
+    Shape,
+    among,
+    box,
+    choose,
+    modulo_screen,
+    when,
+)
 from ocjax.extractors.adventure.drawn import THING_LINE, Drawn, as_drawn
 from ocjax.extractors.adventure.pictures import ROW_LINES
 from ocjax.extractors.adventure.player import player_box
@@ -57,9 +67,6 @@ from ocjax.extractors.adventure.vision import (
     WHITE,
     YELLOW,
 )
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
 
 SAVES = 128  # from here on, `saver` changes the colours
 RAILS = (0, 24)  # columns of the bridge's rails
@@ -121,7 +128,8 @@ def _choose_gate(drawn: Drawn, boxes: list[Box]) -> Box:
 def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
     """It has the background's colour and shows on walls alone, or in a dark room on the light."""
     on_wall = (walls_at(drawn.room, row_of(of.y), of.x) & FIRST_COLUMN) > 0
-    x, y = of.x - m.light_x, of.y - (THING_LINE - ROW_LINES * m.light_y)
+    x = of.x - m.light_x
+    y = of.y - (THING_LINE - ROW_LINES * m.light_y)
     is_lit = among(x, range(LIGHT_WIDTH)) & among(y, range(LIGHT_HEIGHT))
     return of.where(jnp.where(drawn.dark, is_lit & ~on_wall, on_wall))
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import lookup, match, when
+from ocjax.authoring import lookup, match, when
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.pictures import FIRST_ADDRESS, ROW_LINES, row_count
 from ocjax.extractors.adventure.ram import ENTRY_BYTES, Mouth, Push, Ram, Shown, Thing, Wait
@@ -54,7 +54,8 @@ class Drawn(NamedTuple):
 
 def as_drawn(m: Ram) -> Drawn:
     """The room on the screen, and where the player and two things were in it."""
-    room, y = _room_shown(m), PLAYER_LINE - 2 * m.drawn_y
+    room = _room_shown(m)
+    y = PLAYER_LINE - 2 * m.drawn_y
     first = _sprite_of(m.first, m.first_x, jnp.minimum(m.first_y, TOP_Y), m.first_address)
     second_y = jnp.minimum(m.second_y, SECOND_TOP_Y)
     second = _sprite_of(m.second, m.second_x, second_y, m.second_address)
@@ -78,7 +79,8 @@ def _room_shown(m: Ram) -> jax.Array:
 
 def _sprite_of(entry: jax.Array, x: jax.Array, y: jax.Array, address: jax.Array) -> Sprite:
     picture = address - FIRST_ADDRESS
-    is_light, is_bridge = entry == Shown.LIGHT, entry == ENTRY_BYTES * (Thing.BRIDGE + 1)
+    is_light = entry == Shown.LIGHT
+    is_bridge = entry == ENTRY_BYTES * (Thing.BRIDGE + 1)
     top = THING_LINE - ROW_LINES * y
     return Sprite(x - 1, top, picture, row_count(picture), ~(is_light | is_bridge))
 
@@ -99,8 +101,10 @@ def _player_x(m: Ram, room: jax.Array, y: jax.Array, sprites: tuple[Sprite, Spri
 
 def _tried(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Where the stick pushes the player: his `x`, and the line of his first row."""
-    right, left = (m.stick & Push.RIGHT) == 0, (m.stick & Push.LEFT) == 0
-    up, down = (m.stick & Push.UP) == 0, (m.stick & Push.DOWN) == 0
+    right = (m.stick & Push.RIGHT) == 0
+    left = (m.stick & Push.LEFT) == 0
+    up = (m.stick & Push.UP) == 0
+    down = (m.stick & Push.DOWN) == 0
     x = m.last_x + when(right, STRIDE) - when(left, STRIDE)
     return x, y - when(up, 2 * STRIDE) + when(down, 2 * STRIDE)
 
@@ -114,8 +118,8 @@ def _is_blocked(
     room: jax.Array, x: jax.Array, y: jax.Array, sprites: tuple[Sprite, Sprite]
 ) -> jax.Array:
     """Whether the player runs into a wall or a thing there."""
-    lines = (y, y + PLAYER_LINES - 1)
-    upper, lower = (rooms.walls_at(room, rooms.row_of(line), x - TO_X) for line in lines)
+    upper = rooms.walls_at(room, rooms.row_of(y), x - TO_X)
+    lower = rooms.walls_at(room, rooms.row_of(y + PLAYER_LINES - 1), x - TO_X)
     in_wall = ((upper | lower) & PLAYER_WALLS) > 0
     return in_wall | _touches(x, y, sprites[0]) | _touches(x, y, sprites[1])
 

@@ -6,8 +6,7 @@ Each ends with an empty row. A row of a thing is drawn on two lines.
 import jax
 import numpy as np
 from jax.lax import clz
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, lookup
 from ocjax.extractors.adventure.ram import ROM
 
 FIRST_ADDRESS = 0xFB15  # three bytes before the first picture

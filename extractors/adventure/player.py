@@ -3,8 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, edges
-from ocjax.console.ops import extremes, when
+from ocjax.authoring import Box, edges, extremes, when
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.drawn import Drawn, Sprite
 from ocjax.extractors.adventure.pictures import ROW_DOTS, ROW_LINES, four_rows, ink_columns, united

@@ -1,7 +1,6 @@
 """Adventure's RAM, and what its values mean."""
 
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, byte
 
 ROM = Rom("adventure", "4b27f5397c442d25f0c418ccdacf1926")
 

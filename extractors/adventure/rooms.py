@@ -7,7 +7,7 @@ mostly from right to left. All is drawn from line 28 on, the first row 16 lines 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup
+from ocjax.authoring import lookup
 from ocjax.extractors.adventure.ram import ROM
 
 ROOMS = 31
@@ -32,9 +32,11 @@ BEFORE_ROWS = 12  # lines before the first row, if that were as high as others
 def _wall_cells(room: int) -> np.ndarray:
     """Which cells of a room are walls: bool `[7, 40]`."""
     rows = ROM.bytes(ADDRESSES[room] & 0xFFF, 3 * ROW_COUNT).reshape(ROW_COUNT, 3)
-    bits = [(rows[:, :1] >> np.arange(4, 8)) & 1]  # the three registers of a row differ in order
-    bits += [(rows[:, 1:2] >> np.arange(7, -1, -1)) & 1, (rows[:, 2:] >> np.arange(8)) & 1]
-    half = np.concatenate(bits, axis=1)
+    # the three registers of a row differ in order
+    first = (rows[:, :1] >> np.arange(4, 8)) & 1
+    second = (rows[:, 1:2] >> np.arange(7, -1, -1)) & 1
+    third = (rows[:, 2:] >> np.arange(8)) & 1
+    half = np.concatenate((first, second, third), axis=1)
     other = half[:, ::-1] if CONTROLS[room] & MIRRORED else half
     return np.concatenate((half, other), axis=1) == 1
 
@@ -44,9 +46,11 @@ WALLS = np.stack([_wall_cells(room) for room in range(ROOMS)])
 
 def _from_cells(cells: np.ndarray) -> np.ndarray:
     """The walls that begin at each cell and go on for two more, one bit a column: `[..., 40]`."""
-    columns = np.repeat(cells, CELL_WIDTH, axis=-1)
-    columns[CONTROLS & THIN_LEFT > 0, :, 11:13] = True
-    columns[CONTROLS & THIN_RIGHT > 0, :, 148:150] = True
+    wide = np.repeat(cells, CELL_WIDTH, axis=-1)
+    column = np.arange(wide.shape[-1])
+    at_left = (CONTROLS & THIN_LEFT > 0)[:, None, None] & np.isin(column, (11, 12))
+    at_right = (CONTROLS & THIN_RIGHT > 0)[:, None, None] & np.isin(column, (148, 149))
+    columns = wide | at_left | at_right
     padded = np.concatenate((columns, columns[..., : 3 * CELL_WIDTH]), axis=-1)
     starts = CELL_WIDTH * np.arange(CELL_COUNT)[:, None] + np.arange(3 * CELL_WIDTH)
     return (padded[..., starts] << np.arange(3 * CELL_WIDTH)[::-1]).sum(axis=-1)

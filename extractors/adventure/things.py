@@ -6,9 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.lax import clz
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import extremes, match, pick
-from ocjax.console.registers import larger_part
+from ocjax.authoring import Box, box, choose, edges, extremes, larger_part, match, pick
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.drawn import (
     SECOND_TOP_Y,
@@ -135,7 +133,8 @@ def _size_of(number: int, picture: jax.Array) -> Size:
 def place_of(m: Ram, drawn: Drawn, number: int) -> Place:
     """Where a thing is: from what was copied if this frame shows it."""
     entry = ENTRY_BYTES * (number + 1)
-    is_first, is_second = m.first == entry, m.second == entry
+    is_first = m.first == entry
+    is_second = m.second == entry
     own = _own_place(m, number)
     x = match((is_first, m.first_x), (is_second, m.second_x), otherwise=own.x)
     y = match((is_first, m.first_y), (is_second, m.second_y), otherwise=own.y)
@@ -171,7 +170,8 @@ def cut_things(drawn: Drawn) -> Cuts:
 
 def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
     """A thing other than the bridge: in a dark room what shows of it, if this frame shows it."""
-    at, entry = place_of(m, drawn, number), ENTRY_BYTES * (number + 1)
+    at = place_of(m, drawn, number)
+    entry = ENTRY_BYTES * (number + 1)
     left, width, rows = _size_of(number, at.picture)
     whole = box(larger_part(at.x, ROW_DOTS) + left, at.y, width, ROW_LINES * rows)
     is_hidden = drawn.dark | (drawn.color == COLORS[number])
@@ -183,7 +183,8 @@ def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
 def _uncovered(sprite: Sprite, room: jax.Array) -> Box:
     """What walls leave of a thing."""
     seen = _rows_left(sprite, room)
-    first, last = FOURS + (31 - clz(seen & -seen) >> 3), FOURS + (31 - clz(seen) >> 3)
+    first = FOURS + (31 - clz(seen & -seen) >> 3)
+    last = FOURS + (31 - clz(seen) >> 3)
     top, bottom = extremes(seen != 0, first, last + 1)
     ink = _one_row(united(seen))
     left, right = ink_columns(ink, ROW_DOTS)

@@ -18,11 +18,8 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
+from ocjax.authoring import Bitmap, Searched, bitmaps, materialize
 from ocjax.extractors.adventure.rooms import BEFORE_ROWS, ROW_COUNT, ROW_HEIGHT, VIEW
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.filters import Searched
 
 RED = 0x66
 YELLOW = 0x2A
@@ -45,8 +42,8 @@ WALLS_TOP = 27
 WALLS_END = 221
 CELLS_TOP = BEFORE_ROWS  # of seven rows of cells, if the first and the last one were whole
 CELLS_END = CELLS_TOP + ROW_COUNT * ROW_HEIGHT
-FIRST_THIN = bm.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # first column of each thin wall
-SECOND_THIN = bm.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
+FIRST_THIN = bitmaps.areas(1, ((11, 0, 12, 1), (148, 0, 149, 1)))  # first column of each thin wall
+SECOND_THIN = bitmaps.areas(1, ((12, 0, 13, 1), (149, 0, 150, 1)))
 SQUARE_WIDTH = 4  # of the player
 SQUARE_HEIGHT = 8
 UPRIGHT_LINES = 4  # lines of the least part of him that is taken before others
@@ -81,8 +78,8 @@ def look(planes: jax.Array) -> Found:
     room = materialize(_sort_out, same, ground, dot, *materialize(_openings, ground))
     square, player = _find_player(room.loose)
     bits = materialize(_numbered, planes, room.walls)
-    loose, dot = (_in_view(b, DOTS_TOP) for b in (room.loose, dot))
-    return Found(bits, loose, room.thin, square, player, dot)
+    loose = _in_view(room.loose, DOTS_TOP)
+    return Found(bits, loose, room.thin, square, player, _in_view(dot, DOTS_TOP))
 
 
 def _with_edges(pixels: Bitmap) -> Bitmap:
@@ -115,22 +112,23 @@ def _masks(planes: jax.Array) -> tuple[Bitmap, Bitmap]:
     """The pixels of the walls' colour and of the background, edged."""
     corner = -(planes[:, :1, CORNER_LINE : CORNER_LINE + 1] >> 31)
     differs = functools.reduce(or_, planes ^ corner)
-    usual, light = bm.color_mask(planes, (GREY,)), bm.color_mask(planes, (LAMP,))
+    usual = bitmaps.color_mask(planes, (GREY,))
+    light = bitmaps.color_mask(planes, (LAMP,))
     dark = (usual[:1, CORNER_LINE : CORNER_LINE + 1] >> 31) > 0
     return _with_edges(~differs), _with_edges(jnp.where(dark, light, usual))
 
 
 def _openings(ground: Bitmap) -> tuple[Bitmap, Bitmap]:
     """The columns of the cells of each row that show the background, and those of all lines."""
-    ground = ground[1:-1]
-    words, _, lanes = ground.shape
-    walls = np.zeros((1, CELLS_END - CELLS_TOP, 1), np.uint32)
-    walls[:, WALLS_TOP - CELLS_TOP : WALLS_END - CELLS_TOP] = bm.ALL
-    cells = ground[:, CELLS_TOP:CELLS_END] & walls
+    inner = ground[1:-1]
+    words, _, lanes = inner.shape
+    line_number = np.arange(CELLS_TOP, CELLS_END)[None, :, None]
+    has_walls = (line_number >= WALLS_TOP) & (line_number < WALLS_END)
+    cells = inner[:, CELLS_TOP:CELLS_END] & np.where(has_walls, bitmaps.ALL, np.uint32(0))
     rows = cells.reshape(words, ROW_COUNT, ROW_HEIGHT, lanes)
     line = jax.lax.reduce(rows, np.uint32(0), jax.lax.bitwise_or, (2,))
-    outside = bm.or_rows(ground[:, :WALLS_TOP]) | bm.or_rows(ground[:, WALLS_END:])
-    columns = bm.any_of(jnp.moveaxis(line, 1, 0)) | outside
+    outside = bitmaps.or_rows(inner[:, :WALLS_TOP]) | bitmaps.or_rows(inner[:, WALLS_END:])
+    columns = bitmaps.any_of(jnp.moveaxis(line, 1, 0)) | outside
     any_pixel = line | line >> 1 | line >> 2 | line >> 3
     return (any_pixel & FIRST_OF_CELL) * 15, columns[:, None]
 
@@ -144,23 +142,26 @@ def _within(pixels: Bitmap) -> Bitmap:
 
 def _dots(same: Bitmap, ground: Bitmap) -> Bitmap:
     """Single dots, from line `DOTS_TOP` on."""
-    same, ground = (b[:, CELLS_TOP:CELLS_END] for b in (same, ground))
-    own, free = (b[1:-1, AROUND:-AROUND] for b in (same, ground))
-    return (free & _within(same)) | (own & _within(ground))
+    own = same[:, CELLS_TOP:CELLS_END]
+    free = ground[:, CELLS_TOP:CELLS_END]
+    own_middle = own[1:-1, AROUND:-AROUND]
+    free_middle = free[1:-1, AROUND:-AROUND]
+    return (free_middle & _within(own)) | (own_middle & _within(free))
 
 
 def _sort_out(same: Bitmap, ground: Bitmap, dot: Bitmap, is_open: Bitmap, columns: Bitmap) -> _Room:
     """A frame's walls and what has their colour."""
     thin = ~same[1:-1, WALLS_TOP : WALLS_TOP + 1] & (FIRST_THIN | SECOND_THIN)
     end = CELLS_END - AROUND
-    own, free = (b[1:-1, DOTS_TOP:end] for b in (same, ground))
+    own = same[1:-1, DOTS_TOP:end]
+    free = ground[1:-1, DOTS_TOP:end]
     words, rows, lanes = own.shape
     whole = jnp.broadcast_to(is_open[:, :, None], (words, ROW_COUNT, ROW_HEIGHT, lanes))
-    is_open = whole.reshape(words, -1, lanes)[:, AROUND : AROUND + rows]
+    open_lines = whole.reshape(words, -1, lanes)[:, AROUND : AROUND + rows]
     line = np.arange(DOTS_TOP, end)[:, None]
-    inside = (bm.any_of(free) != 0) & ((line >= WALLS_TOP) & (line < WALLS_END))
-    loose = jnp.where(inside, own & is_open & columns & ~dot, 0)
-    return _Room(own & ~is_open, loose, thin)
+    inside = (bitmaps.any_of(free) != 0) & ((line >= WALLS_TOP) & (line < WALLS_END))
+    loose = jnp.where(inside, own & open_lines & columns & ~dot, 0)
+    return _Room(own & ~open_lines, loose, thin)
 
 
 def _find_player(loose: Bitmap) -> tuple[Bitmap, Bitmap]:
@@ -200,18 +201,20 @@ def _likeliest(loose: Bitmap, square: Bitmap, upright: Bitmap) -> Bitmap:
     """All squares if there are any, or what is upright, or all that may be parts."""
     moved = (move(upright, n) for move in (_left, _right) for n in (1, 2))
     near = loose & functools.reduce(or_, moved, upright[1:-1])
-    is_whole, is_upright = (bm.any_of(bm.or_rows(b)) != 0 for b in (square, upright))
+    is_whole = bitmaps.any_of(bitmaps.or_rows(square)) != 0
+    is_upright = bitmaps.any_of(bitmaps.or_rows(upright)) != 0
     return jnp.where(is_whole, square, jnp.where(is_upright, near, loose))
 
 
 def _numbered(planes: jax.Array, walls: Bitmap) -> tuple[Bitmap, ...]:
     """The bits of the numbers of colours."""
     by_color = dict.fromkeys(FLASHES, OTHER_FLASH) | NUMBERS
-    shown, free = _in_view(planes, 0), ~_in_view(walls, DOTS_TOP)
+    shown = _in_view(planes, 0)
+    free = ~_in_view(walls, DOTS_TOP)
     colors = [
         [color for color, number in by_color.items() if number >> bit & 1] for bit in range(3)
     ]
-    return tuple(bm.color_mask(shown, own) & free for own in colors)
+    return tuple(bitmaps.color_mask(shown, own) & free for own in colors)
 
 
 def _things(found: Found, color: int) -> Bitmap:

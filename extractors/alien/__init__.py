@@ -36,17 +36,29 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import packed_position, position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    IconRow,
+    Rom,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    packed_position,
+    pick,
+    position,
+    when,
+)
 from ocjax.extractors.alien.eggs import DISPLAY_FIGURE, STAGGER, colors_of_eggs
 from ocjax.extractors.alien.ram import Figure, Ram, Scene, Way
-from ocjax.vision.displays import IconRow
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)
@@ -96,7 +108,8 @@ NOT_DRAWN = 96  # `line` while a frame is prepared
 def decode(m: Ram) -> dict[str, Box]:
     x = 17 + position(m.coarse, m.fine)
     is_next = m.line == NOT_DRAWN  # of the next frame, which is not yet on the screen
-    in_maze, bonus = m.scene == Scene.MAZE, _is_bonus(m)
+    in_maze = m.scene == Scene.MAZE
+    bonus = _is_bonus(m)
     lost = jnp.where(is_next & in_maze & (m.eaten > 0), 1, 0)
     flame = _is_flame(m) & in_maze & ~is_next
     pulsar = _pulsar_box(m, x[4], _pulsar_row(m))
@@ -142,7 +155,8 @@ def _pulsar_row(m: Ram) -> jax.Array:
 
 def _is_flame(m: Ram) -> jax.Array:
     """Whether the pulsar's record is where no pulsar ever is."""
-    y, homes = _pulsar_row(m), zip(PULSAR_X, PULSAR_Y, strict=True)
+    y = _pulsar_row(m)
+    homes = zip(PULSAR_X, PULSAR_Y, strict=True)
     at_home = ((m.pulsar_x == home_x) & (y == home_y) for home_x, home_y in homes)
     return ~functools.reduce(jnp.logical_or, at_home)
 
@@ -165,8 +179,8 @@ def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
 
 
 def _aliens(m: Ram, x: jax.Array) -> Box:
-    left, top, width, height, there = (jnp.tile(field, 4) for field in _alien_extents(m, x))
-    three = left, top, width, height, jnp.where(np.arange(12) < 3, there, 0)
+    extents = [jnp.tile(field, 4) for field in _alien_extents(m, x)]
+    three = *extents[:4], jnp.where(np.arange(12) < 3, extents[4], 0)
     sides = (jnp.where(_is_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
     color = jnp.where(_is_bonus(m), jnp.tile(m.colors[1:], 2), jnp.tile(m.colors[:3], 4))
     return box(*sides, color=color).clip(8, 0, 160, 210)
@@ -176,12 +190,12 @@ def _alien_extents(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
     """The aliens in the maze: left, top, width, height, whether they are there."""
     sizes = [(m.pictures == picture, *size) for picture, size in ALIEN_SIZES.items()]
     inset = match(*((shown, columns) for shown, columns, _ in sizes), otherwise=0)
-    height = match(*((shown, rows) for shown, _, rows in sizes), otherwise=11)
+    usual_height = match(*((shown, rows) for shown, _, rows in sizes), otherwise=11)
     walks = among(m.pictures, ALIEN_WALKS)
     in_narrow_pose = walks & _narrow(m)
     left = jnp.where(in_narrow_pose, 1 - m.turned[:3], inset)
     width = jnp.where(in_narrow_pose, 7, 8 - 2 * inset)
-    height = jnp.where(walks, 13, height)
+    height = jnp.where(walks, 13, usual_height)
     there = (m.alien_y > 0) & (m.scene == Scene.MAZE)
     return x + left, 196 - 2 * m.alien_y, width, height, jnp.where(there, 1, 0)
 
@@ -199,7 +213,8 @@ def _pairs(m: Ram) -> tuple[jax.Array, ...]:
     row = np.arange(6)
     to_right = row % 2 == 0
     x = 2 + packed_position(m.rows)
-    was_left, was_right = jnp.where(x == 129, 13, x + 1), jnp.where(x == 12, 128, x - 1)
+    was_left = jnp.where(x == 129, 13, x + 1)
+    was_right = jnp.where(x == 12, 128, x - 1)
     moved = _have_moved(m)[0] & (m.state == PAIRS_MOVED)
     before = jnp.where(moved, jnp.where(to_right, was_left, was_right), x)
     inset = jnp.where(_narrow(m), 1, 0)

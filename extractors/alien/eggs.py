@@ -40,7 +40,9 @@ def colors_of_eggs(
         frame: the number of the frame that was drawn last.
         tops: the first rows of the eggs in the first column.
     """
-    left, right = frame - (frame & 1), frame - 1 | 1  # the last frames that drew each half
+    # the last frames that drew each half
+    left = frame - (frame & 1)
+    right = frame - 1 | 1
     return jnp.concatenate([_of_half(y, colors, n, tops).ravel() for n in (left, right)])
 
 
@@ -48,7 +50,8 @@ def _of_half(
     y: Sequence[jax.Array], colors: jax.Array, frame: jax.Array, tops: np.ndarray
 ) -> jax.Array:
     """The colours of a half's eggs, by row and column."""
-    first, second = (_words_of_turns(y, colors, sprite, frame) for sprite in (0, 1))
+    first = _words_of_turns(y, colors, 0, frame)
+    second = _words_of_turns(y, colors, 1, frame)
     last = NOT_THERE << 11 | DISPLAY_FIGURE << 8 | colors[DISPLAY_FIGURE]
     by_first = [_color(first, last, tops + STAGGER * column) for column in range(3)]
     by_second = _color(second, last, tops)
@@ -68,20 +71,28 @@ def _words_of_turns(
 
     The word of a figure that is left out on a frame is 0.
     """
-    a, b, c = (y[i] << 11 | (DISPLAY_FIGURE - i) << 8 | colors[i] for i in SPRITES[sprite])
-    a, b = jnp.maximum(a, b), jnp.minimum(a, b)
-    top, c = jnp.maximum(a, c), jnp.minimum(a, c)
-    middle, bottom = jnp.maximum(b, c), jnp.minimum(b, c)
-    odd, close = (frame & 1) == 1, _is_close(top, middle, sprite)
-    is_later = odd == _comes_later(top, middle)
-    top_out, middle_out = close & is_later, close & ~is_later
-    upper = jnp.where(middle_out, top, middle)
-    is_later = jnp.where(close, (frame & 2) != 0, odd) == _comes_later(upper, bottom)
+    figures = (y[i] << 11 | (DISPLAY_FIGURE - i) << 8 | colors[i] for i in SPRITES[sprite])
+    top, middle, bottom = _from_the_top(*figures)
+    odd = (frame & 1) == 1
+    first_close = _is_close(top, middle, sprite)
+    first_later = odd == _comes_later(top, middle)
+    middle_waits = first_close & ~first_later
+    upper = jnp.where(middle_waits, top, middle)
+    is_later = jnp.where(first_close, (frame & 2) != 0, odd) == _comes_later(upper, bottom)
     close = _is_close(upper, bottom, sprite)
-    top_out = top_out | (close & is_later & middle_out)
-    middle_out, bottom_out = middle_out | (close & is_later), close & ~is_later
+    top_out = first_close & first_later | close & is_later & middle_waits
+    middle_out = middle_waits | (close & is_later)
+    bottom_out = close & ~is_later
     words = (top, top_out), (middle, middle_out), (bottom, bottom_out)
     return tuple(jnp.where(out, 0, _word_of_turn(word, sprite)) for word, out in words)
+
+
+def _from_the_top(a: jax.Array, b: jax.Array, c: jax.Array) -> tuple[jax.Array, ...]:
+    """Three words, the greatest one first."""
+    larger = jnp.maximum(a, b)
+    smaller = jnp.minimum(a, b)
+    rest = jnp.minimum(larger, c)
+    return jnp.maximum(larger, c), jnp.maximum(smaller, rest), jnp.minimum(smaller, rest)
 
 
 def _of_player(word: jax.Array) -> jax.Array:

@@ -1,6 +1,6 @@
 """Alien's RAM."""
 
-from ocjax.console.ram import RamMap, bits, byte
+from ocjax.authoring import RamMap, bits, byte
 
 
 class Scene:  # of `Ram.scene`

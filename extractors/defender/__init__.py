@@ -32,11 +32,26 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    ShortRuns,
+    bitmaps,
+    box,
+    display,
+    edges,
+    when,
+)
 from ocjax.extractors.defender.drawn import (
     FLAME_COLOR,
     SHIP_COLOR,
@@ -66,12 +81,6 @@ from ocjax.extractors.defender.world import (
     ship_dot,
     ship_row,
 )
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF5F, rows=7)
 SCORE = NumberDisplay(FONT, right=103, top=177, digits=6)
@@ -142,7 +151,8 @@ def _shot(m: Ram, d: Drawn) -> Box:
     dark = (top + 2 == CITY_TOP) & (x + jnp.where(d.forward, 1, 1 + aside) >= SHOT_DARK)
     single = (m.lost != Planet.GONE) & ((top + 1 >= CITY_TOP) | dark)
     left = x + 1 + when(single & d.forward, aside)
-    width, height = jnp.where(single, ROW_WIDTH, FULL_WIDTH), jnp.where(single, 1, 2)
+    width = jnp.where(single, ROW_WIDTH, FULL_WIDTH)
+    height = jnp.where(single, 1, 2)
     whole = box(left, top, width, height, shown, color=sprite_color(m, d))
     return whole.clip(0, 0, 160, CITY_TOP)
 
@@ -183,8 +193,8 @@ class LongRuns:
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
         """The pixels that count."""
-        starts = bm.over(mask, self.least, bm.shift_left, jnp.bitwise_and)
-        return bm.over(starts, self.least, bm.shift_right, jnp.bitwise_or)
+        starts = bitmaps.over(mask, self.least, bitmaps.shift_left, jnp.bitwise_and)
+        return bitmaps.over(starts, self.least, bitmaps.shift_right, jnp.bitwise_or)
 
 
 CYCLE = (26, 28, FLAME_COLOR, 94, CITY_COLOR, SHIP_COLOR, 254)  # of what is drawn for the ship

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import div, match, only, pick, when
+from ocjax.authoring import div, match, only, pick, when
 from ocjax.extractors.defender.ram import (
     ROM,
     Capture,
@@ -62,7 +62,8 @@ class Drawn:
 def as_drawn(m: Ram) -> Drawn:
     """Take back what the game has done since it drew the frame."""
     frame = m.frame - 1 & 255
-    runs, lately = _has_run(m), m.pause != Pause.NEW_LIFE
+    runs = _has_run(m)
+    lately = m.pause != Pause.NEW_LIFE
     moves = runs & lately & (m.countdown == 0)
     glide = when(moves, _moved_by(m, frame))
     turn = moves & ((frame & 7) == 0)
@@ -134,7 +135,8 @@ def own_shot(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array]:
 def sprite_color(m: Ram, d: Drawn) -> jax.Array:
     """The colour of what was drawn for the ship, and of all missiles."""
     cycled = only(jnp.arange(8) == d.dot, m.colors) & 254
-    cycles, flame = d.dies | own_shot(m, d)[1], (d.frame & 7) == 0
+    cycles = d.dies | own_shot(m, d)[1]
+    flame = (d.frame & 7) == 0
     return match((cycles, cycled), (flame, FLAME_COLOR), otherwise=SHIP_COLOR)
 
 

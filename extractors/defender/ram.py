@@ -1,7 +1,6 @@
 """What Defender keeps in its RAM."""
 
-from ocjax.console.ram import RamMap, byte, low, signed
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, byte, low, signed
 
 ROM = Rom("defender", "0f643c34e40e3f1daafd9c524d3ffe64")
 

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.ops import among, extremes, match, only, pick, when
+from ocjax.authoring import Box, among, box, edges, extremes, match, only, pick, when
 from ocjax.extractors.defender.drawn import (
     OFFSETS,
     ON_SCREEN,
@@ -63,7 +62,8 @@ class _Rows(NamedTuple):
 
 
 def _program_rows(m: Ram, d: Drawn) -> _Rows:
-    flame, above = (d.frame & 7) == 0, ship_row(m)
+    flame = (d.frame & 7) == 0
+    above = ship_row(m)
     count = match((own_shot(m, d)[1], SHOT_ROWS), (flame, FLAME_ROWS), otherwise=SHIP_ROWS)
     return _Rows(above, above - count - 1, jnp.where(m.lost == Planet.GONE, -1, CITY_ROWS - 1))
 
@@ -76,7 +76,8 @@ def missile_rows(
     What the display program writes into the chip shows only right of some column; left of it, a row
     is like the one above it.
     """
-    rows, row = _program_rows(m, d), last + np.arange(-1, count + 1)
+    rows = _program_rows(m, d)
+    row = last + np.arange(-1, count + 1)
     on = _is_on(rows, row, last, count)
     on_above = _is_on(rows, row + 1, last, count)
     begins = when(on, ON_LATER) + match(
@@ -85,7 +86,8 @@ def missile_rows(
         (row > rows.below, BESIDE_SHIP),
         otherwise=BELOW_SHIP,
     )
-    left, right = (jnp.where(x + i >= begins, on, on_above) for i in (0, 1))
+    left = jnp.where(x >= begins, on, on_above)
+    right = jnp.where(x + 1 >= begins, on, on_above)
     top, bottom = extremes((left | right) & (row >= 0), LAST_ROW - row, LAST_ROW - row)
     return top, bottom + 1
 
@@ -127,7 +129,8 @@ def _sum(group: jax.Array, all_of_them: jax.Array) -> jax.Array:
 def aliens(m: Ram, d: Drawn) -> Box:
     """All records on the screen, but those whose turns were before the last two frames."""
     slot = jnp.arange(8)
-    drawn, captor = slot == m.drawn, slot == m.captor
+    drawn = slot == m.drawn
+    captor = slot == m.captor
     place = jnp.where(captor, m.capture_x, _alien_places(m, d))
     height = jnp.where(captor, m.capture_y, _alien_heights(m))
     x = jnp.where(drawn, m.drawn_x, 2 * (place - LEFT_PLACE))
@@ -151,7 +154,8 @@ def landers(m: Ram, records: Box) -> Box:
     low_rows = 7 - (CITY_TOP - records.y)  # in the city
     inside = when(low_rows > 0, 1)  # columns that the last row but one is narrower
     bottom = jnp.where(low_rows >= 0, CITY_BOTTOM, records.y + 7)
-    left, right = records.x + inside, records.x + 8 - inside
+    left = records.x + inside
+    right = records.x + 8 - inside
     there = records.valid & (alien_kinds(m) == Kind.LANDER)
     return edges(left, records.y, right, bottom, there)
 
@@ -166,11 +170,11 @@ def humans(m: Ram, d: Drawn) -> Box:
     carried = captive & (m.capture == Capture.CARRIED)
     held = m.x + jnp.where(d.forward, HELD_RIGHT, HELD_LEFT)
     place = 2 * (d.places - LEFT_PLACE) + 2
-    x = match((~d.runs, m.human_x), (carried, held), otherwise=place)
-    x = jnp.where(x >= 160, x - 160, x)
+    column = match((~d.runs, m.human_x), (carried, held), otherwise=place)
+    x = jnp.where(column >= 160, column - 160, column)
     raised = captive & (m.captive_y < GROUND)
-    top, bottom = missile_rows(m, d, only(captive, x), m.captive_y, 4)
-    top = jnp.where(raised, top, LAST_ROW - 2 + when(x + 1 < IN_CITY + ON_LATER, 1))
+    raised_top, bottom = missile_rows(m, d, only(captive, x), m.captive_y, 4)
+    top = jnp.where(raised, raised_top, LAST_ROW - 2 + when(x + 1 < IN_CITY + ON_LATER, 1))
     turn = (number == d.human) | (number == d.human_before)
     last = number == jnp.where(m.next_human == Turn.SHIP, 0, m.next_human)
     stays = last & (m.pause > 0) & (m.wave_over == 0) & (m.human_x > 0)
@@ -186,7 +190,8 @@ def alien_dots(m: Ram, d: Drawn) -> Box:
     captor = (slot == m.captor) & (m.capture != Capture.NONE)
     place = jnp.where(captor, d.capture_x, _alien_places(m, d))
     height = jnp.where(captor, m.capture_y, _alien_heights(m))
-    x, y = (place >> 2) + 47, 32 - 2 * (height >> 4)
+    x = (place >> 2) + 47
+    y = 32 - 2 * (height >> 4)
     hidden = when((y == SCANNER[1]) & among(x, range(*MARK)), 1)
     there = d.runs & alive(m) & ((d.dot - slot & 7) <= when(d.lately, 1))
     color = pick(m.kind, COLORS)

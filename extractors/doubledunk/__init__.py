@@ -34,9 +34,18 @@ It does not see the ball among pixels of the players in whose colours it is draw
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import only, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Searched,
+    box,
+    display,
+    only,
+    when,
+)
 from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
 from ocjax.extractors.doubledunk.drawn import FIRST_COLUMN, Drawn, as_drawn
 from ocjax.extractors.doubledunk.figures import Figures
@@ -53,9 +62,6 @@ from ocjax.extractors.doubledunk.pictures import (
 )
 from ocjax.extractors.doubledunk.ram import ROM, Ram, Who
 from ocjax.extractors.doubledunk.vision import BallPixels, InBox
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import Searched
-from ocjax.vision.rules import Bounds
 
 FONT = ROM.font(0x801, rows=7, stride=8)
 SMALL_FONT = ROM.font(0x859, rows=7, stride=8, dots=3, shift=5, pitch=4)
@@ -115,7 +121,8 @@ def _player_boxes(m: Ram, drawn: Drawn) -> Box:
 
 def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
     """The figures in the order of drawing, with the lines of each that are drawn."""
-    lines, top = drawn.lines, LINE_0 - PICTURE_LINES + 1 - drawn.feet
+    lines = drawn.lines
+    top = LINE_0 - PICTURE_LINES + 1 - drawn.feet
     highest = lines.first - drawn.feet
     index = extent_index(drawn.figure, drawn.mirrored, lines.lowest, highest)
     extent = EXTENTS.at(index, x=drawn.x, y=top)

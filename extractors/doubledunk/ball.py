@@ -2,7 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, div, lookup, match, reached, when
+from ocjax.authoring import among, div, lookup, match, reached, when
 from ocjax.extractors.doubledunk.lines import Lines
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
@@ -87,9 +87,9 @@ def looks_at_ball(m: Ram, lines: Lines, line: jax.Array) -> tuple[jax.Array, jax
     skipped = when(lines.changes, 2)[None]
     below = lines.end[None] - line[:, None]
     is_at_end = among(below, range(2))
-    line = line - jnp.sum(when(is_at_end, skipped - below), axis=1)
-    line = line - when(line == NOT_LOOKED, 1)
-    return line, _beam(m, lines, line)
+    before_skip = line - jnp.sum(when(is_at_end, skipped - below), axis=1)
+    noticed = before_skip - when(before_skip == NOT_LOOKED, 1)
+    return noticed, _beam(m, lines, noticed)
 
 
 def _beam(m: Ram, lines: Lines, line: jax.Array) -> jax.Array:
@@ -102,6 +102,7 @@ def _beam(m: Ram, lines: Lines, line: jax.Array) -> jax.Array:
     pages = (((m.picture & 255)[None] + rows) >> 8) + ((m.colors[None] + rows) >> 8)
     shown = (lines.first[None] >= rows) & (rows > lines.end[None])
     count = jnp.sum(when(shown, PLAYER + pages), axis=1)
-    sprites, crossings = div(count, PLAYER), count & PLAYER - 1
+    sprites = div(count, PLAYER)
+    crossings = count & PLAYER - 1
     column = lookup(BEAM_COLUMNS, (len(PARTS) + 1) * sprites + reached(line, PARTS))
     return column + CROSSING * crossings

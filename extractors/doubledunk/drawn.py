@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import match
-from ocjax.console.registers import position
+from ocjax.authoring import match, position
 from ocjax.extractors.doubledunk.lines import Lines, drawn_lines
 from ocjax.extractors.doubledunk.pictures import (
     BIG_HEAD,

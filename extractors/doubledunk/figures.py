@@ -13,18 +13,17 @@ The figure's pixels are then taken: they do not count for the kinds that follow.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
+from ocjax.authoring import Bitmap, U, bitmaps, materialize
 from ocjax.extractors.doubledunk.fitting import best_fit, with_figure
 from ocjax.extractors.doubledunk.kinds import Figure
 from ocjax.extractors.doubledunk.strips import likeliest, row_counts
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap, U
 
 # Keys of what `Figures` finds, beside the names of the kinds.
 NO_FIGURE = "rest"  # the pixels of no figure: in the first colour, and in any
@@ -49,16 +48,20 @@ class Figures:
         """The edges of each kind's figure, int32 `[4, B]`, 0 where there is none; other pixels."""
         top = self.rows[0]
         masks = materialize(self._masks, planes)
-        shown = materialize(lambda p: bm.color_mask(self._court(p), self.colors), planes)
-        taken, out = jnp.zeros_like(shown), {}
-        for kind in self.kinds:
-            taken, edges = _search(masks, shown, taken, kind)
-            is_found = edges[2:3] > 0
-            from_top = np.array((0, top, 0, top))[:, None]
-            out[kind.name] = jnp.where(is_found, edges + from_top, 0)
-        out[ANY_COLOR] = shown
-        out[NO_FIGURE] = materialize(_others, masks, shown, taken)
-        return out
+        shown = materialize(lambda p: bitmaps.color_mask(self._court(p), self.colors), planes)
+        none = jnp.zeros_like(shown)
+
+        def next_search(before: tuple[Bitmap, jax.Array], kind: Figure) -> tuple[Bitmap, jax.Array]:
+            return _search(masks, shown, before[0], kind)
+
+        _, *searches = itertools.accumulate(self.kinds, next_search, initial=(none, none))
+        from_top = np.array((0, top, 0, top))[:, None]
+        figures = {
+            kind.name: jnp.where(edges[2:3] > 0, edges + from_top, 0)
+            for kind, (_, edges) in zip(self.kinds, searches, strict=True)
+        }
+        left = materialize(_others, masks, shown, searches[-1][0])
+        return figures | {ANY_COLOR: shown, NO_FIGURE: left}
 
     def _court(self, planes: jax.Array) -> jax.Array:
         """The rows that are looked at."""
@@ -67,7 +70,7 @@ class Figures:
     def _masks(self, planes: jax.Array) -> jax.Array:
         """The pixels in each of the colours."""
         court = self._court(planes)
-        return jnp.stack([bm.color_mask(court, [color]) for color in self.colors])
+        return jnp.stack([bitmaps.color_mask(court, [color]) for color in self.colors])
 
 
 def _others(masks: jax.Array, shown: Bitmap, taken: Bitmap) -> tuple[Bitmap, Bitmap]:
@@ -85,5 +88,5 @@ def _search(
         lambda *a: best_fit(*a, kind=kind), masks, shown, taken, row, strip
     )
     is_found = (score >= kind.least)[None]
-    taken = materialize(with_figure, taken, jnp.where(is_found, ink, U(0)), row, column)
-    return taken, jnp.where(is_found, edges, 0)
+    taken_now = materialize(with_figure, taken, jnp.where(is_found, ink, U(0)), row, column)
+    return taken_now, jnp.where(is_found, edges, 0)

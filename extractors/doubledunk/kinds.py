@@ -43,7 +43,7 @@ class Figure:
     def packed(self) -> np.ndarray:
         """The pictures with four rows in a word, the first one lowest, `[words, pictures]`."""
         below = PACKED_ROWS - self.height
-        rows = np.pad(self.pictures, ((0, 0), (0, below))).astype(np.uint32)
-        rows = rows.reshape(len(rows), PICTURE_WORDS, ROWS_A_WORD)
+        padded = np.pad(self.pictures, ((0, 0), (0, below))).astype(np.uint32)
+        rows = padded.reshape(len(padded), PICTURE_WORDS, ROWS_A_WORD)
         shifts = WIDE * np.arange(ROWS_A_WORD, dtype=np.uint32)
         return (rows << shifts).sum(-1, dtype=np.uint32).T

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, match, when
+from ocjax.authoring import among, match, when
 from ocjax.extractors.doubledunk.ram import Ram
 
 SPRITE = np.array((1, 0, 1, 0))  # of each figure
@@ -145,7 +145,8 @@ def _lowest_lines(m: Ram, feet: jax.Array, end: jax.Array, other_changes: jax.Ar
     While the other sprite changes, two lines of this one show what it has in the second of them. If
     that is nothing, it shows nothing from the other one's end down.
     """
-    upper, second = end[OTHER_UPPER], m.bottom[OTHER_UPPER] - 2
+    upper = end[OTHER_UPPER]
+    second = m.bottom[OTHER_UPPER] - 2
     has_nothing = ((second < feet) | (second <= m.bottom)) & (second <= feet + 1)
     loses = other_changes & (upper > end) & has_nothing
     return jnp.maximum(end + 1, when(loses, upper + 1)) - feet
@@ -156,7 +157,8 @@ def _is_repeated(feet: jax.Array, end: jax.Array, other_changes: jax.Array) -> j
 
     At that end, this sprite keeps what it has for one line.
     """
-    upper, lower = end[OTHER_UPPER], end[OTHER_LOWER]
+    upper = end[OTHER_UPPER]
+    lower = end[OTHER_LOWER]
     return when((feet == lower + 1) | (~other_changes & (feet == upper + 1)), 1)
 
 
@@ -166,7 +168,8 @@ def top_seen(m: Ram, lines: Lines, top: jax.Array) -> jax.Array:
     In the line of the other sprite's end, the line above is drawn again. In the two lines in which
     it changes, a line is drawn again that the game has looked up before.
     """
-    other, changes = lines.end[OTHER_SPRITES], lines.changes[OTHER_SPRITES]
+    other = lines.end[OTHER_SPRITES]
+    changes = lines.changes[OTHER_SPRITES]
     repeated = changes & (top[None] >= m.bottom[OTHER_SPRITES] - 2)
     again = (other >= top[None]) & (other - top[None] <= when(changes, 1))
     seen = match((repeated, other), (changes, other - 2), otherwise=other - 1) - top[None]

@@ -7,9 +7,7 @@ is the size. A picture has 27 or 24 lines from the feet to above the head.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import BoxTable
-from ocjax.console.ops import lookup
-from ocjax.console.registers import mirrored
+from ocjax.authoring import BoxTable, lookup, mirrored
 from ocjax.extractors.doubledunk.ram import ROM
 
 FIGURE_COUNT = 32
@@ -26,10 +24,10 @@ HEADS = np.where(np.arange(FIGURE_COUNT) & SIZE_BIT, BIG_HEAD, SMALL_HEAD)
 
 def _figure_table() -> tuple[int, np.ndarray]:
     """The first address of line 27 below a head, and the figure of each from there on."""
-    below = ADDRESSES + HEADS - BIG_HEAD
-    out = np.full(below.max() - below.min() + 1, NO_PICTURE)
-    out[below - below.min()] = np.arange(FIGURE_COUNT)
-    return int(below.min()), out
+    below = (ADDRESSES + HEADS - BIG_HEAD).tolist()
+    figures = dict(zip(below, range(FIGURE_COUNT), strict=True))
+    every = range(min(below), max(below) + 1)
+    return min(below), np.array([figures.get(address, NO_PICTURE) for address in every])
 
 
 FIRST_ADDRESS, FIGURE_OF = _figure_table()
@@ -53,19 +51,23 @@ def _all_extents() -> np.ndarray:
     The top is counted in lines from the one above the head. A figure of which nothing is drawn
     has its whole extent.
     """
-    rows = np.unpackbits(
+    usual = np.unpackbits(
         ROM.rows(PLACES.tolist(), PICTURE_LINES).astype(np.uint8)[..., None], axis=-1
     )
     line = np.arange(PICTURE_LINES)[::-1]
     inside = line < HEADS[:, None]
-    rows = np.stack([rows, rows[..., ::-1]], axis=1).astype(bool) & inside[:, None, :, None]
-    low, high = np.arange(PICTURE_LINES)[:, None, None], np.arange(PICTURE_LINES)[:, None]
-    drawn = rows[:, :, None, None] & ((line >= low) & (line <= high))[..., None]
-    whole = np.broadcast_to(rows[:, :, None, None], drawn.shape)
-    drawn = np.where(drawn.any((-1, -2), keepdims=True), drawn, whole)
-    ys, xs = np.any(drawn, -1), np.any(drawn, -2)
-    top, left = ys.argmax(-1), xs.argmax(-1)
-    bottom, right = PICTURE_LINES - ys[..., ::-1].argmax(-1), 8 - xs[..., ::-1].argmax(-1)
+    rows = np.stack([usual, usual[..., ::-1]], axis=1).astype(bool) & inside[:, None, :, None]
+    low = np.arange(PICTURE_LINES)[:, None, None]
+    high = np.arange(PICTURE_LINES)[:, None]
+    shown = rows[:, :, None, None] & ((line >= low) & (line <= high))[..., None]
+    whole = np.broadcast_to(rows[:, :, None, None], shown.shape)
+    drawn = np.where(shown.any((-1, -2), keepdims=True), shown, whole)
+    ys = np.any(drawn, -1)
+    xs = np.any(drawn, -2)
+    top = ys.argmax(-1)
+    left = xs.argmax(-1)
+    bottom = PICTURE_LINES - ys[..., ::-1].argmax(-1)
+    right = 8 - xs[..., ::-1].argmax(-1)
     return np.stack([left, top, right - left, bottom - top], -1).reshape(-1, 4)
 
 
@@ -79,8 +81,9 @@ def extent_index(
 
     Lines are counted from its feet.
     """
-    low, high = (jnp.clip(line, 0, PICTURE_LINES - 1) for line in (low, high))
-    return ((2 * figure + is_mirrored) * PICTURE_LINES + low) * PICTURE_LINES + high
+    first = jnp.clip(low, 0, PICTURE_LINES - 1)
+    last = jnp.clip(high, 0, PICTURE_LINES - 1)
+    return ((2 * figure + is_mirrored) * PICTURE_LINES + first) * PICTURE_LINES + last
 
 
 def _all_pictures(first: int, height: int) -> np.ndarray:

@@ -1,7 +1,6 @@
 """DoubleDunk: the ROM and the RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("double_dunk", "368d88a6c071caba60b4f778615aae94")
 

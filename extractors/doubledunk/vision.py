@@ -6,11 +6,8 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
-from ocjax.console.boxes import WIDTH
+from ocjax.authoring import WIDTH, Bitmap, U, bitmaps, materialize
 from ocjax.extractors.doubledunk.figures import ANY_COLOR, NO_FIGURE
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap, U
 
 
 @dataclass(frozen=True)
@@ -47,8 +44,8 @@ class BallPixels:
 
 def _used_edges(pixels: Bitmap) -> tuple[jax.Array, ...]:
     """The columns of pixels, and the first and last column and row."""
-    columns = bm.or_rows(pixels)
-    return columns, *bm.columns(columns), *bm.rows(bm.any_of(pixels))
+    columns = bitmaps.or_rows(pixels)
+    return columns, *bitmaps.columns(columns), *bitmaps.rows(bitmaps.any_of(pixels))
 
 
 def _whole_ball(
@@ -59,21 +56,23 @@ def _whole_ball(
     whole_width = jnp.where(bottom - top < low, *widths)
     row = np.arange(pixels.shape[1])[:, None]
     inside = (row >= top[None]) & (row <= bottom[None])
-    filled = materialize(lambda s, i: ~bm.or_rows(jnp.where(i[None], ~s, U(0))), shown, inside)
-    reach_left, reach_right = right + 1 - whole_width, left + whole_width
-    near = bm.columns_between(reach_left[None], reach_right[None])[:, 0]
-    first, last = bm.columns((filled & near) | used)
+    filled = materialize(lambda s, i: ~bitmaps.or_rows(jnp.where(i[None], ~s, U(0))), shown, inside)
+    reach_left = right + 1 - whole_width
+    reach_right = left + whole_width
+    near = bitmaps.columns_between(reach_left[None], reach_right[None])[:, 0]
+    first, last = bitmaps.columns((filled & near) | used)
     fits = last - first < whole_width
     return jnp.where(fits, first, left), top, jnp.where(fits, last, right) + 1, bottom + 1
 
 
 def _near_edges(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
     """The edges of the box of pixels, and of what is near; where there are no pixels, of all."""
-    _, left, right, top, bottom = _used_edges(seed)
-    none = right < 0
-    left, top = (jnp.where(none, 0, edge) for edge in (left - across, top - down))
-    right = jnp.where(none, WIDTH, right + across + 1)
-    return left, top, right, jnp.where(none, seed.shape[1], bottom + down + 1)
+    _, first, last, upper, lower = _used_edges(seed)
+    none = last < 0
+    left = jnp.where(none, 0, first - across)
+    top = jnp.where(none, 0, upper - down)
+    right = jnp.where(none, WIDTH, last + across + 1)
+    return left, top, right, jnp.where(none, seed.shape[1], lower + down + 1)
 
 
 def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) -> Bitmap:
@@ -81,19 +80,19 @@ def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) ->
     left, top, right, bottom = edges
     row = np.arange(-first, height - first)[:, None]
     inside = (row >= top[None]) & (row < bottom[None])
-    ink = materialize(bm.columns_between, left[None], right[None], small=0)
+    ink = materialize(bitmaps.columns_between, left[None], right[None], small=0)
     return jnp.where(inside[None], ink, U(0))
 
 
 def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
     """The pixels of filled rectangles of a size."""
-    corners = materialize(lambda p: bm.all_within(p, *size), pixels)
-    return bm.any_within(corners, *size)
+    corners = materialize(lambda p: bitmaps.all_within(p, *size), pixels)
+    return bitmaps.any_within(corners, *size)
 
 
 def _has_any(pixels: Bitmap) -> jax.Array:
     """Whether there are any, bool `[1, 1, B]`."""
-    return (bm.any_of(bm.or_rows(pixels)) != 0)[None, None]
+    return (bitmaps.any_of(bitmaps.or_rows(pixels)) != 0)[None, None]
 
 
 @dataclass(frozen=True)

@@ -32,18 +32,41 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, Number, box
-from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.registers import EDGE_CUTS, NUSIZ_COPIES, NUSIZ_SPACING, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    NORTH,
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    SOUTH,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    Number,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    among,
+    areas,
+    box,
+    display,
+    lookup,
+    match,
+    over,
+    pick,
+    shift_down,
+    shift_up,
+    when,
+    wrap,
+)
 from ocjax.extractors.frogger.drawn import Drawn, as_drawn, column
 from ocjax.extractors.frogger.ram import ROM, FrogColor, Guest, Lane, Picture, Ram, River, Verge
-from ocjax.vision.bitmap import Bitmap, areas, over, shift_down, shift_up
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF01, rows=7, stride=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=72, top=1, digits=4)
@@ -136,11 +159,11 @@ def _lane_top(lane: Number) -> Number:
 
 def _figure_boxes(look: Number, x: jax.Array, y: Number, zoom: int = 1, **fields: Number) -> Box:
     """What the screen's edges leave of figures; wide ones begin a column further right."""
-    x = x + min(zoom - 1, 1)
-    right = jnp.clip(x + 8 * zoom - VIEW[2], 0, 8 * zoom) >> zoom // 2
-    left = jnp.clip(VIEW[0] - x, 0, 8 * zoom) >> zoom // 2
+    begin = x + min(zoom - 1, 1)
+    right = jnp.clip(begin + 8 * zoom - VIEW[2], 0, 8 * zoom) >> zoom // 2
+    left = jnp.clip(VIEW[0] - begin, 0, 8 * zoom) >> zoom // 2
     index = FIGURES.index(look=look, cut=8 + right - left)
-    return FIGURES.box(index, x, y, zoom=zoom, **fields).clip(*VIEW)
+    return FIGURES.box(index, begin, y, zoom=zoom, **fields).clip(*VIEW)
 
 
 def _frog_box(m: Ram, d: Drawn) -> Box:
@@ -176,7 +199,8 @@ def _car_boxes(m: Ram, d: Drawn) -> Box:
     cars, there = _copies(jnp.repeat(d.car_x, 3), kind, CAR_COPY)
     x = jnp.concatenate([cars, d.truck_x + 1])
     valid = jnp.concatenate([there, jnp.array([True, True])])
-    y, color = _lane_top(CAR_LANE), CAR_COLORS[CAR_LANE]
+    y = _lane_top(CAR_LANE)
+    color = CAR_COLORS[CAR_LANE]
     cut = box(x, y, 8 * CAR_DOT, ROWS, valid, color=color).clip(*VIEW)
     inset = when(cut.w <= CAR_DOT, jnp.where(cut.x == VIEW[0], CAR_REAR, CAR_FRONT))
     return cut.trimmed(top=inset, bottom=inset)
@@ -222,7 +246,8 @@ def _snake_boxes(m: Ram, d: Drawn) -> Box:
     look = jnp.stack([on_verge, _place(m.log_snake_picture, Picture.SNAKES)])
     x = jnp.stack([d.verge_snake_x, column(m.log_snake_at)])
     there = among(m.verge, (Verge.SNAKE, Verge.SNAKE_RISES)), m.log_snake_lane == Lane.LONG_LOG
-    y, heading = np.array((VERGE_TOP, _lane_top(Lane.LONG_LOG))), pick(look, SNAKE_HEADINGS)
+    y = np.array((VERGE_TOP, _lane_top(Lane.LONG_LOG)))
+    heading = pick(look, SNAKE_HEADINGS)
     return _figure_boxes(SNAKE + look, x, y, zoom=2, valid=jnp.stack(there), orientation=heading)
 
 
@@ -247,8 +272,7 @@ def _without_alligator(mask: Bitmap, _: jax.Array) -> Bitmap:
 def _without_logs(mask: Bitmap, _: jax.Array) -> Bitmap:
     """The pixels of the alligator, of those of its lane, and what is between its jaws."""
     own = mask & ~_log_columns(mask)
-    above, below = (over(own, 5, shift, jnp.bitwise_or) for shift in (shift_down, shift_up))
-    return above & below
+    return over(own, 5, shift_down, jnp.bitwise_or) & over(own, 5, shift_up, jnp.bitwise_or)
 
 
 LAST_LANE = (8, 31, 152, 38)

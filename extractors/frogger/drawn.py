@@ -9,9 +9,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Number
-from ocjax.console.ops import lookup, match, when
-from ocjax.console.registers import packed_position, wrap
+from ocjax.authoring import Number, lookup, match, packed_position, when, wrap
 from ocjax.extractors.frogger.ram import ROM, Lane, Picture, Ram, Stick, Tune
 
 LANES = Lane.LAST + 1

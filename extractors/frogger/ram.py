@@ -1,7 +1,6 @@
 """Frogger's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, signed
 
 ROM = Rom("frogger", "081e2c114c9c20b61acf25fc95c71bf4")
 

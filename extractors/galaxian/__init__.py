@@ -25,15 +25,32 @@ explosions that touch a ship of the formation for flagships, and red or white pi
 explosion for divers.
 """
 
+import itertools
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, lookup, only, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Run,
+    Runs,
+    Shape,
+    among,
+    box,
+    display,
+    lookup,
+    only,
+    when,
+)
 from ocjax.extractors.galaxian.divers import (
     DIVER_PICTURES,
     ESCORT_BITS,
@@ -48,9 +65,6 @@ from ocjax.extractors.galaxian.formation import (
     formation_boxes,
 )
 from ocjax.extractors.galaxian.ram import BANK, ROM, Death, Kind, NewLife, Ram, Release, Turn
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(BANK + 0xF00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=4, digits=6)
@@ -113,7 +127,9 @@ def _ship_shown(m: Ram) -> jax.Array:
 
 def _diver_boxes(m: Ram, d: Divers) -> Box:
     """The records, then the escorts, which fly side by side; one record stands for all three."""
-    escort_x, escort_y, escort_picture = (only(d.escorting, v) for v in (d.x, d.y, d.picture))
+    escort_x = only(d.escorting, d.x)
+    escort_y = only(d.escorting, d.y)
+    escort_picture = only(d.escorting, d.picture)
     x = jnp.concatenate([d.x, escort_x + ESCORT_LEFTS]) + 8
     y = jnp.concatenate([d.y, jnp.repeat(escort_y, 3)]) + TOP
     picture = jnp.concatenate([d.picture, jnp.repeat(escort_picture, 3)])
@@ -143,12 +159,14 @@ def _bomb_steps(m: Ram) -> jax.Array:
     shift = BITS - 3 - 3 * np.arange(HIGH_ROWS)
     high = jnp.sum(in_rows[:HIGH_ROWS] << shift)
     low = jnp.sum(in_rows[HIGH_ROWS:] << shift[: len(BOMB_ROWS) - HIGH_ROWS])
-    steps = []
-    for _ in SLOTS:
-        steps.append(jnp.where(high > 0, lax.clz(high), BITS + lax.clz(low)) + 1)
-        in_high = high > 0
-        high, low = _without_first(high), jnp.where(in_high, low, _without_first(low))
-    return jnp.stack(steps)
+    words = itertools.accumulate(SLOTS[1:], _after_bomb, initial=(high, low))
+    return jnp.stack([jnp.where(h > 0, lax.clz(h), BITS + lax.clz(w)) + 1 for h, w in words])
+
+
+def _after_bomb(words: tuple[jax.Array, jax.Array], _: int) -> tuple[jax.Array, jax.Array]:
+    """The two words without the first bit that is set."""
+    high, low = words
+    return _without_first(high), jnp.where(high > 0, low, _without_first(low))
 
 
 def _without_first(word: jax.Array) -> jax.Array:
@@ -161,10 +179,9 @@ def _ship_runs() -> tuple[Run, ...]:
     runs = []
     for row, color in enumerate(ROW_COLORS.tolist()):
         line = FORMATION_TOP + ROW_LINES * row + 1
-        runs += [
-            Run(color, line, left=(LEFT, RIGHT - 2), width=2, height=8, before=2, above=1, after=2),
-            Run(color, line, left=(LEFT, RIGHT - 2), width=4, height=8, before=1, after=1),
-        ]
+        run = partial(Run, color, line, left=(LEFT, RIGHT - 2), height=8)
+        runs.append(run(width=2, before=2, above=1, after=2))
+        runs.append(run(width=4, before=1, after=1))
     return tuple(runs)
 
 

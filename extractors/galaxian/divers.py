@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, among, lookup, match, when
 from ocjax.extractors.galaxian.ram import BANK, ROM, Hit, Kind, Place, Ram, State, Turn
 
 ROW_LINES = 12  # of the formation
@@ -32,7 +31,9 @@ DIVER_PICTURES = Pictures.of(
 
 def _picture_numbers() -> np.ndarray:
     """Numbers of pictures: by state, then of those that return by fours of lines that are left."""
-    start, dive, back = ROM.bytes(0xEBA, 8), ROM.bytes(0xEB2, 8), ROM.bytes(0xEC6, 5)
+    start = ROM.bytes(0xEBA, 8)
+    dive = ROM.bytes(0xEB2, 8)
+    back = ROM.bytes(0xEC6, 5)
     state = np.arange(128)
     turn = np.minimum((state & 63) >> 2, 7)
     low = start[np.where(state & 64, turn, 7 - turn)]
@@ -49,8 +50,10 @@ def _steps() -> np.ndarray:
 
     The first four plans are of dives, flat to wide; the last one is that of the loop before.
     """
-    paths, turns, amounts = ROM.bytes(0xECB, 64), ROM.bytes(0xF0B, 64), ROM.bytes(0xF4B, 16)
-    amounts = (amounts ^ 128) - 128
+    paths = ROM.bytes(0xECB, 64)
+    turns = ROM.bytes(0xF0B, 64)
+    stored = ROM.bytes(0xF4B, 16)
+    amounts = (stored ^ 128) - 128
     weave = paths & 3
     columns = np.stack(
         [
@@ -61,8 +64,8 @@ def _steps() -> np.ndarray:
             -np.roll(amounts[turns & 15], 1),
         ]
     )
-    up = np.zeros((5, 64), int)
-    up[4] = np.roll(ROM.bytes(0xF2B, 64) >> 2 & 1, 1)
+    loop_up = np.roll(ROM.bytes(0xF2B, 64) >> 2 & 1, 1)
+    up = np.pad(loop_up[None], ((4, 0), (0, 0)))
     return (2 * (columns + 16) + up).ravel().astype(np.int32)
 
 

@@ -3,8 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, when
+from ocjax.authoring import Box, among, box, div, lookup, when
 from ocjax.extractors.galaxian.divers import ROW_LINES, Divers
 from ocjax.extractors.galaxian.ram import ROM, NewFormation, Ram, Turn
 

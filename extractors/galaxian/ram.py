@@ -1,7 +1,6 @@
 """Galaxian's RAM, with the values of its fields."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("galaxian", "211774f4c5739042618be8ff67351177")
 BANK = 0x1000  # of the display program, at f000; the game's program is at d000

@@ -26,16 +26,34 @@ VEM: it misses the ship's shots on frames with the flame, which is no object, an
 that touch something.
 """
 
+import functools
+import operator
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, match, only, when
-from ocjax.console.registers import position
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    div,
+    lookup,
+    match,
+    only,
+    palette,
+    position,
+    when,
+)
 from ocjax.extractors.gravitar.drawn import (
     OBJECT_PICTURES,
     OBJECT_ROWS,
@@ -47,10 +65,6 @@ from ocjax.extractors.gravitar.drawn import (
 )
 from ocjax.extractors.gravitar.lone import Lone
 from ocjax.extractors.gravitar.ram import ROM, Ground, Ram, Sky
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FIRST_TURN = 2  # of the positioning loop on which the beam is on the screen
 PLACE_X = 34  # positions of rows less columns
@@ -123,7 +137,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _map_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
     """What the rows hold on the map."""
-    pictures, sky = drawn.pictures, drawn.shown.is_map
+    pictures = drawn.pictures
+    sky = drawn.shown.is_map
     ring = sky & (pictures == Sky.RING)
     return {
         "Planet": rows.where(sky & among(pictures, Sky.PLANETS)),
@@ -183,13 +198,16 @@ def _ship_shot_boxes(m: Ram, drawn: Drawn) -> Box:
 def _enemy_shot_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
     shots = enemy_shots_drawn(m, drawn.shown)
     y = shots.row + drawn.shown.top + when(shots.x < ENEMY_BEAM, 1)
-    inside = jnp.zeros_like(y, bool)
-    for i in range(OBJECT_ROWS + 1):
-        across = (shots.x >= objects.x[i]) & (shots.x < objects.x[i] + objects.w[i])
-        down = (y >= objects.y[i] - 1) & (y < objects.y[i] + objects.h[i])
-        inside |= across & down & objects.valid[i]
-    there = shots.there & ~inside
+    inside = (_is_in_object(objects, i, shots.x, y) for i in range(OBJECT_ROWS + 1))
+    there = shots.there & ~functools.reduce(operator.or_, inside)
     return box(shots.x, y, 1, 2, there, color=_zone_color(m, shots.row))
+
+
+def _is_in_object(objects: Box, i: int, x: jax.Array, y: jax.Array) -> jax.Array:
+    """Whether shots at x and y touch an object."""
+    across = (x >= objects.x[i]) & (x < objects.x[i] + objects.w[i])
+    down = (y >= objects.y[i] - 1) & (y < objects.y[i] + objects.h[i])
+    return across & down & objects.valid[i]
 
 
 def _zone_color(m: Ram, line: jax.Array) -> jax.Array:
@@ -222,7 +240,10 @@ def _object_boxes(m: Ram, drawn: Drawn) -> Box:
 
 def _one(rows: Box, chosen: jax.Array, color: jax.Array | int) -> Box:
     """The row that is chosen."""
-    x, y, w, h = (only(chosen, side) for side in (rows.x, rows.y, rows.w, rows.h))
+    x = only(chosen, rows.x)
+    y = only(chosen, rows.y)
+    w = only(chosen, rows.w)
+    h = only(chosen, rows.h)
     return box(x, y, w, h, jnp.any(chosen & rows.valid), color=color)
 
 

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, among, lookup, match, only, when
 from ocjax.extractors.gravitar.ram import ROM, Ground, Page, Ram, Screen, Sky
 
 OBJECT_ROWS = 7
@@ -38,9 +37,9 @@ def _pictures_of_objects() -> Pictures:
     sky = ROM.rows(list(range(0xC00, 0xD00)), SKY_HEIGHT, top_first=True)
     ground = ROM.rows(list(range(0xB00, 0xC00)), GROUND_HEIGHT, top_first=True)
     blank = np.zeros(1, int)
-    rows = [sky[p] if p in SKY_PICTURES else blank for p in range(256)]
-    rows += [np.repeat(ground[p], 2) if p in GROUND_PICTURES else blank for p in range(256)]
-    return Pictures.of(rows, planet=2, picture=256)
+    in_sky = [sky[p] if p in SKY_PICTURES else blank for p in range(256)]
+    on_planet = [np.repeat(ground[p], 2) if p in GROUND_PICTURES else blank for p in range(256)]
+    return Pictures.of([*in_sky, *on_planet], planet=2, picture=256)
 
 
 OBJECT_PICTURES = _pictures_of_objects()
@@ -99,10 +98,10 @@ def _what_is_shown(m: Ram) -> Shown:
     leaves = fresh & (m.screen == Screen.MAP) & (m.dies == 0)
     planet = (m.page == Page.PLANET) & ~entered
     attack = jnp.where(over, m.zones == ATTACK_ZONES, ~fresh & (m.screen == Screen.ATTACK))
-    reactor = jnp.where(over, m.zones == 0, ~fresh & (m.screen == Screen.REACTOR))
+    in_reactor = jnp.where(over, m.zones == 0, ~fresh & (m.screen == Screen.REACTOR))
     is_map = among(m.screen, (Screen.MAP, Screen.OVER))
     died = (m.screen == Screen.PLANET) | ((m.screen == Screen.MAP) & (m.dies == 1))
-    reactor &= ~planet
+    reactor = in_reactor & ~planet
     return Shown(
         is_map=is_map & ~planet & (~(fresh | over) | (m.zones == OBJECT_ROWS)),
         planet=planet,
@@ -187,7 +186,8 @@ def _saucer_step(m: Ram, shown: Shown) -> jax.Array:
 
 def _height_before(m: Ram, moved: jax.Array) -> jax.Array:
     """The saucer's `top` on a planet, where it keeps above the ground and the ship."""
-    top, highest = m.top[0], jnp.minimum(m.top[1] - 6, m.ceiling - 1)
+    top = m.top[0]
+    highest = jnp.minimum(m.top[1] - 6, m.ceiling - 1)
     goal = jnp.minimum(highest, m.y + 11) - SAUCER_ZONE
     down = (top == goal) | (top < goal - 1)
     return top - when(moved, jnp.where(down, 1, -1))

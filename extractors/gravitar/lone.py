@@ -10,8 +10,7 @@ from operator import and_, or_
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.vision.bitmap import Bitmap
+from ocjax.authoring import Bitmap, materialize
 
 ROOM = 3  # empty rows above and below
 
@@ -41,7 +40,9 @@ class Lone:
 
     def _beside(self, pixels: Bitmap) -> Bitmap:
         """What is near pixels in their rows."""
-        here, left, right = pixels[1:-1], pixels[:-2], pixels[2:]
+        here = pixels[1:-1]
+        left = pixels[:-2]
+        right = pixels[2:]
         aside = range(1, self.aside + 1)
         to_left = (here << n | right >> 32 - n for n in aside)
         to_right = (here >> n | left << 32 - n for n in aside)

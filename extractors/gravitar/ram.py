@@ -1,7 +1,6 @@
 """Gravitar's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("gravitar", "8ac18076d01a6b63acf6e2cab4968940")
 

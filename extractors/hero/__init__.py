@@ -31,13 +31,36 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import Bitmap, shift_left, shift_right
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    Run,
+    Runs,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    div,
+    extremes,
+    lookup,
+    match,
+    pick,
+    shift_left,
+    shift_right,
+    when,
+)
 from ocjax.extractors.hero.ram import ROM, Contact, Mode, Over, Ram, Walks
 from ocjax.extractors.hero.rocks import (
     HALF_WALL,
@@ -52,9 +75,6 @@ from ocjax.extractors.hero.rocks import (
     rock_boxes,
     rock_colors,
 )
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=104, top=179, digits=6)
@@ -148,8 +168,10 @@ PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in
 
 def decode(m: Ram) -> dict[str, Box]:
     room = rock_boxes(m)
-    beings, low = _being_boxes(m, room), _low_boxes(m)
-    is_snake, has_lava = among(m.being, SNAKES), _is_lava(m)
+    beings = _being_boxes(m, room)
+    low = _low_boxes(m)
+    is_snake = among(m.being, SNAKES)
+    has_lava = _is_lava(m)
     tentacle = low.where(among(m.low, TENTACLES))
     return {
         "Player": _player_box(m, room),
@@ -182,7 +204,8 @@ def _is_mirrored(m: Ram) -> jax.Array:
 
 def _walls(m: Ram, room: Box) -> Box:
     whole = (m.room == 0) & (SLOT == WALL_SLOT)
-    top, height = jnp.where(whole, TOPS[0], room.y), jnp.where(whole, WHOLE_WALL, room.h)
+    top = jnp.where(whole, TOPS[0], room.y)
+    height = jnp.where(whole, WHOLE_WALL, room.h)
     color = jnp.where(whole, m.color[0], rock_colors(m)) & ~1
     stone = ((PART != 1) | ~_is_lava(m) | whole) & ((SLOT != UPPER_SLOT) | (m.room != 0))
     return box(room.x, top, room.w, height, room.valid & stone, color=color)
@@ -216,8 +239,9 @@ def _score_box(m: Ram) -> Box:
 def _being_boxes(m: Ram, room: Box) -> Box:
     """What is in the upper halves of the parts, without what rocks cover."""
     mirrored = _is_mirrored(m)
-    left, right = (edge - m.being_x for edge in free(room, m.being_x, m.being_x + 8))
-    cut = jnp.where(mirrored, -1, 1) * jnp.where(left > 0, left, right - 8)
+    left, right = free(room, m.being_x, m.being_x + 8)
+    hidden = jnp.where(left > m.being_x, left - m.being_x, right - m.being_x - 8)
+    cut = jnp.where(mirrored, -hidden, hidden)
     picture = len(BEING_ROWS) * (8 + jnp.clip(cut, -8, 8)) + lookup(KINDS, m.being)
     there = (m.being_x < NOWHERE) & (m.being_y != GONE) & (m.points == 0)
     y = np.array([31, 70, 109]) - m.being_y
@@ -227,7 +251,8 @@ def _being_boxes(m: Ram, room: Box) -> Box:
 
 def _low_boxes(m: Ram) -> Box:
     """What is in the lower halves of the parts."""
-    y, there = np.array([125, 86, 47]), m.low_x < NOWHERE
+    y = np.array([125, 86, 47])
+    there = m.low_x < NOWHERE
     return LOW_PICTURES.box(m.low, m.low_x, y, valid=there, mirrored=_is_mirrored(m))
 
 
@@ -246,25 +271,31 @@ def _drawn_pose(m: Ram) -> jax.Array:
 
 def _player_box(m: Ram, room: Box) -> Box:
     """The player, without what rocks cover."""
-    picture, y = len(SHOWN_ROWS) * _drawn_pose(m) + TALL, 135 - m.y
-    left, facing = m.facing != 0, jnp.where(m.facing != 0, WEST, EAST)
+    picture = len(SHOWN_ROWS) * _drawn_pose(m) + TALL
+    y = 135 - m.y
+    left = m.facing != 0
+    facing = jnp.where(m.facing != 0, WEST, EAST)
     whole = PLAYERS.box(picture, m.x, y, mirrored=left)
-    top, bottom = jnp.maximum(y, VISIBLE[1]), jnp.minimum(y + TALL, VISIBLE[3])
-    begin, end = free(room, jnp.repeat(whole.x, 3), jnp.repeat(whole.x + whole.w, 3))
-    seen = (top < END_ROWS) & (bottom > FIRST_ROWS) & (begin < end)
+    upper = jnp.maximum(y, VISIBLE[1])
+    lower = jnp.minimum(y + TALL, VISIBLE[3])
+    free_begin, free_end = free(room, jnp.repeat(whole.x, 3), jnp.repeat(whole.x + whole.w, 3))
+    seen = (upper < END_ROWS) & (lower > FIRST_ROWS) & (free_begin < free_end)
     first, last = extremes(seen, FIRST_ROWS, END_ROWS)
-    top, bottom = jnp.maximum(top, first), jnp.minimum(bottom, last)
+    top = jnp.maximum(upper, first)
+    bottom = jnp.minimum(lower, last)
     cut = jnp.where(top > y, top - y, bottom - y - TALL)
     cut_picture = picture + jnp.clip(cut, -TALL, TALL)
     cut_player = PLAYERS.box(cut_picture, m.x, y, mirrored=left, orientation=facing)
-    begin, end = extremes(seen, begin, end)
+    begin, end = extremes(seen, free_begin, free_end)
     shown = cut_player.clip(begin, VISIBLE[1], end, VISIBLE[3]).clip(*VISIBLE)
     return shown.where((m.over == 0) & (bottom > top))
 
 
 def _laser(m: Ram, room: Box) -> Box:
     """The beam before it flew on, from where the player was; after it has hit, it begins anew."""
-    left, half, row = m.facing != 0, m.hits >= HALF_WALL, 139 - m.y
+    left = m.facing != 0
+    half = m.hits >= HALF_WALL
+    row = 139 - m.y
     begin, end = _corridor(m, room, row)
     x = m.x - when(_player_moves(m), jnp.where(left, -1, 1))
     width = jnp.where(half, 4, 8)
@@ -274,8 +305,8 @@ def _laser(m: Ram, room: Box) -> Box:
     begun = (m.laser == 0) & (m.touched == 0)
     flown = jnp.where(begun, reach, (m.laser - 3) & (BEAM_REACH - 1))
     there = (m.laser < BEAM_REACH) & (~begun | (reach < BEAM_REACH))
-    flying = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
-    flying = flying.clip(begin, VISIBLE[1], end, VISIBLE[3])
+    whole_beam = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
+    flying = whole_beam.clip(begin, VISIBLE[1], end, VISIBLE[3])
     return flying.where(flying.w > 1)
 
 

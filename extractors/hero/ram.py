@@ -1,7 +1,6 @@
 """Hero's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
 

@@ -7,8 +7,7 @@ the playfield shows eight dots in two bytes, mirrored or not.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import lookup, match, pick, when
+from ocjax.authoring import Box, box, lookup, match, pick, when
 from ocjax.extractors.hero.ram import ROM, Form, Ram
 
 BANK = 0x1000  # offset of the second bank
@@ -39,9 +38,10 @@ def _runs(side: int, dots: np.ndarray, mirrored: bool, edge: int = 0) -> list[in
     """What the playfield shows: left edges, widths above them; `edge`: of 8 columns more."""
     inner = [dots[0] >> (7 - i) & 1 for i in range(8)], [dots[1] >> i & 1 for i in range(8)]
     half = np.concatenate([[side] * 4, *inner])
-    line = np.repeat(np.concatenate([half, half[::-1] if mirrored else half]), 4)
-    line[edge : edge + 8] = 1
-    line[:8] = 0  # blanked by the beam
+    dots_shown = np.repeat(np.concatenate([half, half[::-1] if mirrored else half]), 4)
+    column = np.arange(len(dots_shown))
+    is_solid = (dots_shown == 1) | (column >= edge) & (column < edge + 8)
+    line = np.where(is_solid & (column >= 8), 1, 0)  # the beam blanks the first 8 columns
     ends = np.flatnonzero(np.diff(line, prepend=0, append=0)).reshape(-1, 2).tolist()
     return [a | b - a << 8 for a, b in ends]
 
@@ -49,12 +49,18 @@ def _runs(side: int, dots: np.ndarray, mirrored: bool, edge: int = 0) -> list[in
 def _room_rocks(room: int, side: int) -> list[int]:
     """The rocks of a room, with or without those at the sides of its middle part."""
     number = room - max(start for start in STARTS.tolist() if start <= room)
-    above = ROOM_DOTS[room + 255] if number else np.array((192, 0))
-    above = np.array((255, 255)) if number >= FIRST_RIVER else above
+    above = _dots_above(room, number)
     edge = place if not side and (place := int(FORMS[room]) & Form.PLACE) in EDGES else 0
     middle = _runs(side, ROOM_DOTS[room], not FORMS[room] & Form.REPEATS, edge)
     parts = _runs(1, above, True), middle, _runs(1, ROOM_DOTS[room + 256], True)
     return [rock for rocks in parts for rock in [*rocks, *[0] * MOST][:MOST]]
+
+
+def _dots_above(room: int, number: int) -> np.ndarray:
+    """The dots of a room's ceiling, by the room's number in its level."""
+    if number >= FIRST_RIVER:
+        return np.array((255, 255))
+    return ROOM_DOTS[room + 255] if number else np.array((192, 0))
 
 
 ROOMS = np.array([_room_rocks(room, side) for side in (1, 0) for room in range(256)]).ravel()
@@ -63,8 +69,8 @@ ROOMS = np.array([_room_rocks(room, side) for side in (1, 0) for room in range(2
 def rock_boxes(m: Ram) -> Box:
     """The rocks of each part, and the wall that can be destroyed, which has two parts in room 0."""
     first, last = _closed_by_lava(m, *_stored(m))
-    wall = (SLOT == WALL_SLOT) | ((SLOT == UPPER_SLOT) & (m.room == 0))
-    wall = wall & (m.wall > EDGES[0] + 1) & (m.wall <= EDGES[1])
+    wall_slots = (SLOT == WALL_SLOT) | ((SLOT == UPPER_SLOT) & (m.room == 0))
+    wall = wall_slots & (m.wall > EDGES[0] + 1) & (m.wall <= EDGES[1])
     x = jnp.where(wall, m.wall - 1, first)
     end = jnp.where(wall, x + jnp.where(m.hits >= HALF_WALL, 4, 8), last)
     color = rock_colors(m)
@@ -89,15 +95,17 @@ def _closed_by_lava(m: Ram, x: jax.Array, end: jax.Array) -> tuple[jax.Array, ja
     moves = has_gap & (m.level >= FIRST_PULSE)
     reach = 48 + 4 * jax.lax.population_count(m.dots)
     closed = reach == 80
-    end = jnp.where(moves & (SLOT == LAVA_SLOT), jnp.where(closed, 160, reach), end)
+    closed_end = jnp.where(moves & (SLOT == LAVA_SLOT), jnp.where(closed, 160, reach), end)
     right = moves & (SLOT == LAVA_SLOT + 1)
-    x = match((right & closed, end), (right, 160 - reach), otherwise=x)
-    return x, end
+    closed_x = match((right & closed, closed_end), (right, 160 - reach), otherwise=x)
+    return closed_x, closed_end
 
 
 def free(rocks: Box, begin: jax.Array, end: jax.Array) -> tuple[jax.Array, jax.Array]:
     """What rocks leave of a stretch of columns in each part; `begin` and `end` are `[3]`."""
-    x, w = rocks.x.reshape(3, MOST), rocks.w.reshape(3, MOST)
-    a, b = begin[:, None], end[:, None]
+    x = rocks.x.reshape(3, MOST)
+    w = rocks.w.reshape(3, MOST)
+    a = begin[:, None]
+    b = end[:, None]
     left = jnp.max(jnp.where((x <= a) & (x + w > a), x + w, a), axis=1)
     return left, jnp.min(jnp.where((x < b) & (x + w >= b), x, b), axis=1)

@@ -29,9 +29,24 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, match, pick, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shades,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    pick,
+    when,
+)
 from ocjax.extractors.jamesbond.lanes import (
     AIR,
     GRAPHICS,
@@ -46,10 +61,6 @@ from ocjax.extractors.jamesbond.lanes import (
     lane_boxes,
 )
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Status, Way
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 SCORE = NumberDisplay(FONT, right=102, top=15, digits=6)
@@ -145,7 +156,8 @@ def _vehicle_color(m: Ram) -> jax.Array:
 
 
 def _lives(m: Ram) -> Box:
-    width, y = 16 * jnp.minimum(m.lives, MOST_ICONS) - 8, 184 + jnp.minimum(m.mission, 1)
+    width = 16 * jnp.minimum(m.lives, MOST_ICONS) - 8
+    y = 184 + jnp.minimum(m.mission, 1)
     return box(9, y, width, 4, m.lives > 0, value=m.lives + 1)
 
 
@@ -165,19 +177,19 @@ def _shot_box(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
     height = m.height[SKY_SLOT]
     sky = AIR[1] + when(height < NONE, height + 1) + when(beamed(m), 9)  # its last row
     begins = y + 55
-    top = begins + _shot_lag(begins, sky, surface)
-    dives = among(top, range(surface - 3, surface))
+    usual_top = begins + _shot_lag(begins, sky, surface)
+    dives = among(usual_top, range(surface - 3, surface))
     end = match(
         (begins >= SEA[3] - 2, begins + 5),
         (begins == SEA[3] - 4, SEA[3] - 1),
-        otherwise=top + 4,
+        otherwise=usual_top + 4,
     )
     bottom = match(
         (dives, surface + 2),
-        (among(top, range(116, surface)), surface),
-        otherwise=end + when(among(sky - top, (1, 3)), 1),
+        (among(usual_top, range(116, surface)), surface),
+        otherwise=end + when(among(sky - usual_top, (1, 3)), 1),
     )
-    top = jnp.where(dives & (top >= 120), surface, top)
+    top = jnp.where(dives & (usual_top >= 120), surface, usual_top)
     return box(x - 11, top, SHOT_WIDTH, bottom - top, y < NONE).clip(*FIELD)
 
 
@@ -194,10 +206,13 @@ def _shot_lag(begins: jax.Array, sky: jax.Array, surface: int) -> jax.Array:
 
 def _enemy_shot(m: Ram) -> Box:
     """The enemies' shot before its last step, from the frame on on which it is drawn."""
-    y, flies = m.enemy_shot_y, ~_dies(m)
+    y = m.enemy_shot_y
+    flies = ~_dies(m)
     dx, dy = _enemy_step(m.shot_way)
-    shot = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
-    shot = box(shot.x, shot.y + when(shot.x < LATE_X, 1), SHOT_WIDTH, shot.h, shot.valid)
+    on_time = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
+    shot = box(
+        on_time.x, on_time.y + when(on_time.x < LATE_X, 1), SHOT_WIDTH, on_time.h, on_time.valid
+    )
     slow = (m.shot_way & Way.SLOW_Y) != 0
     first = jnp.where(slow, y == FIRST_SLOW, among(y, FIRST_FAST))
     fresh = first & (m.shot_way > 0) & flies
@@ -216,21 +231,23 @@ def _enemy_step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 def _beam(m: Ram) -> Box:
     """The beam as it was last drawn: on this frame, or on the one before the ground moved."""
-    helicopter_x, helicopter = m.object_x[SKY_SLOT], m.kind[SKY_SLOT] == Kind.HELICOPTER
+    helicopter_x = m.object_x[SKY_SLOT]
+    helicopter = m.kind[SKY_SLOT] == Kind.HELICOPTER
     late = ((m.flags & Flags.ODD) == 0) & ((m.clock & 3) == 0)
     moved = have_stepped(m, m.kind)[SKY_SLOT]
     x = helicopter_x + when(late, 1) + when(moved, 1)
     begins = moved & (helicopter_x == AIMS[-3])  # from the next frame on
     there = ((m.more_flags & MoreFlags.BEAM) != 0) & ~_dies(m) & helicopter
-    left, width = (pick(x - AIMS[0], table) for table in (BEAM_LEFT, BEAM_WIDTH))
-    return box(x + left, 64, width, 8, there & ~begins).clip(*FIELD)
+    left = x + pick(x - AIMS[0], BEAM_LEFT)
+    return box(left, 64, pick(x - AIMS[0], BEAM_WIDTH), 8, there & ~begins).clip(*FIELD)
 
 
 def _hole_box(m: Ram) -> Box:
     """The hole; at an edge, the larger part of what is in columns 8-159, for it goes round."""
     left = column(m.ground_x) + 1
     x = jnp.where(left > 156, left - 160, left)
-    first, last = jnp.clip(8 - x, 0, 16), jnp.clip(160 - x, 0, 16)
+    first = jnp.clip(8 - x, 0, 16)
+    last = jnp.clip(160 - x, 0, 16)
     depth = jnp.minimum(pick(last, DEPTH_LEFT), pick(16 - first, DEPTH_RIGHT))
     apart = (m.ground_x >= 9) & (m.ground_x < 15)  # the flames are two columns beside the hole
     return box(x, 122, jnp.where(apart, 18, 16), depth, m.mission == 0).clip(8, 122, 160, 170)
@@ -238,7 +255,8 @@ def _hole_box(m: Ram) -> Box:
 
 def _lab(m: Ram) -> Box:
     """The two halves of the lab, of which the right one may be at the other edge."""
-    first, last = column(m.lab_x) + 3, column(m.ground_x) + 17
+    first = column(m.lab_x) + 3
+    last = column(m.ground_x) + 17
     left = jnp.where(first > 148, first - 160, first)
     right = jnp.where(last < left, 160, last)
     there = ((m.more_flags & MoreFlags.LAB) != 0) & (m.mission > 0)

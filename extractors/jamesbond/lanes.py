@@ -9,10 +9,7 @@ back.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
+from ocjax.authoring import EDGE_CUTS, Box, Pictures, among, box, match, pick, when
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Size, Status
 
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
@@ -97,12 +94,13 @@ def drawn_kinds(m: Ram) -> jax.Array:
 def lane_boxes(m: Ram, kinds: jax.Array) -> Box:
     """The objects as they were drawn; the larger part of what the edges and columns 0-7 cut."""
     zoom = match((m.size == Size.DOUBLE, 1), (m.size == Size.QUAD, 2), otherwise=0)
-    left, y = _left_columns(m, kinds, zoom), _row(m, kinds)
+    left = _left_columns(m, kinds, zoom)
+    y = _row(m, kinds)
     beyond_right = jnp.clip((left + (8 << zoom) - 160) >> zoom, 0, 8)
     beyond_left = jnp.clip((8 - left) >> zoom, 0, 8)
     bottom = LANE_BOTTOMS - when((kinds == Kind.MISSILE) & IN_SEA & (left >= UNLIT), 1)
-    cut = len(ROWS) * _look(m, kinds) + jnp.clip(bottom - y, 1, len(ROWS)) - 1
-    cut = len(EDGE_CUTS) * cut + 8 + beyond_right - beyond_left
+    shown_rows = len(ROWS) * _look(m, kinds) + jnp.clip(bottom - y, 1, len(ROWS)) - 1
+    cut = len(EDGE_CUTS) * shown_rows + 8 + beyond_right - beyond_left
     dx, dy, w, h = LOOKS.extent(cut)
     shapes = box(left + (dx << zoom), y + dy, w << zoom, h, _there(m, kinds))
     return shapes.clip(8, 57, 160, bottom)
@@ -122,8 +120,8 @@ def _left_columns(m: Ram, kinds: jax.Array, zoom: jax.Array) -> jax.Array:
 
 def _row(m: Ram, kinds: jax.Array) -> jax.Array:
     """The first row of each picture."""
-    y = jnp.where(kinds != m.kind, SPARKS_Y, m.object_y)
-    y = y - when(have_stepped(m, kinds), pick(kinds, STEPS_Y))
+    now_y = jnp.where(kinds != m.kind, SPARKS_Y, m.object_y)
+    y = now_y - when(have_stepped(m, kinds), pick(kinds, STEPS_Y))
     rises = among(kinds, (Kind.MISSILE, Kind.ROCKET)) & IN_SEA
     return 179 - jnp.where(rises, jnp.maximum(y, pick(kinds, STARTS)), y)
 

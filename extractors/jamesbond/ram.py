@@ -1,7 +1,6 @@
 """James Bond 007's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, byte, high, low
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, byte, high, low
 
 ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 

@@ -26,11 +26,34 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, mod, only, pick, when
-from ocjax.console.registers import copies, spacing
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Packed,
+    Raised,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    among,
+    box,
+    copies,
+    display,
+    edges,
+    mod,
+    only,
+    pick,
+    spacing,
+    when,
+)
 from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn, has_begun_anew
 from ocjax.extractors.keystonekapers.pictures import (
     ALL_KINDS,
@@ -43,11 +66,6 @@ from ocjax.extractors.keystonekapers.pictures import (
     figure_extent,
 )
 from ocjax.extractors.keystonekapers.ram import ROM, Ram, Ride, Thing
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, Raised
 
 FONT = ROM.font(0xF01, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=70, top=32, digits=6)
@@ -170,18 +188,19 @@ def _first_line(floor: jax.Array | np.ndarray) -> jax.Array:
 def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int) -> Box:
     """The copies of a kind of thing, of each group of floors one of which may hold it."""
     here = among(things.thing, kinds)[None] & floors
-    x, y, w, h, nusiz = (only(here, part[None], axis=1)[:, None] for part in things[1:])
+    one = jax.tree.map(lambda part: only(here, part[None], axis=1)[:, None], things)
     copy = np.arange(most)[None]
-    there = here.any(axis=1)[:, None] & (copy < copies(nusiz))
-    column = mod(x + spacing(nusiz) * copy, SCREEN_END)
-    shape = there.shape
-    fields = (jnp.broadcast_to(part, shape).ravel() for part in (column, y, w, h, there))
+    there = here.any(axis=1)[:, None] & (copy < copies(one.nusiz))
+    column = mod(one.x + spacing(one.nusiz) * copy, SCREEN_END)
+    parts = (column, one.y, one.width, one.height, there)
+    fields = (jnp.broadcast_to(part, there.shape).ravel() for part in parts)
     return box(*fields).clip(*FIELD)
 
 
 def _kop_box(m: Ram, kop: Drawn) -> Box:
     """The Kop; what is behind the floor above him does not show."""
-    x, is_left = kop.x - 1, m.faces_left == 1
+    x = kop.x - 1
+    is_left = m.faces_left == 1
     left, top, width, height = figure_extent(KOP_PICTURES, kop.pose, x, is_left)
     head = _first_line(kop.floor) + STANDS - kop.height + top
     first, last = _below_ceiling(kop, head, head + height)
@@ -203,7 +222,8 @@ def _below_ceiling(kop: Drawn, head: jax.Array, feet: jax.Array) -> tuple[jax.Ar
 
 def _krook_box(m: Ram, kop: Drawn) -> Box:
     """The Krook, in the section where he is."""
-    x, is_left = m.krook_x - 1, m.krook_left == 1
+    x = m.krook_x - 1
+    is_left = m.krook_left == 1
     left, top, width, height = figure_extent(KROOK_PICTURES, m.krook_pose - 1, x, is_left)
     way = m.krook_place & 2 * SECTIONS - 1  # along two floors, one there and the other back
     section = jnp.where(way < SECTIONS, way, way ^ 2 * SECTIONS - 1)
@@ -228,7 +248,8 @@ def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
 
 def _escalator_boxes(kop: Drawn) -> Box:
     """One escalator at the right end of the building, two at the left end."""
-    at_right, at_left = kop.section == RIGHT_END, kop.section == LEFT_END
+    at_right = kop.section == RIGHT_END
+    at_left = kop.section == LEFT_END
     left, top, right, bottom = jnp.where(at_right, RIGHT_ESCALATORS, LEFT_ESCALATORS).T
     return edges(left, top, right, bottom, valid=jnp.stack([at_right | at_left, at_left]))
 

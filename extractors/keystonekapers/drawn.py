@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, when
+from ocjax.authoring import among, match, when
 from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride
 
 FREEZE = 8  # `pause` when a collision begins to keep everybody from moving
@@ -78,7 +78,8 @@ def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The Kop's column and section before he came into a section or was put back at a wall."""
     to_left = _moves_aside(m) & (m.faces_left == 1)
     to_right = _moves_aside(m) & (m.faces_left == 0)
-    came_left, came_right = to_left & (x > RIGHT_EDGE), to_right & (x < LEFT_EDGE)
+    came_left = to_left & (x > RIGHT_EDGE)
+    came_right = to_right & (x < LEFT_EDGE)
     at_right_wall = to_right & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
     at_left_wall = to_left & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
     before = match(

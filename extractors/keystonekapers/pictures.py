@@ -5,8 +5,7 @@ from collections.abc import Iterable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
+from ocjax.authoring import EDGE_CUTS, Pictures
 from ocjax.extractors.keystonekapers.ram import ROM, Pose, Thing
 
 SCREEN_START = 8  # the picture's first column
@@ -45,8 +44,7 @@ def _thing_rows(thing: int) -> np.ndarray:
     """The rows of a thing's picture, from the top; the last one is in the colour of the floor."""
     begin = PICTURE_PAGE + int(ROM.data[THING_POINTERS + thing])
     rows = ROM.rows(begin, int(ROM.data[HEIGHTS + thing]))
-    rows[-1] = 0
-    return rows
+    return np.append(rows[:-1], 0)
 
 
 def _at_edges(pictures: Iterable[np.ndarray]) -> Pictures:

@@ -24,16 +24,27 @@ that have one of its colours.
 
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import pick, when
-from ocjax.console.registers import copies, spacing
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Pictures,
+    Rom,
+    Shape,
+    box,
+    choose,
+    copies,
+    display,
+    edges,
+    pick,
+    spacing,
+    when,
+)
 from ocjax.extractors.kingkong.drawn import POSES, Drawn, Pose, as_drawn, column, of_climber, there
 from ocjax.extractors.kingkong.ram import BombPicture, Ram, State
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 ROM = Rom("king_kong", "0dd4c69b5f9a7ae96a7a08329496779a")
 FONT = ROM.font(0xBDB, rows=7, stride=8, dots=3, shift=5, dot=(4, 2), pitch=16, top_first=True)
@@ -115,8 +126,8 @@ def _climber_box(m: Ram, drawn: Drawn) -> Box:
     left, top, width, height = CLIMBERS.extent(drawn.pose, mirrored=looks_left)
     y = FIRST_LINE + 2 * (drawn.y - pick(drawn.pose, POSE_ROWS) + top)
     climbing = box(drawn.x + left, y, width, 2 * height).clip(*FIELD)
-    left, _, width, height = CLIMBERS.extent(jnp.int32(Pose.STANDS))
-    beside = box(RESCUER_X + left, CAPTIVE_TOP + 1, width, 2 * height)
+    stand_left, _, stand_width, stand_height = CLIMBERS.extent(jnp.int32(Pose.STANDS))
+    beside = box(RESCUER_X + stand_left, CAPTIVE_TOP + 1, stand_width, 2 * stand_height)
     return choose(m.state == State.RESCUED, beside, climbing).where(there(m))
 
 
@@ -142,14 +153,16 @@ def _kong_box(m: Ram, drawn: Drawn) -> Box:
     first = drawn.kong_y - KONG_ROWS
     hidden = jnp.maximum(drawn.kong_y - ROWS, 0) + jnp.minimum(first, 0)
     left, top, width, height = KONG.extent(hidden - CUT_ROWS[0])
-    x, y = drawn.kong_x + 1 + 2 * left, FIRST_LINE + 2 * (first + top)
+    x = drawn.kong_x + 1 + 2 * left
+    y = FIRST_LINE + 2 * (first + top)
     return box(x, y, 2 * width, 2 * height, (height > 0) & (m.state < State.RESCUED))
 
 
 def _bomb_boxes(m: Ram) -> Box:
     with_bonus = m.bomb_picture == BombPicture.BONUS
     left, top, width, height = BOMBS.extent(when(with_bonus, 1))
-    x, y = column(m.bomb_x) + left, FIRST_LINE + 2 * (m.bomb_y - BOMB_ROWS + top)
+    x = column(m.bomb_x) + left
+    y = FIRST_LINE + 2 * (m.bomb_y - BOMB_ROWS + top)
     color = jnp.where(with_bonus, GREEN, VIOLET)
     return box(x, y, width, 2 * height, m.bomb_y < GONE, color=color).clip(*FIELD)
 

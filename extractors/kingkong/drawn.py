@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import packed_position
+from ocjax.authoring import among, match, packed_position, pick, when
 from ocjax.extractors.kingkong.ram import Jump, Leap, Ram, Sound, State, Stick, Turn
 
 LEFTMOST = 0xB1  # `x` of a climber who cannot go on to the left

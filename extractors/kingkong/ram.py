@@ -1,6 +1,6 @@
 """King Kong's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.authoring import RamMap, bcd, bits, byte
 
 
 class State:  # of `Ram.state`

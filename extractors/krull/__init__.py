@@ -29,12 +29,37 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, match, mod, pick, when
-from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    Gauge,
+    Lines,
+    Packed,
+    Pictures,
+    Run,
+    Runs,
+    Shape,
+    Tight,
+    among,
+    box,
+    choose,
+    display,
+    edges,
+    match,
+    mod,
+    pick,
+    score_box,
+    signed_nibble,
+    when,
+    wrap,
+)
 from ocjax.extractors.krull.ram import ROM, Flags, Item, Ram, Scene
 from ocjax.extractors.krull.wedding import (
     BRIDES,
@@ -46,10 +71,6 @@ from ocjax.extractors.krull.wedding import (
     person_of,
     turns,
 )
-from ocjax.vision.filters import Lines
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, Tight
 
 FONT = ROM.font(0xB07, rows=7)
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
@@ -125,7 +146,8 @@ def _display_boxes(m: Ram) -> dict[str, Box]:
 
 def _mare_boxes(m: Ram) -> Box:
     turned = (m.flags[6:] & Flags.MARE_TURNED) != 0
-    pictures, y = jnp.stack([m.foe_picture, m.player_picture]), np.full(2, 145)
+    pictures = jnp.stack([m.foe_picture, m.player_picture])
+    y = np.full(2, 145)
     return MARE_PICTURES.box(
         pictures, m.x[6:] + 8, y, mirrored=turned, valid=m.scene == Scene.DESERT
     )
@@ -166,21 +188,25 @@ def _castle_boxes(m: Ram) -> Box:
     there = (m.scene == np.array([Scene.WEDDING, Scene.DESERT])) & (
         m.castle < np.array([256, RISEN])
     )
-    x, w = np.array([32, 48]), np.array([96, 64])
-    top, height = jnp.stack([jnp.int32(17), 145 - m.castle]), jnp.stack([jnp.int32(27), m.castle])
+    x = np.array([32, 48])
+    w = np.array([96, 64])
+    top = jnp.stack([jnp.int32(17), 145 - m.castle])
+    height = jnp.stack([jnp.int32(27), m.castle])
     return box(x, top, w, height, there)
 
 
 def _beast_box(m: Ram) -> Box:
     """The beast, whose dots are two columns wide."""
-    turned, wide = (m.flags[BEAST_RECORD] & Flags.TURNED) != 0, m.picture[BEAST_RECORD] >= STRIDES
+    turned = (m.flags[BEAST_RECORD] & Flags.TURNED) != 0
+    wide = m.picture[BEAST_RECORD] >= STRIDES
     x = m.x[BEAST_RECORD] + _offset(m.x[BEAST_RECORD]) + match((turned, 5), (wide, 1), otherwise=3)
     return box(x, 2 * m.y[BEAST_RECORD] + 15, jnp.where(wide, 12, 10), 22)
 
 
 def _player_box(m: Ram, y: jax.Array, mares: Box) -> Box:
     """The player; in the desert, the box around the mares."""
-    web, lair = m.scene == Scene.WEB, m.scene == Scene.LAIR
+    web = m.scene == Scene.WEB
+    lair = m.scene == Scene.LAIR
     colwyn = person_of(m, y, COLWYNS)
     page = when(web & (m.shot_page == SHOT_PAGE), SECOND)
     walks = PEOPLE.box(
@@ -189,8 +215,10 @@ def _player_box(m: Ram, y: jax.Array, mares: Box) -> Box:
         2 * colwyn.y + match((web, 20), (lair, 15), otherwise=16),
         mirrored=(colwyn.flags & Flags.TURNED) != 0,
     )
-    left, top = jnp.min(mares.x), jnp.min(mares.y)
-    right, bottom = jnp.max(mares.x + mares.w), jnp.max(mares.y + mares.h)
+    left = jnp.min(mares.x)
+    top = jnp.min(mares.y)
+    right = jnp.max(mares.x + mares.w)
+    bottom = jnp.max(mares.y + mares.h)
     rides = edges(left, top, right, bottom)
     return choose(m.scene == Scene.DESERT, rides, walks).clip(*FIELD)
 
@@ -212,14 +240,15 @@ def _lyssa_box(m: Ram, y: jax.Array) -> Box:
 
 def _slayer_boxes(m: Ram, y: jax.Array) -> Box:
     """Slayers, whose records begin after the bride's while she is free."""
-    copy, record = np.tile(np.arange(3), 5), np.repeat(np.arange(5), 3)
+    copy = np.tile(np.arange(3), 5)
+    record = np.repeat(np.arange(5), 3)
     fields = jnp.stack([m.x, y, m.flags, m.picture])
-    x, y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
+    x, slayer_y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
     size = flags & Flags.SIZE
     return PEOPLE.box(
         SECOND + picture,
         x + _offset(x) + copy * pick(size, NUSIZ_SPACING),
-        2 * y + 15,
+        2 * slayer_y + 15,
         mirrored=(flags & Flags.TURNED) != 0,
         valid=(record < m.slayers) & (copy < pick(size, NUSIZ_COPIES)),
     ).clip(8, 27, 160, 173)
@@ -227,7 +256,8 @@ def _slayer_boxes(m: Ram, y: jax.Array) -> Box:
 
 def _shot_box(m: Ram, figures: jax.Array) -> Box:
     """The Slayers' shot, of a row more or less where the beam has passed it when it is switched."""
-    top, rows = 2 * m.shot_top + 13, 2 * (m.shot_bottom - m.shot_top)
+    top = 2 * m.shot_top + 13
+    rows = 2 * (m.shot_bottom - m.shot_top)
     step = -signed_nibble(m.shot_slant)  # columns a row
     head = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
     late = when(head < on_at(m.shot_top, figures), 1)
@@ -250,7 +280,8 @@ def _weapon_boxes(m: Ram) -> Box:
     """What is found in the desert, and the player's in the lair, held or thrown."""
     found = _item_box(m, Item.WEAPON, inset=0, width=8)
     there = (m.scene == Scene.LAIR) & (m.y[FOE] < OFF_SCREEN)
-    x, y = m.x[FOE] + _offset(m.x[FOE]), 2 * m.y[FOE] + 16
+    x = m.x[FOE] + _offset(m.x[FOE])
+    y = 2 * m.y[FOE] + 16
     turned = (m.flags[FOE] & Flags.TURNED) != 0
     flying = PEOPLE.box(SECOND + m.picture[FOE], x, y, mirrored=turned, valid=there)
     return jax.tree.map(lambda *parts: jnp.stack(parts), found, flying)

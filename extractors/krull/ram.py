@@ -1,7 +1,6 @@
 """Krull's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, signed
 
 ROM = Rom("krull", "4baada22435320d185c95b7dd2bcdb24")
 

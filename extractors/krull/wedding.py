@@ -10,12 +10,13 @@ The shot is switched on in a turn of the second sprite and off in one of the fir
 depends on what else the program does in that turn. These columns are counted in its cycles.
 """
 
+import itertools
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, pick
+from ocjax.authoring import lookup, match, pick
 from ocjax.extractors.krull.ram import ROM, Ram, Scene
 
 TALLEST = 24  # rows of a figure; the bytes that are no figures may say more
@@ -101,15 +102,20 @@ def turns(
     first = RECORDS < FEW
     there = jnp.where(first, slayers + 1 - taken > RECORDS, (RECORDS == FEW) | (taken == 1))
     length = lookup(FIGURE_TURNS, picture + np.where(first, SECOND, 0)) + 1
+
+    def after(before: tuple[jax.Array, jax.Array, int], i: int) -> tuple[jax.Array, jax.Array, int]:
+        _, ready, pause = before
+        soon = jnp.maximum(y[i], ready)
+        late = jnp.maximum(y[i], jnp.maximum(ready, pause) + 1)
+        begin = jnp.where(soon < pause, soon, late)
+        shown = jnp.where(there[i] & (begin < LAST), begin, NEVER)
+        return shown, jnp.where(there[i], begin + length[i] + SETUP, ready), pause
+
     starts = {}
     for group, ready, pause in SPRITES:
-        ready = jnp.int32(ready)
-        for i in group:
-            start = jnp.maximum(y[i], ready)
-            late = jnp.maximum(y[i], jnp.maximum(ready, pause) + 1)
-            start = jnp.where(start < pause, start, late)
-            starts[i] = jnp.where(there[i] & (start < LAST), start, NEVER)
-            ready = jnp.where(there[i], start + length[i] + SETUP, ready)
+        at_first = jnp.int32(NEVER), jnp.int32(ready), pause
+        _, *figures = itertools.accumulate(group, after, initial=at_first)
+        starts.update(zip(group, (shown for shown, _, _ in figures), strict=True))
     start = jnp.stack([starts[i] for i in RECORDS.tolist()])
     return jnp.stack([start, start + length, lookup(PLACED_AT, x)])
 

@@ -30,12 +30,27 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, match, when
-from ocjax.console.registers import signed_nibble
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    ByColor,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    match,
+    palette,
+    signed_nibble,
+    when,
+)
 from ocjax.extractors.kungfumaster.extents import (
     AIRBALL,
     DRAGON,
@@ -61,9 +76,6 @@ from ocjax.extractors.kungfumaster.vision import (
     Upright,
     Whites,
 )
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge
-from ocjax.vision.shapes import Shape
 
 VIEW = (8, 72, 160, 162)
 SCREEN_X = 49  # positions less columns
@@ -97,7 +109,8 @@ SPELL = 0x18  # of the master who casts spells, likewise
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    group, thrown = _group_boxes(m), _thrown_boxes(m)
+    group = _group_boxes(m)
+    thrown = _thrown_boxes(m)
     return {
         "Player": _player_box(m),
         "Henchmen": group.where(m.kind == Kind.HENCHMEN),
@@ -153,7 +166,8 @@ def _player_box(m: Ram) -> Box:
     pose = match(*poses, otherwise=Pose.IN_AIR)
     shifted_right = among(m.shifts, [address & 255 for address in FIRST_SHIFTS[1::2]])
     index = 4 * pose + 2 * m.looks_right + when(shifted_right, 1)
-    x, y = m.x - SCREEN_X, GROUND - rise
+    x = m.x - SCREEN_X
+    y = GROUND - rise
     orientation = _compass(m.looks_right)
     return extent_box(POSE_EXTENTS, index, x, y, orientation=orientation).clip(*VIEW)
 
@@ -163,15 +177,16 @@ def _enemy_box(m: Ram, place: int | np.ndarray = 0) -> Box:
     floats = m.loop == Loop.FLOATING
     index = 2 * (m.enemy_picture & 0x7FF) + m.enemy_looks_right
     x = m.enemy_x - SCREEN_X + COPY * place
-    y = jnp.where(floats, CEILING - m.enemy_y, GROUND)
+    figure_y = jnp.where(floats, CEILING - m.enemy_y, GROUND)
     right = _compass(m.enemy_looks_right)
-    whole = extent_box(ENEMY_EXTENTS, index, x, y, orientation=right).clip(*VIEW)
+    whole = extent_box(ENEMY_EXTENTS, index, x, figure_y, orientation=right).clip(*VIEW)
     first, end = HIDDEN
-    bottom = whole.y + whole.h
+    whole_bottom = whole.y + whole.h
     top = jnp.where(whole.y >= first, jnp.maximum(whole.y, end), whole.y)
-    bottom = jnp.where(bottom <= end, jnp.minimum(bottom, first), bottom)
+    bottom = jnp.where(whole_bottom <= end, jnp.minimum(whole_bottom, first), whole_bottom)
     seen = top < bottom
-    y, height = jnp.where(seen, top, whole.y), jnp.where(seen, bottom - top, whole.h)
+    y = jnp.where(seen, top, whole.y)
+    height = jnp.where(seen, bottom - top, whole.h)
     return replace(whole, y=y, h=height)
 
 
@@ -187,18 +202,20 @@ def _thrown_boxes(m: Ram) -> Box:
     The program sets a line's move and whether it shows while the beam is at one column. On the
     right of that column, the line shows a row earlier and has not been moved yet.
     """
-    moves, right_of_beam = signed_nibble(m.lines), np.arange(8) >= 4
+    moves = signed_nibble(m.lines)
+    right_of_beam = np.arange(8) >= 4
     moved = m.thrown_x - THROWN_X - jnp.cumsum(moves)
-    x = jnp.concatenate([moved, moved + moves])
+    columns = jnp.concatenate([moved, moved + moves])
     row = THROWN_ROW - m.thrown_y + np.arange(8) - 5 * right_of_beam
-    left = jnp.maximum(x, np.where(right_of_beam, BEAM, VIEW[0]))
-    right = jnp.minimum(x + (1 << m.thrown_width), np.where(right_of_beam, VIEW[2], BEAM))
+    left = jnp.maximum(columns, np.where(right_of_beam, BEAM, VIEW[0]))
+    right = jnp.minimum(columns + (1 << m.thrown_width), np.where(right_of_beam, VIEW[2], BEAM))
     flies = (
         (m.thrown_x > SCREEN_X) & (m.thrown_x < SCREEN_X + VIEW[2]) & (m.loop == Loop.WITH_THROWN)
     )
     shown = jnp.concatenate([m.lines_shown, m.lines_shown]) == 1
     on = shown & (left < right) & (row >= THROWN_VIEW[0]) & (row < THROWN_VIEW[1])
-    x, y = jnp.min(jnp.where(on, left, 255)), jnp.min(jnp.where(on, row, 255))
+    x = jnp.min(jnp.where(on, left, 255))
+    y = jnp.min(jnp.where(on, row, 255))
     width = jnp.max(jnp.where(on, right, 0)) - x
     height = jnp.max(jnp.where(on, row + 1, 0)) - y
     return box(x, y, width, height, flies & (width > 0), color=_thrown_color(m))

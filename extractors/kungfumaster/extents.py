@@ -5,14 +5,13 @@ legs that are stretched out: in a table beside the picture, the high nibble of e
 to the left, and a low nibble of 5 doubles the width. Black on the floor's black line is not seen.
 """
 
+import itertools
 from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
 import numpy as np
-from ocjax.console.boxes import Box, Number, box
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Rom
+from ocjax.authoring import Box, Number, Rom, box, lookup
 
 ROM = Rom("kung_fu_master", "5b92a93b23523ff16e2789b820e2a4c5")
 LOGIC = 0x1000  # offset of the second bank, which has the rules of the game; the first one draws
@@ -63,8 +62,7 @@ AIRBALL = 0xDE3F
 
 def _words(low: int, high: int, count: int) -> list[int]:
     """Addresses whose low and high bytes are in two tables of the rules' bank."""
-    lows, highs = (ROM.bytes(LOGIC + table, count) for table in (low, high))
-    return (lows + 256 * highs).tolist()
+    return (ROM.bytes(LOGIC + low, count) + 256 * ROM.bytes(LOGIC + high, count)).tolist()
 
 
 POSE_ADDRESSES = _words(0xF3B, 0xEE2, 9)
@@ -138,20 +136,24 @@ def _packed_extent(lines: Iterable[Dots]) -> int:
         return 0
     lefts, rights = zip(*(_columns(line) for line in inked), strict=True)
     rows = [line.row for line in inked]
-    left, top = min(lefts), min(rows)
-    width, height = max(rights) - left, max(rows) - top + 1
+    left = min(lefts)
+    top = min(rows)
+    width = max(rights) - left
+    height = max(rows) - top + 1
     return left + LEFTMOST | width << 6 | top + FIGURE + 3 << 12 | height << 18
 
 
 def _picture_lines(address: int, height: int, shifts: int, *, mirrored: bool) -> list[Dots]:
     """The rows of a picture from the top; the lowest is row 0, and those above it less than 0."""
-    out, column = [], 0
-    for y in reversed(range(height)):
-        shift, dots = (int(ROM.data[(base & 0xFFF) + y]) for base in (shifts, address))
-        column -= (shift >> 4 ^ 8) - 8
-        dots = int(f"{dots:08b}"[::-1], 2) if mirrored else dots
-        out.append(Dots(column, -y, dots, 2 if shift & 7 == WIDE else 1))
-    return out
+    rows = range(height - 1, -1, -1)
+    codes = [int(ROM.data[(shifts & 0xFFF) + y]) for y in rows]
+    lefts = itertools.accumulate(8 - (code >> 4 ^ 8) for code in codes)
+    stored = (int(ROM.data[(address & 0xFFF) + y]) for y in rows)
+    dots = (int(f"{byte:08b}"[::-1], 2) if mirrored else byte for byte in stored)
+    return [
+        Dots(left, -y, ink, 2 if code & 7 == WIDE else 1)
+        for left, y, ink, code in zip(lefts, rows, dots, codes, strict=True)
+    ]
 
 
 def _pose_extent(pose: int, *, right: bool, shifted_right: bool) -> int:
@@ -182,13 +184,14 @@ def _floating_extent(look: Look, *, right: bool) -> int:
 
 def _enemies() -> np.ndarray:
     """Extents of enemies by page and low byte of their picture, and by where they look."""
-    out = np.zeros((PAGES, 256, 2), np.int32)
     kinds = (_standing_extent, STANDING), (_fighting_extent, FIGHTING), (_floating_extent, FLOATING)
-    for extent, looks in kinds:
-        for look in looks:
-            place = look.address >> 8 & PAGES - 1, look.address & 255
-            out[place] = [extent(look, right=right) for right in SIDES]
-    return out.ravel()
+    by_address = {
+        look.address & 256 * PAGES - 1: [extent(look, right=right) for right in SIDES]
+        for extent, looks in kinds
+        for look in looks
+    }
+    extents = [by_address.get(address, (0, 0)) for address in range(256 * PAGES)]
+    return np.array(extents, np.int32).ravel()
 
 
 POSE_EXTENTS = np.array(
@@ -214,5 +217,6 @@ def extent_box(
         fields: `valid` and others of the box.
     """
     packed = lookup(extents, index)
-    left, width, top, height = (packed >> shift & 63 for shift in (0, 6, 12, 18))
-    return box(x + left - LEFTMOST, y + top - FIGURE - 3, width, height, **fields)
+    left = x + (packed & 63) - LEFTMOST
+    top = y + (packed >> 12 & 63) - FIGURE - 3
+    return box(left, top, packed >> 6 & 63, packed >> 18 & 63, **fields)

@@ -1,6 +1,6 @@
 """Kung Fu Master's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
+from ocjax.authoring import RamMap, bcd, bits, byte, high
 
 
 class Kind:  # of `Ram.kind`

@@ -9,10 +9,7 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.vision import bitmap as bm
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.steps import Context, Step
+from ocjax.authoring import Context, Detected, Step, bitmaps, boxes, materialize
 
 TOP = 95  # rows where figures are
 BOTTOM = 162
@@ -43,12 +40,13 @@ class Body:
     chest: tuple[int, int] = (134, 158)
     reach: int = 0
 
-    def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
+    def __call__(self, mask: bitmaps.Bitmap, planes: jax.Array) -> bitmaps.Bitmap:
         """The pixels that count, in the room alone."""
-        shown, own = _in_room(mask), bm.color_mask(_in_room(planes), self.colors)
+        shown = _in_room(mask)
+        own = bitmaps.color_mask(_in_room(planes), self.colors)
         others = shown & _row_words(self.rows)
         inner = others & _columns_with(own, self.chest, self.reach)
-        return _on_screen(shown & (own | (others & bm.spread(inner))), mask)
+        return _on_screen(shown & (own | (others & bitmaps.spread(inner))), mask)
 
 
 @dataclass(frozen=True)
@@ -59,46 +57,46 @@ class Whites:
     tells where he begins.
     """
 
-    def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
+    def __call__(self, mask: bitmaps.Bitmap, planes: jax.Array) -> bitmaps.Bitmap:
         """The pixels that count, in the room alone."""
         shown = _in_room(mask)
         own = materialize(_own_white, planes)
         below = _columns_with(own, (TOP, BOTTOM))
         rows = slice(BRIM_ROWS[0] - TOP, BRIM_ROWS[-1] + 1 - TOP)
-        hat = shown[:, rows] & ~bm.color_mask(_in_room(planes)[:, :, rows], (WHITE,))
-        brim = hat & bm.spread(hat & below) & ~below
+        hat = shown[:, rows] & ~bitmaps.color_mask(_in_room(planes)[:, :, rows], (WHITE,))
+        brim = hat & bitmaps.spread(hat & below) & ~below
         begin = rows.start + BRIM_SHIFT
         lower = jnp.pad(brim, ((0, 0), (begin, BOTTOM - TOP - begin - len(BRIM_ROWS)), (0, 0)))
         return _on_screen(own | lower, mask)
 
 
-def _own_white(planes: jax.Array) -> bm.Bitmap:
+def _own_white(planes: jax.Array) -> bitmaps.Bitmap:
     """White pixels of the room that are not a thrower's, a master's or the smoke's."""
     own = _in_room(planes)
-    jackets = _columns_with(bm.color_mask(own, JACKET_COLORS), JACKET_ROWS, reach=1)
-    smoke = _columns_with(bm.color_mask(own, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
-    return bm.color_mask(own, (WHITE,)) & ~((jackets & _row_words(WHITE_ROWS)) | smoke)
+    jackets = _columns_with(bitmaps.color_mask(own, JACKET_COLORS), JACKET_ROWS, reach=1)
+    smoke = _columns_with(bitmaps.color_mask(own, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
+    return bitmaps.color_mask(own, (WHITE,)) & ~((jackets & _row_words(WHITE_ROWS)) | smoke)
 
 
-def _in_room(bitmap: jax.Array) -> jax.Array:
+def _in_room(pixels: jax.Array) -> jax.Array:
     """The rows of the room."""
-    return bitmap[..., TOP:BOTTOM, :]
+    return pixels[..., TOP:BOTTOM, :]
 
 
-def _on_screen(pixels: bm.Bitmap, like: bm.Bitmap) -> bm.Bitmap:
+def _on_screen(pixels: bitmaps.Bitmap, like: bitmaps.Bitmap) -> bitmaps.Bitmap:
     """Pixels of the room's rows, at their place on the screen."""
     return jnp.pad(pixels, ((0, 0), (TOP, like.shape[1] - BOTTOM), (0, 0)))
 
 
-def _columns_with(mask: bm.Bitmap, rows: tuple[int, int], reach: int = 0) -> bm.Bitmap:
+def _columns_with(mask: bitmaps.Bitmap, rows: tuple[int, int], reach: int = 0) -> bitmaps.Bitmap:
     """The columns that have pixels in some rows of the screen, and some beside them: one row."""
-    used = bm.or_rows(mask[:, rows[0] - TOP : rows[1] - TOP])[:, None]
-    return functools.reduce(lambda columns, _: bm.spread(columns), range(reach), used)
+    used = bitmaps.or_rows(mask[:, rows[0] - TOP : rows[1] - TOP])[:, None]
+    return functools.reduce(lambda columns, _: bitmaps.spread(columns), range(reach), used)
 
 
 def _row_words(rows: tuple[int, ...]) -> jax.Array:
     """Whole rows of the screen in the room, one column of words."""
-    return jnp.asarray(bm.areas(BOTTOM, ((0, y, 160, y + 1) for y in rows))[:, TOP:])
+    return jnp.asarray(bitmaps.areas(BOTTOM, ((0, y, 160, y + 1) for y in rows))[:, TOP:])
 
 
 @dataclass(frozen=True)
@@ -116,8 +114,9 @@ class Grown(Step):
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
-        y, end = found.y - self.above, found.y + found.h
-        end = jnp.maximum(end, jnp.minimum(end + self.below, self.floor))
+        y = found.y - self.above
+        found_end = found.y + found.h
+        end = jnp.maximum(found_end, jnp.minimum(found_end + self.below, self.floor))
         return found._replace(box=boxes(found.x, y, found.w, end - y, found.valid))
 
 

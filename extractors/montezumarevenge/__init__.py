@@ -27,11 +27,28 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import registers
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    LoneRuns,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    lookup,
+    match,
+    pick,
+    registers,
+    when,
+)
 from ocjax.extractors.montezumarevenge.ram import (
     ROM,
     Dark,
@@ -51,11 +68,6 @@ from ocjax.extractors.montezumarevenge.rooms import (
     RULES,
     room_parts,
 )
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import LoneRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xC08, rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=104, top=6, digits=6)
@@ -138,9 +150,11 @@ EXPLORERS = Pictures.of(_rows_of(D000 + p) if p != Picture.GONE else NOTHING for
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    drawn, torch = m.dark != Dark.BLANK, m.things >= TORCH_BIT
+    drawn = m.dark != Dark.BLANK
+    torch = m.things >= TORCH_BIT
     lit = drawn & ((m.room < BONUS) | (torch & (m.room != BONUS)))
-    copies, carried = _thing_boxes(m), _carried_boxes(m)
+    copies = _thing_boxes(m)
+    carried = _carried_boxes(m)
     thing = copies.where(drawn & ((m.room < HIDDEN) | torch))
     return {
         "Player": _explorer_box(m).where(drawn),
@@ -166,7 +180,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _thing_boxes(m: Ram) -> Box:
     """The thing or monster of the room, in up to three copies."""
-    number, copy = registers.copies(m.copies), np.arange(3)
+    number = registers.copies(m.copies)
+    copy = np.arange(3)
     x = registers.wrap(m.thing_x - 1 + copy * registers.spacing(m.copies))
     base = match(
         (m.room == 1, 353),
@@ -198,7 +213,8 @@ def _rope_boxes(m: Ram) -> Box:
 
 def _beams(m: Ram) -> Box:
     """The beams, which are lit on every fourth row; by the columns of all rooms."""
-    long, phase = m.room == LONG_BEAMS, m.left_door - Picture.FIRST_BEAM
+    long = m.room == LONG_BEAMS
+    phase = m.left_door - Picture.FIRST_BEAM
     columns = jnp.where(long, IS_LONG, among(m.room, BEAM_ROOMS) & SHORT)
     top = pick(phase + when(long, 4), (*BEAM_TOPS, *LONG_TOPS))
     bottom = pick(phase, BEAM_ENDS) + when(long, 1)
@@ -227,8 +243,8 @@ def _explorer_box(m: Ram) -> Box:
     """The explorer, before the step that he has taken after the room was drawn."""
     stick = Stick(*((m.stick >> bit & 1) == 0 for bit in range(4)))
     y = m.y - _rows_up(m, stick)
-    x = m.x - _columns_east(m, stick)
-    x = x + _carried_west(m, x)
+    walked_x = m.x - _columns_east(m, stick)
+    x = walked_x + _carried_west(m, walked_x)
     pose = _drawn_pose(m)
     top = SCREEN_BASE + when(among(m.room, LOWER_ROOMS), 1) - y + pick(pose, LIFTS)
     return EXPLORERS.box(pose, x - 1, top, mirrored=m.mirrored == 1)
@@ -264,7 +280,8 @@ def _climbs(m: Ram, stick: Stick) -> jax.Array:
 
 def _columns_east(m: Ram, stick: Stick) -> jax.Array:
     """Columns that he has walked, leapt or drifted to the east."""
-    plays, falls = m.state == State.PLAYS, m.state == State.FALLS
+    plays = m.state == State.PLAYS
+    falls = m.state == State.FALLS
     strides = (m.pose == Pose.STRIDES) & (stick.left | stick.right)
     leaps = plays & _in_mid_air(m) & (m.leap == Leap.ASIDE)
     walks = (plays | falls) & strides & (m.jump >= NO_JUMP)

@@ -1,7 +1,6 @@
 """Montezuma's Revenge's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
 

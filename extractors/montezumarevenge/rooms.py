@@ -4,15 +4,15 @@ Each room has drawing code of its own in the ROM, so the table of parts was read
 looks up the boxes of the room's parts. VEM finds a part by a run of pixels in one of its rows.
 """
 
+import itertools
 from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable
+from ocjax.authoring import Box, BoxTable, Run, Runs
 from ocjax.extractors.montezumarevenge.ram import ROM, Picture, Ram
-from ocjax.vision.rules import Run, Runs
 
 ROOM_COUNT = 24
 BRIDGES_GO = 0  # `clock` modulo 128 on the frame after whose drawing the bridges disappear
@@ -184,19 +184,27 @@ SLOT_COUNT = sum(places.shape[1] for places in PLACES_BY_CATEGORY.values())
 ALL_PLACES = BoxTable(np.hstack(list(PLACES_BY_CATEGORY.values())).reshape(-1, 4))
 
 
+def _ranges_of_slots() -> dict[str, slice]:
+    """Which of a room's slots each category has."""
+    counts = [places.shape[1] for places in PLACES_BY_CATEGORY.values()]
+    ends = itertools.accumulate(counts)
+    slots = (slice(end - count, end) for end, count in zip(ends, counts, strict=True))
+    return dict(zip(PLACES_BY_CATEGORY, slots, strict=True))
+
+
+SLOTS_BY_CATEGORY = _ranges_of_slots()
+
+
 def room_parts(m: Ram, drawn: jax.Array, lit: jax.Array) -> dict[str, Box]:
     """The parts of the room by category, while the room is drawn, and lit."""
     every = ALL_PLACES.at(SLOT_COUNT * m.room + np.arange(SLOT_COUNT), valid=m.room < ROOM_COUNT)
     shut = jnp.stack([m.left_door, m.right_door]) == Picture.DOOR
-    there = dict.fromkeys(PARTS_BY_CATEGORY, lit)
-    there["Barrier"] = lit & shut
-    there["Disappearing_Platform"] = drawn & _bridged(m)  # these are lit in the dark, too
-    boxes, start = {}, 0
-    for name, places in PLACES_BY_CATEGORY.items():
-        end = start + places.shape[1]
-        boxes[name] = _in_slots(every[start:end].where(there[name]), RULES[name].slots)
-        start = end
-    return boxes
+    # Bridges are lit in the dark, too.
+    there = {"Barrier": lit & shut, "Disappearing_Platform": drawn & _bridged(m)}
+    return {
+        name: _in_slots(every[slots].where(there.get(name, lit)), RULES[name].slots)
+        for name, slots in SLOTS_BY_CATEGORY.items()
+    }
 
 
 def _in_slots(some: Box, slots: int) -> Box:

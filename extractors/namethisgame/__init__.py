@@ -29,11 +29,36 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, lookup, match, pick, when
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Context,
+    Detected,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Rom,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    Step,
+    among,
+    box,
+    boxes,
+    choose,
+    display,
+    div,
+    lookup,
+    match,
+    pick,
+    when,
+)
 from ocjax.extractors.namethisgame.drawn import (
     LAUNCHED,
     SHIFTS,
@@ -50,12 +75,6 @@ from ocjax.extractors.namethisgame.ram import (
     Ram,
     State,
 )
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Step
 
 ROM = Rom("name_this_game", "36306070f0c90a72461551a7a4f3a209")
 FONT = ROM.font(0xC00, rows=8)
@@ -103,10 +122,12 @@ def _caught_extent(phase: int, color: int) -> Extent:
     table = ROM.bytes(0xD00 + 8 * phase, 8)
     pointers = (table[::2] + 256 * table[1::2]) & 0xFFF
     left_half, right_half, *colors = ROM.rows(pointers.tolist(), 20)
-    rows = np.where(colors[0] == color, left_half, 0) << 8
-    rows |= np.where(colors[1] == color, right_half, 0)
-    used, ink = np.flatnonzero(rows), int(np.bitwise_or.reduce(rows))
-    left, right = 16 - ink.bit_length(), 17 - (ink & -ink).bit_length()
+    left_rows = np.where(colors[0] == color, left_half, 0)
+    rows = left_rows << 8 | np.where(colors[1] == color, right_half, 0)
+    used = np.flatnonzero(rows)
+    ink = int(np.bitwise_or.reduce(rows))
+    left = 16 - ink.bit_length()
+    right = 17 - (ink & -ink).bit_length()
     return left, int(used[0]), right - left, int(np.ptp(used)) + 1
 
 
@@ -179,9 +200,11 @@ def _compass(leftward: jax.Array) -> jax.Array:
 def _caught_box(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
     """What the shark, or the diver in its mouth, looks like now."""
     phase = m.clock >> 3 & 3
-    left, top, width, height = (pick(phase, side) for side in zip(*extents, strict=True))
-    left = jnp.where(m.faces_right == 1, left, 16 - left - width)
-    return box(drawn.x + left, DIVER_TOP + top, width, height)
+    lefts, tops, widths, heights = zip(*extents, strict=True)
+    inset = pick(phase, lefts)
+    width = pick(phase, widths)
+    left = jnp.where(m.faces_right == 1, inset, 16 - inset - width)
+    return box(drawn.x + left, DIVER_TOP + pick(phase, tops), width, pick(phase, heights))
 
 
 def _diver_box(m: Ram, drawn: Drawn) -> Box:
@@ -223,8 +246,10 @@ def _swimming(
 
 
 def _shot_box(m: Ram, drawn: Drawn) -> Box:
-    x, y = m.shot_x - 2, drawn.shot_y
-    top, bottom = _switched(y, x), _switched(y + 1, x + 3)
+    x = m.shot_x - 2
+    y = drawn.shot_y
+    top = _switched(y, x)
+    bottom = _switched(y + 1, x + 3)
     return box(x, top, 1, bottom - top, drawn.shot_there & _on(m))
 
 
@@ -281,7 +306,8 @@ class InLane(Step):
         """The objects after the step."""
         top = LANES[1] + 14 * div(jnp.maximum(found.y - LANES[1], 0), 14)
         swims = (found.y > OCTOPUS[3]) & (found.y < LANES[3])
-        y, h = jnp.where(swims, top, found.y), jnp.where(swims, 12, found.h)
+        y = jnp.where(swims, top, found.y)
+        h = jnp.where(swims, 12, found.h)
         return found._replace(box=boxes(found.x, y, found.w, h, found.valid))
 
 
@@ -301,7 +327,8 @@ def _meter(color: int, rows: tuple[int, int]) -> Bounds:
 
 def _piece(tentacle: int, row: int) -> Area:
     """Where a piece of a tentacle may be."""
-    left, top = 16 + 16 * tentacle, 126 - 7 * row
+    left = 16 + 16 * tentacle
+    top = 126 - 7 * row
     return left, top, left + 16, top + 6
 
 

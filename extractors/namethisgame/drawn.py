@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, match, when
+from ocjax.authoring import among, match, when
 from ocjax.extractors.namethisgame.ram import TENTACLE_OF, Clock, Ram, State
 
 # Of each tentacle, as the chip's registers have it:

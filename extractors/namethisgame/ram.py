@@ -1,7 +1,7 @@
 """Name This Game's RAM."""
 
 import numpy as np
-from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.authoring import RamMap, bcd, bits, byte
 
 TENTACLE_COUNT = 8
 TENTACLE_ROWS = 10

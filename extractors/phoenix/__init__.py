@@ -32,11 +32,32 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, match, mod, when
-from ocjax.console.registers import packed_position
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Raised,
+    Shape,
+    U,
+    among,
+    any_of,
+    box,
+    color_mask,
+    display,
+    div,
+    match,
+    materialize,
+    mod,
+    or_rows,
+    packed_position,
+    when,
+)
 from ocjax.extractors.phoenix.ram import ROM, Boss, Look, Ram, Shot, Stage, Wing
 from ocjax.extractors.phoenix.ship import (
     BAT_PICTURES,
@@ -61,11 +82,6 @@ from ocjax.extractors.phoenix.ship import (
     line_of,
     place,
 )
-from ocjax.vision.bitmap import Bitmap, U, any_of, color_mask, or_rows
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised
 
 FONT = ROM.font(0xE00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=5, digits=6)
@@ -219,7 +235,8 @@ def _shield_box(m: Ram, d: Drawn) -> Box:
 
 
 def _shot_box(m: Ram, d: Drawn) -> Box:
-    y, x = 198 - m.drawn_shot, m.shot_x - 71
+    y = 198 - m.drawn_shot
+    x = m.shot_x - 71
     top = line_of(d.sky, y, x, SHOT_BEAM)
     end = line_of(d.sky, y - 6, x, SHOT_BEAM)
     return box(x, top, 1, end - top, m.drawn_shot != 0).clip(*AIR)
@@ -241,7 +258,8 @@ def _bat_boxes(m: Ram, d: Drawn) -> Box:
     end = jnp.maximum(upper + height, other + other_height)
     there = (m.left <= Wing.LOST) & (m.row_y > 0)
     color = jnp.where(d.stage == Stage.RED_BATS, RED, BAT_BLUE)
-    x, y = d.bat_x - 70 + left, 201 - d.row_y + top
+    x = d.bat_x - 70 + left
+    y = 201 - d.row_y + top
     return box(x, y, 16 - left - right, end - top, there, color=color)
 
 
@@ -254,7 +272,8 @@ def _missile_boxes(m: Ram, d: Drawn) -> Box:
     black, end = BLACK_LINES
     top = jnp.where(among(first, range(black, end)), end, first)
     bottom = jnp.where(among(last - 1, range(black, end)), black, last)
-    own, flies = _own_slots(m), m.missiles >> np.arange(4) & 1 == 1
+    own = _own_slots(m)
+    flies = m.missiles >> np.arange(4) & 1 == 1
     here = [(own[i] == np.arange(8)) & flies[i] for i in range(4)]
 
     def in_slots(v: jax.Array) -> jax.Array:
@@ -276,7 +295,8 @@ def _own_slots(m: Ram) -> jax.Array:
 
 def _appears(m: Ram, d: Drawn, x: jax.Array) -> jax.Array:
     """The first line of enemies' shots outside the ship."""
-    offset, line = place(d.sky, m.missile_top), LINE_PLUS_ROW - m.missile_top
+    offset = place(d.sky, m.missile_top)
+    line = LINE_PLUS_ROW - m.missile_top
     beside_player = among(m.missile_top, range(0x18, 0x1D))
     beam = match((m.missile_top >= 0x1E, 76), (beside_player, 31), otherwise=49)  # in the zone
     return match(
@@ -336,7 +356,8 @@ ICONS = CANNONS.rule(ORANGE, (78, 13, 103, 18), single=2)
 
 def _block_cells(color: int, blocks: np.ndarray, height: int) -> Cells:
     """Blocks below the domes, also behind shots."""
-    x, y = (tuple(blocks[:, i].tolist()) for i in (2, 3))
+    x = tuple(blocks[:, 2].tolist())
+    y = tuple(blocks[:, 3].tolist())
     anchor = GREEN, DOMES_BOTTOM
     return Cells((color, WHITE), x, y, 4, height, floats=True, anchor=anchor)
 

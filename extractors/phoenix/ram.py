@@ -1,7 +1,6 @@
 """Phoenix' RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("phoenix", "7e52a95074a66640fcfde124fffd491a")
 

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import match, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, match, when
 from ocjax.extractors.phoenix.ram import ROM
 
 

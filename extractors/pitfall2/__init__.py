@@ -33,17 +33,29 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, match, mod, only, pick
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Raised,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    edges,
+    match,
+    mod,
+    only,
+    pick,
+)
 from ocjax.extractors.pitfall2.drawn import SLOT, Drawn, as_drawn, floor_line
 from ocjax.extractors.pitfall2.pictures import CREATURES, CUTS, HARRYS
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Dead, Kind, Pose, Rail, Ram
 from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised
 
 FONT = ROM.font([0x20F8 - 8 * digit for digit in range(10)], rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=70, top=10, digits=6)
@@ -96,7 +108,8 @@ def decode(m: Ram) -> dict[str, Box]:
 def _harry_box(m: Ram) -> Box:
     """Harry, who blinks while he goes back to a cross."""
     hidden = (m.dead > Dead.NO) & ((m.clock ^ m.dead) & BLINKS == 0)
-    y, is_mirrored = m.harry_y + HARRY_TOP, m.harry_mirrored == 1
+    y = m.harry_y + HARRY_TOP
+    is_mirrored = m.harry_mirrored == 1
     whole = HARRYS.box(m.pose, m.harry_x, y, mirrored=is_mirrored, valid=~hidden)
     return _below_roofs(m, whole).clip(*VIEW)
 
@@ -106,7 +119,9 @@ def _below_roofs(m: Ram, whole: Box) -> Box:
     roofs = floor_line(m)[:-1] + ROOF
     ends = roofs + ROOF_LINES
     there = among(m.harry_x, NEAR_LADDER) & (m.rail[1:] == Rail.LADDER)
-    top, right, bottom = whole.y, whole.x + whole.w, whole.y + whole.h
+    top = whole.y
+    right = whole.x + whole.w
+    bottom = whole.y + whole.h
     hides_top = there & (top >= roofs) & (top < ends)
     hides_bottom = there & (bottom > roofs) & (bottom <= ends)
     first = jnp.where(hides_top.any(), only(hides_top, ends), top)
@@ -128,15 +143,18 @@ def _ladder_boxes(m: Ram) -> Box:
 def _creature_boxes(m: Ram) -> dict[str, Box]:
     """What lives on the floors, by kind."""
     drawn = as_drawn(m)
-    boxes, kind = _in_slots(m, _shown(drawn)), _in_slots(m, drawn.kind)
-    out = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
-    out |= {name: _the_one(boxes, kind == its_kind) for name, its_kind in SINGLE.items()}
+    boxes = _in_slots(m, _shown(drawn))
+    kind = _in_slots(m, drawn.kind)
+    many = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
+    those_alone = {name: _the_one(boxes, kind == its_kind) for name, its_kind in SINGLE.items()}
+    by_kind = many | those_alone
     is_bright = ((drawn.kind == Kind.EEL) & drawn.bright).any()
     is_ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
     eel_color = jnp.where(is_bright, WHITE, BLACK)
-    out["ElectricEel"] = replace(out["ElectricEel"], color=eel_color)
-    out["Balloon"] = choose(is_ridden, _ridden_box(m), out["Balloon"])
-    return out
+    return by_kind | {
+        "ElectricEel": replace(by_kind["ElectricEel"], color=eel_color),
+        "Balloon": choose(is_ridden, _ridden_box(m), by_kind["Balloon"]),
+    }
 
 
 def _shown(drawn: Drawn) -> Box:
@@ -153,7 +171,8 @@ def _shown(drawn: Drawn) -> Box:
 def _ridden_box(m: Ram) -> Box:
     """The balloon above Harry, which his sprite shows: the picture of a free one, mirrored."""
     top = m.harry_y + BALLOON_TOP
-    zero, there = jnp.zeros_like(top), jnp.ones_like(top, bool)
+    zero = jnp.zeros_like(top)
+    there = jnp.ones_like(top, bool)
     balloon = Drawn(
         kind=zero + Kind.BALLOON,
         x=m.harry_x,
@@ -169,7 +188,10 @@ def _ridden_box(m: Ram) -> Box:
 def _the_one(boxes: Box, there: jax.Array) -> Box:
     """The one of the boxes that is there."""
     valid = there & boxes.valid
-    x, y, w, h = (only(valid, part) for part in (boxes.x, boxes.y, boxes.w, boxes.h))
+    x = only(valid, boxes.x)
+    y = only(valid, boxes.y)
+    w = only(valid, boxes.w)
+    h = only(valid, boxes.h)
     return box(x, y, w, h, valid.any())
 
 

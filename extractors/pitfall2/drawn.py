@@ -5,7 +5,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, div, match, when
+from ocjax.authoring import among, div, match, when
 from ocjax.extractors.pitfall2.pictures import NEVER, Habits, habits_of
 from ocjax.extractors.pitfall2.ram import SLOTS, Dead, Kind, Loads, Ram, Wait, Water
 

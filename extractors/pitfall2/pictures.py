@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, lookup
 from ocjax.extractors.pitfall2.ram import ROM, Kind
 
 DISPLAY = ROM.bytes(0x2000, 0x800)[::-1]  # by count
@@ -68,8 +67,8 @@ def _creature(kind: int, picture: int) -> np.ndarray:
 
 
 def _count_below(pose: int) -> int:
-    low, high = (ROM.bytes(at, HARRY_POSES)[pose] for at in (HARRY_LOWS, HARRY_HIGHS))
-    return int(low) + 256 * int(high)
+    low = int(ROM.bytes(HARRY_LOWS, HARRY_POSES)[pose])
+    return low + 256 * int(ROM.bytes(HARRY_HIGHS, HARRY_POSES)[pose])
 
 
 def _harry(pose: int) -> np.ndarray:

@@ -3,8 +3,7 @@
 A slot is a floor on the screen, the highest first; the fifth is below it.
 """
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("pitfall2", "6d842c96d5a01967be9680080dd5be54")
 SLOTS = range(5)

@@ -4,10 +4,7 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.steps import Context, Step
+from ocjax.authoring import Bitmap, Context, Detected, Step, bitmaps, boxes
 
 
 @dataclass(frozen=True)
@@ -24,8 +21,8 @@ class Above:
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        near = bm.shift_up(bm.color_mask(planes, self.others), 1)
-        return mask & (~bm.color_mask(planes, (self.color,)) | near)
+        near = bitmaps.shift_up(bitmaps.color_mask(planes, self.others), 1)
+        return mask & (~bitmaps.color_mask(planes, (self.color,)) | near)
 
 
 @dataclass(frozen=True)
@@ -40,8 +37,8 @@ class Between:
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        around = bm.color_mask(planes, (self.color,))
-        return mask & bm.shift_up(around, 1) & bm.shift_down(around, 1)
+        around = bitmaps.color_mask(planes, (self.color,))
+        return mask & bitmaps.shift_up(around, 1) & bitmaps.shift_down(around, 1)
 
 
 @dataclass(frozen=True)
@@ -58,8 +55,8 @@ class Rungs:
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        beside = bm.shift_left(mask, self.width) | bm.shift_right(mask, self.width)
-        return mask & ~beside & ~bm.shift_up(bm.color_mask(planes, self.faces), 1)
+        beside = bitmaps.shift_left(mask, self.width) | bitmaps.shift_right(mask, self.width)
+        return mask & ~beside & ~bitmaps.shift_up(bitmaps.color_mask(planes, self.faces), 1)
 
 
 @dataclass(frozen=True)

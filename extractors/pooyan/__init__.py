@@ -30,11 +30,24 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, match, only, pick, when
-from ocjax.console.registers import packed_position, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    only,
+    packed_position,
+    pick,
+    when,
+    wrap,
+)
 from ocjax.extractors.pooyan.drawn import Drawn, as_drawn, column
 from ocjax.extractors.pooyan.ram import LAST_ROW, ROM, Kind, Ram
 from ocjax.extractors.pooyan.screen import (
@@ -57,7 +70,6 @@ from ocjax.extractors.pooyan.screen import (
     WOLF_WIDTH,
 )
 from ocjax.extractors.pooyan.vision import ARROW, BAIT, BALLOON, PIG, ROCK_RULE, STONE, WOLVES_RULE
-from ocjax.vision.displays import IconRow, NumberDisplay
 
 SCORE = NumberDisplay(ROM.font(0xF00, rows=9, stride=10), right=103, top=3, digits=6)
 LIVES = IconRow(left=37, top=206, width=2, height=6, pitch=4)
@@ -204,7 +216,8 @@ def _walker_boxes(m: Ram, d: Drawn) -> Box:
 
 def _bottom_boxes(d: Drawn, x: jax.Array) -> Box:
     """Wolves that walk between the cliffs."""
-    left, right = CLIFFS[0] - x, x + WOLF_WIDTH - CLIFFS[1]
+    left = CLIFFS[0] - x
+    right = x + WOLF_WIDTH - CLIFFS[1]
     hidden = match((left > 0, left), (right > 0, right + WOLF_WIDTH - 1), otherwise=0)
     there = (left < WOLF_WIDTH) & (right < WOLF_WIDTH)
     index = BOTTOM_WALKS.index(stride=d.stride, hidden=hidden)
@@ -240,8 +253,8 @@ def _missile_box(
     """
     end = first + height
     top = first + when(x + width <= on + when(late & (first == BALLOON_LINES), DELAY), 1)
-    bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)
-    bottom = jnp.minimum(bottom, LINES - when(x >= off, 1))
+    usual_bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)
+    bottom = jnp.minimum(usual_bottom, LINES - when(x >= off, 1))
     return box(x, _line(row) + top, width, bottom - top, among(row, ROWS), **fields)
 
 

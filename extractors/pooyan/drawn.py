@@ -10,8 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, when
-from ocjax.console.registers import packed_position
+from ocjax.authoring import lookup, match, packed_position, when
 from ocjax.extractors.pooyan.ram import LAST_ROW, Copies, March, Ram, Reach, State
 
 INTRO_TUNE = 0x8B  # low byte of the address, after the first note

@@ -1,7 +1,6 @@
 """Pooyan's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, high, low
 
 LAST_ROW = 6  # of the lift; the first is 1
 ROM = Rom("pooyan", "4799a40b6e889370b7ee55c17ba65141")

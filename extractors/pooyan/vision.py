@@ -4,8 +4,25 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.console.boxes import WIDTH
+from ocjax.authoring import (
+    WIDTH,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Packed,
+    Searched,
+    Shape,
+    SideBySide,
+    all_within,
+    any_within,
+    areas,
+    color_mask,
+    materialize,
+    shift_down,
+    shift_left,
+    shift_right,
+    shift_up,
+)
 from ocjax.extractors.pooyan.screen import (
     BALLOON_LINES,
     CLIFF_COLORS,
@@ -26,21 +43,6 @@ from ocjax.extractors.pooyan.screen import (
     WOLF,
     WOLF_WIDTH,
 )
-from ocjax.vision.bitmap import (
-    Bitmap,
-    all_within,
-    any_within,
-    areas,
-    color_mask,
-    shift_down,
-    shift_left,
-    shift_right,
-    shift_up,
-)
-from ocjax.vision.filters import Searched
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, SideBySide
 
 SCENERY = (SKY, PINK, *CLIFF_COLORS)  # no stone has these colours
 TOP = FIRST_LINE + PITCH * ROWS.start

@@ -27,11 +27,26 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.registers import modulo_screen, wrap
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    lookup,
+    match,
+    modulo_screen,
+    pick,
+    when,
+    wrap,
+)
 from ocjax.extractors.roadrunner.drawn import (
     BODIES,
     BURNT_GREYS,
@@ -45,9 +60,6 @@ from ocjax.extractors.roadrunner.drawn import (
     open_road,
 )
 from ocjax.extractors.roadrunner.ram import ROM, Ram, Scene, Scenery
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 
 def _nibbles(address: int) -> list[int]:
@@ -95,7 +107,8 @@ class Kind:  # of `Ram.kind`
 
 def decode(m: Ram) -> dict[str, Box]:
     d = as_drawn(m)
-    pair, lanes = figure_boxes(m, d), _lane_boxes(m, d)
+    pair = figure_boxes(m, d)
+    lanes = _lane_boxes(m, d)
     boxes = {
         "Player": pair[0],
         "Enemy": pair[1],
@@ -118,9 +131,11 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _lane_boxes(m: Ram, d: Drawn) -> Box:
     """What lies in the lanes: seed and shot are rows that are shifted, and mines are not."""
-    lane, cliff, gap = np.arange(4), m.scenery == Scenery.CLIFFS, m.scenery == Scenery.GAP
+    lane = np.arange(4)
+    cliff = m.scenery == Scenery.CLIFFS
+    gap = m.scenery == Scenery.GAP
     start = wrap(m.seed_x - d.scrolled)
-    x = match(
+    lane_x = match(
         (gap, start - np.array((1, 1, 15, 1))),
         (cliff, start - 3),
         otherwise=_road_x(m, d),
@@ -131,15 +146,17 @@ def _lane_boxes(m: Ram, d: Drawn) -> Box:
         (cliff, on_cliff),
         otherwise=165 + d.narrow - 14 * lane,
     )
-    there = (m.shown > 0) & (~cliff | (lane == 3)) & (~gap | (lane != 1))
-    there = there & among(m.scenery, (*Scenery.LANED, Scenery.CLIFFS, Scenery.GAP))
-    x, height = x - when(m.kind == Kind.SEED, 3), jnp.where(cliff, 4, 3)
+    shown = (m.shown > 0) & (~cliff | (lane == 3)) & (~gap | (lane != 1))
+    there = shown & among(m.scenery, (*Scenery.LANED, Scenery.CLIFFS, Scenery.GAP))
+    x = lane_x - when(m.kind == Kind.SEED, 3)
+    height = jnp.where(cliff, 4, 3)
     return box(x, y, pick(m.kind, WIDTHS), height, there).clip(*VIEW)
 
 
 def _road_x(m: Ram, d: Drawn) -> jax.Array:
     """Columns on the road, from the bottom lane up."""
-    lane, move = np.arange(4), pick(m.layout, MOVES)
+    lane = np.arange(4)
+    move = pick(m.layout, MOVES)
     late = when(move < 0, 4 * (4 - lane))
     shifted = (3 - lane) * (9 * move + 2)
     return modulo_screen(m.seed_x - d.scrolled + 637 - 9 * move - shifted + late)
@@ -162,11 +179,16 @@ def _crack_boxes(m: Ram, d: Drawn) -> Box:
 def _rocks(m: Ram, d: Drawn) -> Box:
     """Rocks fall by twos, a column or more from each other."""
     drift = np.array((2, 3)) * pick(m.drift, DRIFTS) - when(m.fallen < 5, 2)
-    top, bottom = (m.fallen + np.array(rows) for rows in ((94, 107), (104, 118)))
-    top, bottom = (y + when(y >= REPEATED_LINES[Scene.ROCKS], 1) for y in (top, bottom))
+    top = _below_repeated_line(m.fallen + np.array((94, 107)))
+    bottom = _below_repeated_line(m.fallen + np.array((104, 118)))
     there = (m.fallen > 0) & (m.scene == Scene.ROCKS)
     x = modulo_screen(m.sign_x - d.scrolled + 172 - drift)
     return box(x, top, 8, bottom - top, there).clip(VIEW[0], 100, VIEW[2], 179)
+
+
+def _below_repeated_line(y: jax.Array) -> jax.Array:
+    """Lines of rows that the scene's repeated line pushes down."""
+    return y + when(y >= REPEATED_LINES[Scene.ROCKS], 1)
 
 
 def _turret_box(m: Ram, d: Drawn) -> Box:

@@ -10,9 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, reached, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, match, pick, reached, when
 from ocjax.extractors.roadrunner.ram import ROM, Caught, Pace, Pose, Ram, Scene, Scenery, Stick
 
 VIEW = (8, 2, 152, 210)
@@ -70,8 +68,8 @@ def has_cannon(m: Ram) -> jax.Array:
 
 
 def as_drawn(m: Ram) -> Drawn:
-    x, scrolled = _player_x(m)
-    x = jnp.where(open_road(m) | has_cannon(m), x, m.drawn_x)
+    bird_x, scrolled = _player_x(m)
+    x = jnp.where(open_road(m) | has_cannon(m), bird_x, m.drawn_x)
     kept = (m.scenery == Scenery.ROAD) | has_cannon(m)
     coyote_x = jnp.where(kept, m.drawn_x, _coyote_x_before(m, scrolled))
     return Drawn(
@@ -99,7 +97,8 @@ def _player_x(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The bird's column before it moved, and 1 where the road has moved on since, else 0."""
     fourth = (m.clock & 3) == 0
     free = (m.caught == Caught.FREE) & (m.runs > 0) & (m.falls == 0)
-    onward, backward = free & (m.direction > 0), free & (m.direction < 0)
+    onward = free & (m.direction > 0)
+    backward = free & (m.direction < 0)
     near = (m.x < NEAR_X - 1) | ((m.x == NEAR_X - 1) & ~fourth)
     pushed = (m.caught == Caught.PUSHED) & (m.truck > 0) & (m.x == m.truck_x + 8)
     dragged = (m.caught < Caught.FREE) & (m.stunned == 0)
@@ -129,7 +128,8 @@ def _coyote_x_before(m: Ram, scrolled: jax.Array) -> jax.Array:
 
 def _chase(m: Ram, ahead: jax.Array, falls_back: jax.Array) -> jax.Array:
     """The coyote's step in the scenes with a cliff."""
-    level, other = m.coyote_y == m.aim[1], (m.clock & 1) == 0
+    level = m.coyote_y == m.aim[1]
+    other = (m.clock & 1) == 0
     slow = (m.pace > Pace.FAST) & ((m.clock & 7) == 0)
     every = level & ((m.runs == 0) | ((m.pace == Pace.FAST) & (m.x >= FAST_X)))
     steps = jnp.where(level & (m.pace != Pace.FAST), slow, other) | every
@@ -145,14 +145,16 @@ def figure_boxes(m: Ram, d: Drawn) -> Box:
     """The bird and the coyote; some lines of the screen repeat the row above them."""
     looks, fallen = _drawn_looks(m)
     left, top, width, height = FIGURE_PICTURES.extent(looks, mirrored=m.mirrored == 1)
-    bird, coyote = np.array((1, 0)), np.array((0, 1))
+    bird = np.array((1, 0))
+    coyote = np.array((0, 1))
     zoom = jnp.where(has_cannon(m) & (m.rocket > 0) & (coyote == 1), 2, 1)
     y = pick(m.scene, FIRST_LINES) + top + jnp.where(open_road(m), coyote, fallen * bird)
     # The road's first row repeats the bird's last one.
     late = has_cannon(m) & (y + height == EDGE) & (d.x < 70) & (bird == 1)
-    upper, bottom = _line(m, d, y), _line(m, d, y + height) + when(late, 1)
-    figures = box(d.x + zoom * (left + 1) - 1, upper, zoom * width, bottom - upper)
-    figures = replace(figures.where(_seen(m, d)), color=_body_colors(m))
+    upper = _line(m, d, y)
+    bottom = _line(m, d, y + height) + when(late, 1)
+    whole = box(d.x + zoom * (left + 1) - 1, upper, zoom * width, bottom - upper)
+    figures = replace(whole.where(_seen(m, d)), color=_body_colors(m))
     return figures.clip(*VIEW[:3], jnp.where(m.scene == Scene.CLIFF, 157, VIEW[3]))
 
 
@@ -182,10 +184,10 @@ def _body_colors(m: Ram) -> jax.Array:
 def _drawn_looks(m: Ram) -> tuple[jax.Array, jax.Array]:
     """What was drawn of the two, as indices of `FIGURE_PICTURES`, and rows that a bird falls."""
     runs = (m.waits < 0) & (m.stunned + m.rocket + m.falls == 0) & (m.caught <= Caught.FREE)
-    bird, coyote = _drawn_poses(m, runs)
+    bird_pose, coyote = _drawn_poses(m, runs)
     y = m.y + _bird_rows(m)
     fallen = jnp.maximum(y - FALL_START, 0)
-    bird = jnp.where(y < OUT_OF_SIGHT, bird + y - fallen, NOTHING)
+    bird = jnp.where(y < OUT_OF_SIGHT, bird_pose + y - fallen, NOTHING)
     climb = when(runs & (m.caught == Caught.FREE), jnp.sign(m.coyote_y - m.aim[1]))
     looks = jnp.stack([bird, coyote + m.coyote_y + climb])
     drawn = (m.pointers & 0xFFF) + jnp.where((m.pointers >> 12) == 9, 0, 4096)
@@ -198,7 +200,8 @@ def _bird_moved(m: Ram) -> jax.Array:
 
 def _drawn_poses(m: Ram, runs: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The pictures at height 0 of the bird and of a coyote who runs or not."""
-    bird, coyote = _bird_moved(m) & ((m.clock & 1) == 0), runs & ((m.clock & 3) == 0)
+    bird = _bird_moved(m) & ((m.clock & 1) == 0)
+    coyote = runs & ((m.clock & 3) == 0)
     changes = among(m.pose, Pose.RUNS) & jnp.stack([bird, coyote])
     pose = jnp.where(changes, sum(Pose.RUNS) - m.pose, m.pose)
     rides = Pose.RIDES + (m.clock & 1)

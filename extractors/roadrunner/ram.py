@@ -1,7 +1,6 @@
 """Road Runner's RAM."""
 
-from ocjax.console.ram import RamMap, bits, byte, high, low, signed
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bits, byte, high, low, signed
 
 ROM = Rom("road_runner", "ce5cc62608be2cd3ed8abd844efb8919")
 

@@ -33,16 +33,13 @@ misses black rows of craters on the ground's black lines.
 
 import functools
 
-from ocjax.console.boxes import Box, box
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import Bounds, Box, Category, Game, Gauge, IconRow, NumberDisplay, box, display
 from ocjax.extractors.solaris import chart, scanner, vision
 from ocjax.extractors.solaris.pictures import BLUE_COLOR_ROW
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Ram
 from ocjax.extractors.solaris.records import flying
 from ocjax.extractors.solaris.scanner import FONT, scanned
 from ocjax.extractors.solaris.ship import COLOR_ROW, ship_box, shot_boxes
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Bounds, Gauge
 
 SCORE = NumberDisplay(FONT, right=105, top=5, digits=6)
 LIVES = IconRow(left=24, top=192, width=3, height=5, pitch=-4)

@@ -5,13 +5,10 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box
-from ocjax.console.ops import lookup
+from ocjax.authoring import Box, Cells, NumberDisplay, lookup
 from ocjax.extractors.solaris.ram import ROM, Ram
 from ocjax.extractors.solaris.scanner import FONT
 from ocjax.extractors.solaris.screens import ON_CHART
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Cells
 
 SECTORS_ACROSS = 6
 SECTORS_DOWN = 8

@@ -6,18 +6,20 @@ pictures have wide dots. Here, both are followed row by row for every picture an
 edge of the view, and `shown_of` has the result.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup
+from ocjax.authoring import lookup
 from ocjax.extractors.solaris.ram import ROM, Picture
 
 VIEW_TOP = 23  # the first row in which the kernel can draw an object
 VIEW_BOTTOM = 168  # the row below the last one
 MOST_ROWS = 28  # of the largest picture
+ALL_ROWS = range(MOST_ROWS)
 CUTS = 2 * MOST_ROWS + 1  # see `cut_at`
 UNUSED = (0x11, 0x12, 0x13, 0x30, 0x31)  # numbers without a picture
 BLUE_COLOR_ROW = 6  # of blue planets: their colour is there, where they are bright
@@ -86,8 +88,8 @@ LEFTMOST = 32
 
 def shown_of(picture: jax.Array, on_planet: jax.Array, cut: jax.Array) -> Shown:
     """What the screen shows of pictures that are cut so."""
-    picture = jnp.minimum(picture, Picture.NONE - 1)
-    packed = lookup(TABLE, (on_planet * Picture.NONE + picture) * CUTS + cut)
+    known = jnp.minimum(picture, Picture.NONE - 1)
+    packed = lookup(TABLE, (on_planet * Picture.NONE + known) * CUTS + cut)
     return Shown(
         left=LEFT_BITS.of(packed) - LEFTMOST,
         top=FIRST_ROW_BITS.of(packed),
@@ -171,16 +173,17 @@ def _tight_box(rows: Sequence[Row], seen: Sequence[int], color_row: int) -> int:
 def _rows_in_space(picture: int) -> list[Row]:
     """Rows in bank 2's kernel: every one may move the next one ($F1E0)."""
     page = _at(2, 0xFA3F + picture) << 8
-    first, color, move = (_at(2, start + picture) for start in (0xF918, 0xF978, 0xFA9F))
+    first = _at(2, 0xF918 + picture)
+    color = _at(2, 0xF978 + picture)
+    move = _at(2, 0xFA9F + picture)
     wide = move >= WIDE_FROM
-    rows, x = [], _space_offset(picture) + wide
-    for row in range(MOST_ROWS):
-        dots = _at(2, page + first - 2 - row)
-        if not dots:
-            break
-        rows.append(Row(x, 1 + wide, dots, _at(2, page + color - 2 - row)))
-        x += _columns(_at(2, 0xF300 + move - 2 - row - (not wide)))
-    return rows
+    dots = list(itertools.takewhile(bool, (_at(2, page + first - 2 - row) for row in ALL_ROWS)))
+    moves = [_columns(_at(2, 0xF300 + move - 2 - row - (not wide))) for row in range(len(dots))]
+    lefts = itertools.accumulate(moves[:-1], initial=_space_offset(picture) + wide)
+    return [
+        Row(x, 1 + wide, ink, _at(2, page + color - 2 - row))
+        for row, (x, ink) in enumerate(zip(lefts, dots, strict=False))  # a picture may be empty
+    ]
 
 
 def _space_offset(picture: int) -> int:
@@ -193,22 +196,36 @@ def _space_offset(picture: int) -> int:
 def _rows_on_planet(picture: int) -> list[Row]:
     """Rows in bank 3's kernel: every other one may have odd colours, which move and widen it."""
     page = _at(3, 0xF848 + picture) << 8
-    first, colors, size = (_at(3, start + picture) for start in (0xF800, 0xF8D7, 0xF91F))
-    rows, move, color, x = [], 0, 0, _planet_offset(picture)
-    dot = _columns_a_dot(size)
-    for row in range(MOST_ROWS):
-        dots, code = _at(3, page + first - 2 - row), _at(3, page + colors - 2 - row)
-        is_even = row % 2 == 0
-        if is_even and not dots:
-            break
-        if is_even and code & 1:
-            move, dot = _columns(code), _columns_a_dot(code)
-            x += move
-        else:
-            x += move * (row > 0)
-            color = code
-        rows.append(Row(x + (dot > 1), dot, dots, color))
-    return rows
+    first = _at(3, 0xF800 + picture)
+    colors = _at(3, 0xF8D7 + picture)
+    dots = [_at(3, page + first - 2 - row) for row in ALL_ROWS]
+    height = next((row for row in ALL_ROWS[::2] if not dots[row]), MOST_ROWS)
+    codes = ((row, _at(3, page + colors - 2 - row)) for row in range(height))
+    size = _columns_a_dot(_at(3, 0xF91F + picture))
+    begin = Place(_planet_offset(picture), move=0, dot=size, color=0)
+    _, *places = itertools.accumulate(codes, _next_place, initial=begin)
+    return [
+        Row(place.x + (place.dot > 1), place.dot, ink, place.color)
+        for place, ink in zip(places, dots[:height], strict=True)
+    ]
+
+
+class Place(NamedTuple):
+    """Where a row of a planet's picture begins, and how it is drawn."""
+
+    x: int
+    move: int  # columns to the right that the next rows are moved
+    dot: int  # columns a dot
+    color: int
+
+
+def _next_place(above: Place, row_code: tuple[int, int]) -> Place:
+    """The place of a row, by that of the row above and the code of its colour."""
+    row, code = row_code
+    if row % 2 == 0 and code & 1:
+        move = _columns(code)
+        return Place(above.x + move, move, _columns_a_dot(code), above.color)
+    return above._replace(x=above.x + above.move * (row > 0), color=code)
 
 
 def _planet_offset(picture: int) -> int:

@@ -2,8 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ram import RamMap, bcd, bits, byte, low
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, low
 
 ROM = Rom("solaris", "e72eb8d4410152bdcb69e7fba327b420")
 

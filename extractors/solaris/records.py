@@ -7,8 +7,7 @@ a record is. The low bits of the picture are its size, which the ROM makes from 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, lookup, match, when
+from ocjax.authoring import Box, among, box, choose, edges, lookup, match, when
 from ocjax.extractors.solaris.pictures import (
     GROUND_TOP,
     VIEW_BOTTOM,
@@ -40,7 +39,8 @@ def flying(m: Ram) -> dict[str, Box]:
 
 def _enemies(m: Ram, shown: Box) -> dict[str, Box]:
     """Enemies, what they leave, and what stands on the ground."""
-    space, ground = shown.where(m.on_planet == 0), shown.where(m.on_planet == 1)
+    space = shown.where(m.on_planet == 0)
+    ground = shown.where(m.on_planet == 1)
     return {
         "Fighter": shown.where(m.kind == Kind.FIGHTER),
         "Pirate": shown.where(m.kind == Kind.PIRATE),
@@ -60,7 +60,8 @@ def _enemies(m: Ram, shown: Box) -> dict[str, Box]:
 
 def _worlds(m: Ram, shown: Box) -> dict[str, Box]:
     """Planets and craters. A planet in the ship's sprite is the middle of a ringed one."""
-    space, ground = m.on_planet == 0, m.on_planet == 1
+    space = m.on_planet == 0
+    ground = m.on_planet == 1
     planets = shown.where(among(m.kind, Kind.PLANETS) & ~IN_SHIP_SPRITE)
     is_on_ground = shown.y >= GROUND_TOP
     return {
@@ -108,7 +109,8 @@ def _is_new(m: Ram) -> jax.Array:
     """
     step = jnp.minimum(m.depth >> 1 + m.on_planet, len(SIZES_BY_STEP) - 1)
     sizes = lookup(SIZES_BY_STEP, step)
-    size, space = m.picture & 7, m.on_planet == 0
+    size = m.picture & 7
+    space = m.on_planet == 0
     is_red = m.picture >= Picture.RED_PLANET
     planet_size = m.picture - jnp.where(is_red, Picture.RED_PLANET, Picture.PLANET)
     return match(

@@ -9,13 +9,9 @@ from itertools import product
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import lookup, match
-from ocjax.console.registers import COARSE
+from ocjax.authoring import COARSE, Bounds, Box, BoxTable, Digits, edges, lookup, match
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Ram
 from ocjax.extractors.solaris.ship import ship_column
-from ocjax.vision.rules import Bounds
 
 BANK_1 = 0x1000
 FONT = ROM.font(BANK_1 + 1, rows=7, stride=8)
@@ -66,7 +62,8 @@ ARROWS = ROM.pictures([BANK_1 + low for low in ARROW_PICTURES], ARROW_HEIGHT)
 def scanned(m: Ram, known: jax.Array) -> dict[str, Box]:
     """The objects of the scanner. At the end of a game, the target is not `known`."""
     kind = _of_target(m, m.picture, m.way_out_picture) >> 3 & KINDS - 1
-    place, level = _target_place(m), _target_level(m)
+    place = _target_place(m)
+    level = _target_level(m)
     target = (kind * LEVELS + level) * PLACES + place
     return {
         "Scanner": edges(*WINDOW, color=lookup(COLORS, kind)),
@@ -85,7 +82,8 @@ def _of_target(m: Ram, of_records: jax.Array, of_way_out: jax.Array | int) -> ja
 def _target_place(m: Ram) -> jax.Array:
     """Where the target is across the window ($F39D)."""
     from_edge = (_of_target(m, m.x, m.way_out_x) - ship_column(m) + REACH) & ROUND - 1
-    is_inside, is_on_right = from_edge < 2 * REACH, from_edge < REACH + ROUND // 2
+    is_inside = from_edge < 2 * REACH
+    is_on_right = from_edge < REACH + ROUND // 2
     return match((is_inside, from_edge), (is_on_right, 2 * REACH), otherwise=0) >> 1
 
 
@@ -107,7 +105,8 @@ def _distance_box(m: Ram) -> Box:
     """The two digits beside the window ($F34B)."""
     depth = _of_target(m, m.depth, m.way_out_depth)
     shown = jnp.where(depth < NEAR, depth, depth + NEAR >> 1)
-    tens, last = shown >> 4, lookup(LAST_DIGITS, shown & 15)
+    tens = shown >> 4
+    last = lookup(LAST_DIGITS, shown & 15)
     return edges(
         left=LEFT_CELL + lookup(FONT.left, tens),
         top=DIGITS_TOP,
@@ -119,23 +118,27 @@ def _distance_box(m: Ram) -> Box:
 
 def _target_boxes() -> list[tuple[int, ...]]:
     """The target's tight boxes by kind, level and place."""
-    free, columns = _window_dots(), _target_columns()
+    free = _window_dots()
+    columns = _target_columns()
     pictures = [_target_dots(kind, level) for kind, level in product(range(KINDS), range(LEVELS))]
     return [_tight(dots & free[:, x : x + CELL_WIDTH], x) for dots in pictures for x in columns]
 
 
 def _tight(dots: np.ndarray, x: int) -> tuple[int, ...]:
     """The box around dots of the window from a column on; zeros without any."""
-    rows, columns = np.flatnonzero(dots.any(axis=1)), np.flatnonzero(dots.any(axis=0))
+    rows = np.flatnonzero(dots.any(axis=1))
+    columns = np.flatnonzero(dots.any(axis=0))
     if not len(rows):
         return 0, 0, 0, 0
-    width, height = np.ptp(columns) + 1, np.ptp(rows) + 1
+    width = np.ptp(columns) + 1
+    height = np.ptp(rows) + 1
     return int(x + columns[0]), int(WINDOW_TOP + rows[0]), int(width), int(height)
 
 
 def _target_columns() -> list[int]:
     """Columns of the target's sprite by place."""
-    turns, to_left = PLACE_CODES & 15, (PLACE_CODES >> 4 ^ 8) - 8
+    turns = PLACE_CODES & 15
+    to_left = (PLACE_CODES >> 4 ^ 8) - 8
     return (HALF_LEFT + COARSE * turns - to_left).tolist()
 
 
@@ -149,18 +152,20 @@ def _target_dots(kind: int, level: int) -> np.ndarray:
 
 def _window_dots() -> np.ndarray:
     """Which columns of the window's lines have its colour, bool `[line, 160]`."""
+    of_window = np.stack([_window_line(LINES - 1 - line) for line in range(LINES)])
+    is_middle_line = np.arange(LINES)[:, None] == MIDDLE_LINE
+    return of_window | is_middle_line & (np.arange(160) == WINDOW[2] - 1)  # it has one more column
+
+
+def _window_line(y: int) -> np.ndarray:
+    """Which columns of a line of the window, counted from the bottom, have its colour."""
     columns = np.arange(160)
     in_half = np.minimum(columns, 159 - columns) - HALF_LEFT  # the playfield is mirrored
     dot = np.clip(in_half // DOT_COLUMNS, 0, 7)
-    shown = np.zeros((LINES, 160), bool)
-    for line in range(LINES):
-        y = LINES - 1 - line
-        is_bar = _at(0xF548 + y) >> dot & 1
-        mark_width = 4 if _at(0xF565 + y) & 0x20 else 1
-        is_mark = (columns >= MIDDLE) & (columns < MIDDLE + mark_width)
-        shown[line] = (in_half >= 0) & (is_bar == 0) & ~is_mark
-    shown[MIDDLE_LINE, WINDOW[2] - 1] = True  # this line has one more column
-    return shown
+    is_bar = _at(0xF548 + y) >> dot & 1
+    mark_width = 4 if _at(0xF565 + y) & 0x20 else 1
+    is_mark = (columns >= MIDDLE) & (columns < MIDDLE + mark_width)
+    return (in_half >= 0) & (is_bar == 0) & ~is_mark
 
 
 def _at(address: int) -> int:

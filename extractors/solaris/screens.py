@@ -6,11 +6,8 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.console.ops import match
+from ocjax.authoring import Bitmap, Searched, color_mask, match, materialize
 from ocjax.extractors.solaris.pictures import GROUND, VIEW_BOTTOM, VIEW_TOP
-from ocjax.vision.bitmap import Bitmap, color_mask
-from ocjax.vision.filters import Searched
 
 
 class Screen:  # what `_which_screen` tells
@@ -38,7 +35,9 @@ BESIDE_STAR = -9  # columns
 
 def _which_screen(planes: jax.Array) -> jax.Array:
     """Which screen a frame shows: int32 `[B]`."""
-    left, right, below = (_bits_at(planes, at) for at in (BAR_LEFT, BAR_RIGHT, BAR_BELOW))
+    left = _bits_at(planes, BAR_LEFT)
+    right = _bits_at(planes, BAR_RIGHT)
+    below = _bits_at(planes, BAR_BELOW)
     bars_are_alike = jnp.all(left == right, axis=0) & jnp.all(left == below, axis=0)
     is_chart = bars_are_alike & _differ(left, _bits_at(planes, BESIDE_BAR))
     is_jump = functools.reduce(jnp.logical_and, [_is_star(planes, at) for at in JUMP_STARS])

@@ -3,10 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import match, when
-from ocjax.console.registers import signed_nibble
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, box, match, signed_nibble, when
 from ocjax.extractors.solaris.ram import ROM, Ram, ShipPicture
 
 FIRST_Y = 171  # of the ship on the screen, plus its `ship_y`
@@ -42,18 +39,23 @@ def ship_box(m: Ram) -> Box:
 
 def shot_boxes(m: Ram) -> Box:
     """The whole pictures of the shots; RAM does not hold which of their dots are drawn."""
-    x, y = sprite_column(m.shot_at), SHOT_FIRST_Y - m.shot_y
+    x = sprite_column(m.shot_at)
+    y = SHOT_FIRST_Y - m.shot_y
     return SHOTS.box(m.shot_picture, x, y, valid=(m.shot_depth < SPENT) & m.flies)
 
 
 def _shot_pictures() -> Pictures:
     """The shots by the low byte of their address: they are drawn from there up to an empty row."""
-    pictures = [np.zeros(1, int)] * 256
-    for low in SHOT_ADDRESSES:
-        first = SHOT_PAGE + low - 2
-        height = next(row for row in range(256) if not ROM.data[first - row])
-        pictures[low] = ROM.rows(first - height + 1, height)
-    return Pictures.of(pictures)
+    return Pictures.of([_shot_rows(low) for low in range(256)])
+
+
+def _shot_rows(low: int) -> np.ndarray:
+    """The rows of a shot, or an empty one."""
+    if low not in SHOT_ADDRESSES:
+        return np.zeros(1, int)
+    first = SHOT_PAGE + low - 2
+    height = next(row for row in range(256) if not ROM.data[first - row])
+    return ROM.rows(first - height + 1, height)
 
 
 def sprite_column(code: jax.Array) -> jax.Array:

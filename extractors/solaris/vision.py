@@ -9,15 +9,22 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Context,
+    Detected,
+    Raised,
+    Shape,
+    ShortRuns,
+    Step,
+    boxes,
+    color_mask,
+)
 from ocjax.extractors.solaris.pictures import GROUND_TOP, VIEW_BOTTOM, VIEW_TOP
 from ocjax.extractors.solaris.records import VIEW
 from ocjax.extractors.solaris.screens import Look, Looks, in_space, on_planet
-from ocjax.vision.bitmap import Bitmap, color_mask
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Raised, Step
 
 GROUND_VIEW = (8, GROUND_TOP, 160, VIEW_BOTTOM)
 SHIP_ROWS = (8, 144, 160, 151)  # its colours are in them; two rows above are dark

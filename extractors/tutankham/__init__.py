@@ -22,19 +22,42 @@ VEM: it misses the shot while it touches the man, whose box then contains it, an
 walls' colours.
 """
 
+import functools
 from dataclasses import replace
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import Bitmap, shift_up, spread
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Colors,
+    Digits,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    lookup,
+    match,
+    shift_up,
+    spread,
+    when,
+)
 from ocjax.extractors.tutankham.maps import (
     FIGURE_EXTENTS,
     FIGURE_PICTURES,
@@ -50,10 +73,6 @@ from ocjax.extractors.tutankham.maps import (
     THING_ROWS,
     shapes_of,
 )
-from ocjax.vision.colors import Colors
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0x800, rows=7, stride=8, top_first=True)
 POINTS = NumberDisplay(FONT, right=71, top=186, digits=4)
@@ -131,7 +150,8 @@ def decode(m: Ram) -> dict[str, Box]:
     in_play = m.scene != Scene.TITLE
     things = _things_listed(m)
     y = _drawn_y(m, things)
-    thing, figure = _thing_boxes(m, things, y).where(in_play), _figure_boxes(m, y).where(in_play)
+    thing = _thing_boxes(m, things, y).where(in_play)
+    figure = _figure_boxes(m, y).where(in_play)
     return {
         "Player": figure[0:1].where((m.scene != Scene.OVER) & (m.event != Event.DIES)),
         "Creature": figure[1:],
@@ -148,8 +168,10 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _things_listed(m: Ram) -> Things:
     word = lookup(THING_WORDS, PLACES * m.map + np.arange(PLACES))
-    row, left, color, entry = (word >> shift & 255 for shift in (0, 8, 16, 24))
-    y = MAP_ROW * (row - m.first_row)
+    y = MAP_ROW * ((word & 255) - m.first_row)
+    left = word >> 8 & 255
+    color = word >> 16 & 255
+    entry = word >> 24 & 255
     listed_y = y + MAP_ROW * _rows_scrolled(m)
     shown = (listed_y > 0) & (listed_y < MAP_ROW * (m.last_row - m.first_row))
     return Things(y, listed_y, left, color, shown & ((m.things << entry & 128) != 0))
@@ -173,7 +195,8 @@ def _drawn_y(m: Ram, things: Things) -> jax.Array:
     later = key[None] > key[:, None]
     next_key = jnp.min(jnp.where(later, key[None], FAR), axis=1)
     same_band = drawn & (next_key >> 4 == key >> 4)
-    band, upper = m.y & ~3, (m.y & 3) < 2
+    band = m.y & ~3
+    upper = (m.y & 3) < 2
     pushed = jnp.any((same_band & ~upper)[:, None] & (next_key[:, None] == key[None]), axis=0)
     level = (things.listed_y[None] == m.y[:, None]) & things.there[None]
     blocked = drawn & ~same_band & jnp.any(level, axis=1)
@@ -279,9 +302,12 @@ def cut_off(mask: Bitmap, _: jax.Array) -> Bitmap:
     first_row = VIEW[3] - CUT_ROWS
     own = mask[:, first_row : VIEW[3]]
     is_last = jnp.arange(CUT_ROWS)[None, :, None] == CUT_ROWS - 1
-    found = jnp.where(is_last, own, 0)
-    for _turn in range(CUT_ROWS - 1):
-        found = found | (own & spread(found | shift_up(found, 1)))
+
+    def grown(found: Bitmap, _: int) -> Bitmap:
+        """The pixels, and their neighbours in the row above."""
+        return found | (own & spread(found | shift_up(found, 1)))
+
+    found = functools.reduce(grown, range(CUT_ROWS - 1), jnp.where(is_last, own, 0))
     return jnp.pad(found, ((0, 0), (first_row, mask.shape[1] - VIEW[3]), (0, 0)))
 
 

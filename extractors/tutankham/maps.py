@@ -1,8 +1,7 @@
 """Tutankham's four maps, each a slice of the ROM: what lies there, the pictures and the colours."""
 
 import numpy as np
-from ocjax.console.rom import Pictures, Rom
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import Pictures, Rom, Shape
 
 ROM = Rom("tutankham", "085322bae40d904f53bdcc56df0593fc")
 SLICES = (3, 4, 0, 1)  # of the ROM, one for each map; 1,024 bytes each
@@ -76,7 +75,8 @@ FIGURE_EXTENTS = Pictures.of(FIGURE_PICTURES.reshape(-1, ROWS), map=4, look=LOOK
 
 def shapes_of(extents: Pictures, pictures: np.ndarray, chosen: np.ndarray) -> tuple[Shape, ...]:
     """Sizes and numbers of pixels of some pictures, each once."""
-    width, height = extents.packed >> 4 & 15, extents.packed >> 16
+    width = extents.packed >> 4 & 15
+    height = extents.packed >> 16
     pixels = np.bitwise_count(pictures.reshape(-1, ROWS)).sum(axis=1)
     sizes = {*zip(width[chosen], height[chosen], pixels[chosen], strict=True)}
     return tuple(Shape(int(w), int(h), int(n)) for w, h, n in sorted(sizes) if n > 0)

@@ -32,15 +32,23 @@ from collections.abc import Iterable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box
-from ocjax.console.ops import among, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    when,
+)
 from ocjax.extractors.upndown.drawn import as_drawn, life_lost
 from ocjax.extractors.upndown.ram import BANK, ROM, Attract, Kind, Pause, Ram
 from ocjax.extractors.upndown.sprites import VIEW, is_collectable, object_boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 
@@ -67,7 +75,8 @@ ICON_SIZE = (4, 8)
 def decode(m: Ram) -> dict[str, Box]:
     d = as_drawn(m)
     objects = object_boxes(m, d).where(~_starts(m))
-    others, kind = objects[1:], d.kind[1:]
+    others = objects[1:]
+    kind = d.kind[1:]
     is_flag = among(kind & ~Kind.GONE, range(Kind.FLAG, Kind.PLAYER))
     is_left = (m.collected >> np.arange(8) & 1) == 0
     lives = m.lives + when(life_lost(m), 1)

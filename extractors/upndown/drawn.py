@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, when
-from ocjax.console.registers import mirrored
+from ocjax.authoring import among, match, mirrored, when
 from ocjax.extractors.upndown.lost import drawn_records
 from ocjax.extractors.upndown.ram import BACKWARD, GROUND, Attract, Jump, Pause, Ram
 from ocjax.extractors.upndown.road import column_near, course_at
@@ -37,7 +36,8 @@ def as_drawn(m: Ram) -> Drawn:
     """The sprites before the last move; on the frame of a lost life, the old ones."""
     scroll = when(m.pause == Pause.RUNNING, _steps(m.speed, _players_limit(m)))
     step = when(m.pause == Pause.RUNNING, _steps(m.speeds, m.limit))
-    lost, old = life_lost(m), drawn_records(m)
+    lost = life_lost(m)
+    old = drawn_records(m)
     kinds = jnp.where(lost, old.kind, m.kinds)
     rows = jnp.where(lost, old.y, m.y - step + scroll)
     return Drawn(

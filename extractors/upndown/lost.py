@@ -23,7 +23,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, only, when
+from ocjax.authoring import among, lookup, match, only, when
 from ocjax.extractors.upndown.ram import GROUND, Kind, Ram
 from ocjax.extractors.upndown.road import course_at, is_on_road, piece_places
 
@@ -103,12 +103,13 @@ def drawn_records(m: Ram) -> Records:
     """The records on the frame of a lost life."""
     sprites = _all_sprites(m)
     tries = _all_tries(m, sprites)
-    kind, rows = _without_player(sprites, sprites.kind), _without_player(sprites, tries.rows)
-    best, pairs = _best_try(m, kind, rows, tries.fine)
+    of_sprites = _without_player(sprites, sprites.kind)
+    rows = _without_player(sprites, tries.rows)
+    best, pairs = _best_try(m, of_sprites, rows, tries.fine)
     is_best = (best & 3) == TRIED_PHASES
     y = only(is_best[None], rows, axis=1)
     rank = lookup(RANKS, 3 * lookup(FIRST_ORDER, pairs) + np.arange(3))
-    kind = jnp.where(best < NO_TRY, _ranked(kind, rank), Kind.HIDDEN)
+    kind = jnp.where(best < NO_TRY, _ranked(of_sprites, rank), Kind.HIDDEN)
     return Records(kind, _ranked(y, rank), only(is_best, tries.fine))
 
 
@@ -125,8 +126,9 @@ def _ranked(values: jax.Array, rank: jax.Array) -> jax.Array:
 
 def _all_sprites(m: Ram) -> Sprites:
     """What is known of the sprites for sure."""
-    first_byte, kind = lookup(FIRST_BYTES, m.pictures), lookup(KINDS, m.pictures)
-    kind = kind + when(among(kind, TWO_PAGED), m.pages & NEXT_PAGE_BUT_ONE)
+    first_byte = lookup(FIRST_BYTES, m.pictures)
+    base_kind = lookup(KINDS, m.pictures)
+    kind = base_kind + when(among(base_kind, TWO_PAGED), m.pages & NEXT_PAGE_BUT_ONE)
     is_hidden = first_byte == 0
     cut = jnp.where(~is_hidden & (SPRITE_NUMBERS < 3), m.pictures - first_byte, 0)
     apart = m.gaps + GAP_ROWS + cut[1:] - cut[:-1]
@@ -208,7 +210,8 @@ def _top_row(m: Ram, sprites: Sprites, start: jax.Array, phases: jax.Array) -> j
 def _is_possible(m: Ram, sprites: Sprites, rows: jax.Array) -> jax.Array:
     """Which tries agree with `ends` and with the player's row, bool `[tries]`."""
     lost = GROUND - only(sprites.is_player[:, None], rows, axis=0)
-    first, last = (jnp.where(sprites.is_player[i], GROUND, rows[i]) for i in (0, 3))
+    first = jnp.where(sprites.is_player[0], GROUND, rows[0])
+    last = jnp.where(sprites.is_player[3], GROUND, rows[3])
     agrees = _half(VIEW_ROWS - first - last) == m.ends
     return agrees & ((lost == 0) | (sprites.player_loses & among(lost, LOST_ROWS)))
 

@@ -1,7 +1,6 @@
 """Up'n Down's RAM, and what its values mean."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
 BANK = 0x1000  # of the tables

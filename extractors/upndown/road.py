@@ -9,7 +9,7 @@ called the road's `course` in that row.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, when
+from ocjax.authoring import lookup, when
 from ocjax.extractors.upndown.ram import BANK, ROM, Ram
 
 MAPS = 3  # each of the two roads of some rounds
@@ -30,7 +30,8 @@ def _all_courses() -> np.ndarray:
     """The courses of all rows, `[map, row]`, flat."""
     row = np.arange(ROWS)
     road = ROM.bytes(BANK + 0xC00, MAPS * BYTES).astype(int).reshape(MAPS, BYTES)
-    here, there = (road[:, (2 * (row >> 3) + i) & BYTES - 1] for i in (0, 2))
+    here = road[:, 2 * (row >> 3) & BYTES - 1]
+    there = road[:, 2 * (row >> 3) + 2 & BYTES - 1]
     bend = ((there & 0x3E) - (here & 0x3E)) * (row & 7) >> 3
     left = (here & 0x3E) + 16 + bend + (bend < 0)
     double = (here >= 0x80) & (left < MIDDLE)
@@ -39,14 +40,17 @@ def _all_courses() -> np.ndarray:
 
 def _all_places() -> np.ndarray:
     """The first and the last place of the pieces by hash: `[which, map, hash]`, flat."""
-    out = np.zeros((2, MAPS, HASHES), int)
-    for road in range(MAPS):
-        pages = ROM.bytes(0x500 + MAPS * BYTES * road, MAPS * BYTES).astype(int).reshape(3, BYTES)
-        at = HASH @ pages[[1, 2, 0]] % HASHES
-        for place in range(BYTES):
-            out[0, road, at[BYTES - 1 - place]] = BYTES - 1 - place
-            out[1, road, at[place]] = place
-    return out.ravel()
+    of_maps = [_hashes_of(number) for number in range(MAPS)]
+    last = [dict(zip(listed, range(BYTES), strict=True)) for listed in of_maps]
+    first = [dict(zip(listed[::-1], range(BYTES)[::-1], strict=True)) for listed in of_maps]
+    by_map = [[by_hash.get(h, 0) for h in range(HASHES)] for by_hash in (*first, *last)]
+    return np.array(by_map).ravel()
+
+
+def _hashes_of(number: int) -> list[int]:
+    """The hashes of the pieces of a map."""
+    pages = ROM.bytes(0x500 + MAPS * BYTES * number, MAPS * BYTES).astype(int).reshape(3, BYTES)
+    return (HASH @ pages[[1, 2, 0]] % HASHES).tolist()
 
 
 COURSES = _all_courses()

@@ -10,9 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, match, when
 from ocjax.extractors.upndown.drawn import Drawn
 from ocjax.extractors.upndown.ram import BANK, ROM, Kind, Ram
 
@@ -57,7 +55,8 @@ class Neighbours(NamedTuple):
 
 def _picture(kind: int) -> np.ndarray:
     """Rows of both players of a picture from its last row up to its first."""
-    low, page = (int(ROM.data[BANK + table + kind]) for table in (0xA5F, 0xA8F))
+    low = int(ROM.data[BANK + 0xA5F + kind])
+    page = int(ROM.data[BANK + 0xA8F + kind])
     first = ((page & 15) << 8) + low
     return ROM.bytes(first, PICTURE_ROWS + 1) | ROM.bytes(first | 0x100, PICTURE_ROWS + 1)
 
@@ -81,7 +80,8 @@ PICTURE_EXTENTS = _extents()
 
 def object_boxes(m: Ram, d: Drawn) -> Box:
     """The boxes of all four sprites, with the rows that the others leave them."""
-    rows, look = _rows_shown(m, d), _look_of(d.kind)
+    rows = _rows_shown(m, d)
+    look = _look_of(d.kind)
     low = jnp.where(d.x >= CLEARED_FROM, jnp.maximum(rows.low, 1), rows.low)
     index = PICTURE_EXTENTS.index(look=look, high=rows.high, low=low)
     left, top, w, h = PICTURE_EXTENTS.extent(index, mirrored=m.mirrored == 1)
@@ -113,11 +113,11 @@ def _rows_shown(m: Ram, d: Drawn) -> Rows:
     room = _rows_free(d, y, near.above)
     gives_way = ((m.counter - 1 + near.rank) & 1) == 0
     lost = jnp.minimum(PICTURE_ROWS + SET_UP_ROWS - near.below, room - 2)
-    low = when(gives_way & (near.rank < LAST_RANK) & near.is_drawn_below, lost)
+    cut = when(gives_way & (near.rank < LAST_RANK) & near.is_drawn_below, lost)
+    low = jnp.clip(cut, 0, PICTURE_ROWS)
     is_last_cut = (near.rank == LAST_RANK) & ((m.counter & 1) == 0)
     is_cut = gives_way | (near.rank == 0) | is_last_cut
-    high = jnp.where(is_cut, room, PICTURE_ROWS)
-    low, high = (jnp.clip(row, 0, PICTURE_ROWS) for row in (low, high))
+    high = jnp.clip(jnp.where(is_cut, room, PICTURE_ROWS), 0, PICTURE_ROWS)
     return Rows(jnp.where(skipped, 0, low), jnp.where(skipped, PICTURE_ROWS, high))
 
 

@@ -31,9 +31,24 @@ from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    among,
+    box,
+    choose,
+    display,
+    when,
+)
 from ocjax.extractors.venture.ram import ROM, Ram, Room
 from ocjax.extractors.venture.scene import (
     FIRST_MAP,
@@ -55,10 +70,6 @@ from ocjax.extractors.venture.sprites import (
     swaps,
     winky_box,
 )
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=48, top=9, digits=6, leading_zeros=True)
@@ -86,7 +97,8 @@ TREASURE_FIRST = (5, 6, 7)  # rooms whose treasure is sprite 1, not 2
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    scene, drawn = shown_scene(m), as_drawn(m)
+    scene = shown_scene(m)
+    drawn = as_drawn(m)
     dot = dot_box(drawn, scene.color)
     shown = sprite_boxes(m, drawn).where(~scene.is_old)
     in_room = guest_box(m, drawn).where(~scene.is_old)
@@ -121,16 +133,17 @@ def _monster_boxes(m: Ram, shown: Box) -> dict[str, Box]:
 def _treasure_boxes(m: Ram, scene: Scene, shown: Box) -> dict[str, Box]:
     """The treasure of the room, or of the one that he has left, where it never moved."""
     usual = choose(among(m.room, TREASURE_FIRST), shown[1], shown[2])
-    treasure = choose(m.room == Room.WALLS, shown[3], usual)
+    in_room = choose(m.room == Room.WALLS, shown[3], usual)
     plan = room_plan(scene)
     kept = box(plan.x, plan.y, plan.width, plan.height, m.taken == 0)
-    treasure = choose(scene.is_left, kept, treasure)
+    treasure = choose(scene.is_left, kept, in_room)
     return {name: treasure.where(among(scene.number, rooms)) for name, rooms in TREASURES.items()}
 
 
 def _wall_boxes(shown: Box) -> Box:
     """The moving walls: sprites 1, 2, 4 and 5."""
-    first_two, last_two = shown[1:5], shown[2:6]
+    first_two = shown[1:5]
+    last_two = shown[2:6]
     return choose(np.arange(4) < 2, _widened(first_two), _widened(last_two))
 
 
@@ -150,7 +163,7 @@ def _map_boxes(m: Ram, scene: Scene) -> Box:
     """The rooms of the hall that is on the screen."""
     sides = jnp.where(scene.is_second, np.array(SECOND_MAP), np.array(FIRST_MAP)).T
     rooms = len(FIRST_MAP)
-    x, y, w, h = (jnp.pad(side, (0, MAPPED.slots - rooms)) for side in sides)
+    x, y, w, h = jnp.pad(sides, ((0, 0), (0, MAPPED.slots - rooms)))
     in_hall = jnp.where(scene.is_old, among(m.split, SPLITS), scene.is_hall)
     return box(x, y, w, h, in_hall & (np.arange(MAPPED.slots) < rooms), color=scene.color)
 

@@ -1,7 +1,6 @@
 """Venture's RAM, and what its values mean."""
 
-from ocjax.console.ram import RamMap, bcd, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, byte
 
 ROM = Rom("venture", "3e899eba0ca8cd2972da1ae5479b4f0d")
 

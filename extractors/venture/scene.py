@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, pick, reached, when
+from ocjax.authoring import among, pick, reached, when
 from ocjax.extractors.venture.ram import PAUSED, Ram, Room
 
 START_X = 68  # `dot_x` at the start of a hall

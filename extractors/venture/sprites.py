@@ -12,9 +12,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, match, pick, when
 from ocjax.extractors.venture.ram import PAUSED, ROM, Ram, Room, Status
 
 ROW_COUNTS = (5, 7, 9, 13)  # rows of pictures, two lines each
@@ -70,7 +68,8 @@ class Drawn(NamedTuple):
 def as_drawn(m: Ram) -> Drawn:
     """Take back the moves since the frame was drawn."""
     moved_x, moved_y = _moves(m)
-    dx, dy = moved_x[:DOT], moved_y[:DOT]
+    dx = moved_x[:DOT]
+    dy = moved_y[:DOT]
     of_guest = m.guest_picture + m.guest_y - 2 * dy  # why twice is not known
     return Drawn(
         x=jnp.where(swaps(m), m.guest_x, m.x) - dx,
@@ -97,9 +96,9 @@ def sprite_boxes(m: Ram, drawn: Drawn) -> Box:
     index = SPRITE_PICTURES.index(rows=rows, low=drawn.picture + 1 & 0xFF)
     left, top, width, height = SPRITE_PICTURES.extent(index)
     y = jnp.where(drawn.y >= UPWARDS, drawn.y - 256, drawn.y)
-    x = drawn.x - jnp.where(IS_THIRD, pick(m.room, THIRD_SHIFTS), SHIFT)
+    sprite_x = drawn.x - jnp.where(IS_THIRD, pick(m.room, THIRD_SHIFTS), SHIFT)
     is_wall = (m.room == Room.WALLS) & (SPRITE % 3 > 0)
-    x = x + jnp.where(is_wall, WALL_SPREAD * left, left)
+    x = sprite_x + jnp.where(is_wall, WALL_SPREAD * left, left)
     there = (height > 0) & (drawn.y != GONE)
     return box(x, FIRST_LINE + 2 * (y + top), width, 2 * height, there).clip(*VIEW)
 
@@ -149,8 +148,10 @@ def _has_moved(m: Ram, in_room: jax.Array) -> jax.Array:
 
 def _way(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The way that the sprites and the dot go: 1 is right or down, -1 left or up."""
-    right, left = (m.status & Status.RIGHT) == 0, (m.status & Status.LEFT) == 0
-    down, up = (m.status & Status.DOWN) == 0, (m.status & Status.UP) == 0
+    right = (m.status & Status.RIGHT) == 0
+    left = (m.status & Status.LEFT) == 0
+    down = (m.status & Status.DOWN) == 0
+    up = (m.status & Status.UP) == 0
     return match((right, 1), (left, -1), otherwise=0), match((down, 1), (up, -1), otherwise=0)
 
 

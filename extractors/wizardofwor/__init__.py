@@ -36,11 +36,34 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
-from ocjax.console.ops import among, match, mod, only, pick, when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    NORTH,
+    SOUTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Context,
+    Detected,
+    Game,
+    NumberDisplay,
+    Pictures,
+    Saver,
+    Shape,
+    Step,
+    among,
+    box,
+    boxes,
+    display,
+    match,
+    mod,
+    only,
+    pick,
+    when,
+)
 from ocjax.extractors.wizardofwor.ram import ROM, Hunt, Kind, Ram, Stage, State, Way
 from ocjax.extractors.wizardofwor.walls import (
     CELL_HEIGHT,
@@ -51,12 +74,6 @@ from ocjax.extractors.wizardofwor.walls import (
     VERTICAL,
     Walls,
 )
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Step
 
 SLOTS = np.arange(6)
 KINDS = range(Kind.BURWOR, Kind.WIZARD + 1)
@@ -136,11 +153,9 @@ class Drawn:
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    monsters, walls, shut = (
-        _monster_boxes(m, drawn),
-        _wall_color(m, drawn),
-        drawn.frame < DOORS_OPEN,
-    )
+    monsters = _monster_boxes(m, drawn)
+    walls = _wall_color(m, drawn)
+    shut = drawn.frame < DOORS_OPEN
     score = 100 * (m.score - when(m.score >= EXTRA_LIFE, EXTRA_LIFE))
     return {
         "Player": _worrior(m),
@@ -174,7 +189,7 @@ def as_drawn(m: Ram) -> Drawn:
     tunnelled = moved & (m.step == 0)
     x = jnp.where(tunnelled, other_end, m.monster_x - when(moved, 2 * dx)) - 3
     y = 142 - m.monster_y - when(moved & ~tunnelled, 4 * dy)
-    dx, dy = _direction(m.missile_way)
+    missile_dx, missile_dy = _direction(m.missile_way)
     begins = (m.stage == Stage.MUSIC) & (m.music == 1) & (m.level > 0)
     return Drawn(
         frame=m.frame - 1 & 255,
@@ -182,8 +197,8 @@ def as_drawn(m: Ram) -> Drawn:
         x=x,
         y=y,
         step=last_step,
-        missile_x=m.missile_x - 4 - dx,
-        missile_y=138 - m.missile_y - 2 * dy,
+        missile_x=m.missile_x - 4 - missile_dx,
+        missile_y=138 - m.missile_y - 2 * missile_dy,
         missile=_missile_flies(m, moved, x, y),
     )
 
@@ -199,8 +214,8 @@ def _has_moved(m: Ram) -> jax.Array:
     hunts = m.hunt != Hunt.NONE
     wizard_rests = (m.hunt == Hunt.WIZARD) & ((m.frame & 7) == 0)
     on_turn = jnp.where(hunts, when(wizard_rests, 2), m.turn - 1)
-    moving = jnp.where(hunts, (m.frame & 3) == 0, among(m.turn, range(1, 4)))
-    moving = moving & (m.stage == Stage.PLAY) & (m.over == 0)
+    on_frame = jnp.where(hunts, (m.frame & 3) == 0, among(m.turn, range(1, 4)))
+    moving = on_frame & (m.stage == Stage.PLAY) & (m.over == 0)
     walks = among(m.kind, KINDS) & among(m.way, (Way.UP, Way.DOWN, Way.LEFT, Way.RIGHT))
     return moving & walks & ((on_turn == SLOTS) | (on_turn + 3 == SLOTS))
 
@@ -317,7 +332,8 @@ class WithoutShot(Step):
         head = (found.x if found.head is None else found.head) - found.x
         left = jnp.where(head == HEAD_RIGHT, found.x, found.x + jnp.maximum(found.w - 8, 0))
         top = jnp.where(head == HEAD_UP, found.y + jnp.maximum(found.h - SIZE, 0), found.y)
-        width, height = jnp.minimum(found.w, 8), jnp.minimum(found.h, SIZE)
+        width = jnp.minimum(found.w, 8)
+        height = jnp.minimum(found.h, SIZE)
         return found._replace(box=boxes(left, top, width, height, found.valid))
 
 

@@ -1,7 +1,6 @@
 """The RAM of Wizard of Wor."""
 
-from ocjax.console.ram import RamMap, bcd, byte, low
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, byte, low
 
 ROM = Rom("wizard_of_wor", "7e8aa18bc9502eb57daaf5e7c1e94da7")
 

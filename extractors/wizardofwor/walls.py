@@ -39,17 +39,16 @@ def _exits(maze: int) -> np.ndarray:
 
 def _closed_above(maze: int) -> np.ndarray:
     """Whether there is a wall above each cell, and below those of the last row."""
-    closed = np.ones((ROWS + 1, COLUMNS), bool)
-    closed[1:ROWS] = (_exits(maze)[1:] & Way.UP) == 0
-    return closed
+    inner = (_exits(maze)[1:] & Way.UP) == 0
+    return np.pad(inner, ((1, 1), (0, 0)), constant_values=True)
 
 
 def _closed_left(maze: int) -> np.ndarray:
     """Whether there is a wall left of each cell, and right of the last column; doors are none."""
-    closed = np.ones((ROWS, COLUMNS + 1), bool)
-    closed[:, 1:COLUMNS] = (_exits(maze)[:, 1:] & Way.LEFT) == 0
-    closed[TUNNEL_ROW, (0, COLUMNS)] = False
-    return closed
+    inner = (_exits(maze)[:, 1:] & Way.LEFT) == 0
+    in_tunnel_row = np.arange(ROWS)[:, None] == TUNNEL_ROW
+    is_door = in_tunnel_row & np.isin(np.arange(COLUMNS + 1), (0, COLUMNS))
+    return np.pad(inner, ((0, 0), (1, 1)), constant_values=True) & ~is_door
 
 
 def _placed(

@@ -29,14 +29,30 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, extremes, when
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    ShortRuns,
+    among,
+    bitmaps,
+    box,
+    display,
+    edges,
+    extremes,
+    materialize,
+    packed_position,
+    palette,
+    when,
+)
 from ocjax.extractors.zaxxon.drawn import (
     COUNTS_ABOVE,
     FAR_TURNS,
@@ -70,12 +86,6 @@ from ocjax.extractors.zaxxon.things import (
     the_one,
     thing_boxes,
 )
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF08, rows=8)
 POINTS = NumberDisplay(FONT, right=99, top=10, digits=6, leading_zeros=True)
@@ -170,8 +180,8 @@ def _zaxxon_box(m: Ram, d: Drawn, objects: Box) -> Box:
 
 def _homing_box(m: Ram, d: Drawn) -> Box:
     """Zaxxon's own missile."""
-    turn = FIRST_COUNT - m.homing_y
-    turn = turn - when(turn > d.step + FAR_TURNS - 1, 1)
+    at_turn = FIRST_COUNT - m.homing_y
+    turn = at_turn - when(at_turn > d.step + FAR_TURNS - 1, 1)
     x = packed_position(m.drawn_code) + PLANE_X
     left, first, width, rows = HOMING_PICTURE.extent(jnp.int32(0))
     boxes = box(x + 2 * left, line(m, d, turn) + 1 + 2 * first, 2 * width, 2 * rows)
@@ -194,7 +204,8 @@ def _shadow_box(m: Ram, d: Drawn) -> Box:
     """The part of the shadow that falls on the ground."""
     left, first, width, rows = PLANE_PICTURES.extent(_plane_picture(m, d))
     turn = jnp.maximum(SHADOW_BEGINS + first, d.shadow_turn + 1)
-    top, bottom = line(m, d, turn) + 1, line(m, d, SHADOW_BEGINS + first + rows) + 1
+    top = line(m, d, turn) + 1
+    bottom = line(m, d, SHADOW_BEGINS + first + rows) + 1
     tops, bottoms = ground_edges(m, d)
     there = lefts_of(d.shapes) < EMPTY
     highest, lowest = extremes(there & (tops < bottom) & (bottoms > top), tops, bottoms)
@@ -208,9 +219,11 @@ def _shot_boxes(m: Ram, d: Drawn) -> Box:
     """Two shots, which are drawn by turns."""
     turned = (m.clock & 1) == 1
     just_hit = (jnp.arange(2) == 0) & (m.flash_time == FLASH_FRAMES)
-    y = jnp.where(just_hit, m.flash_y, m.shot_y)
-    y, x, height = (jnp.where(turned, v, v[::-1]) for v in (y, m.shot_x, m.shot_height))
-    height = jnp.where(d.space, SPACE_HEIGHT, height)
+    record_y = jnp.where(just_hit, m.flash_y, m.shot_y)
+    y = jnp.where(turned, record_y, record_y[::-1])
+    x = jnp.where(turned, m.shot_x, m.shot_x[::-1])
+    in_fortress = jnp.where(turned, m.shot_height, m.shot_height[::-1])
+    height = jnp.where(d.space, SPACE_HEIGHT, in_fortress)
     aside = x + 14 - 128
     part = (jnp.abs(aside) * ((SHOT_HEIGHT - y + height) & 255)) >> 8
     left = SHOT_CENTER + jnp.where(aside < 0, -part, part)
@@ -236,7 +249,8 @@ def _lives_box(m: Ram, d: Drawn) -> Box:
 
 
 def _altitude_box(m: Ram, d: Drawn) -> Box:
-    top, bottom = line(m, d, COUNTS_ABOVE - 1 - m.altitude) + 1, ground_end(m, d)
+    top = line(m, d, COUNTS_ABOVE - 1 - m.altitude) + 1
+    bottom = ground_end(m, d)
     color = jnp.where((d.step & 3) == 0, d.colors[0], d.colors[1]) & 0xFE
     return edges(8, top, 12, bottom, ~d.space, value=m.altitude - GROUNDED, color=color)
 
@@ -248,7 +262,7 @@ TANK_RGB = tuple(palette.NTSC[214].tolist())
 
 def _wide(mask: Bitmap, _: jax.Array) -> Bitmap:
     """The pixels that are not alone in a row, as those of shots are."""
-    return mask & (bm.shift_left(mask, 1) | bm.shift_right(mask, 1))
+    return mask & (bitmaps.shift_left(mask, 1) | bitmaps.shift_right(mask, 1))
 
 
 def _tall(mask: Bitmap, planes: jax.Array) -> Bitmap:
@@ -259,7 +273,7 @@ def _tall(mask: Bitmap, planes: jax.Array) -> Bitmap:
 def _short_black(mask: Bitmap, planes: jax.Array) -> Bitmap:
     """Black runs of at most the shadow's width, in the rows of the shadow alone."""
     _, top, _, bottom = SHADOW_FIELD
-    rows = materialize(lambda p: bm.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
+    rows = materialize(lambda p: bitmaps.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
     runs = ShortRuns(14, across=True)(rows, planes)
     return jnp.pad(runs, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, mod, when
+from ocjax.authoring import lookup, match, mod, when
 from ocjax.extractors.zaxxon.ram import ROM, Color, Place, Ram, Shot, Time
 
 TOP = 26  # line of the loop's first turn
@@ -141,8 +141,8 @@ def ground_edges(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array]:
         otherwise=2 * far + 24 + 8 * (7 - row),
     )
     shifted = turn - 1 + when(turn - 1 >= d.place_turn, 1)
-    edge = jnp.where(turn > 0, line(m, d, shifted) + 1, first_line(m, d) - 2)
-    edge = jnp.minimum(edge, ground_end(m, d))
+    usual_edge = jnp.where(turn > 0, line(m, d, shifted) + 1, first_line(m, d) - 2)
+    edge = jnp.minimum(usual_edge, ground_end(m, d))
     return edge[1:], edge[:-1]
 
 
@@ -181,8 +181,8 @@ def _switch_line(m: Ram, d: Drawn, count: jax.Array, x: jax.Array, late: Late) -
     """The line on which a shot begins or ends, after the first turn whose count allows it."""
     far = FIRST_COUNT - count
     is_far = far <= d.step + FAR_TURNS - 1
-    turn = far - when(~is_far, 1)
-    turn = turn + when(_slot_ends(d, turn), 1)
+    allowed = far - when(~is_far, 1)
+    turn = allowed + when(_slot_ends(d, allowed), 1)
     limit = match(
         (d.space & is_far, late.far_space),
         (d.space & ~is_far, late.near_space),

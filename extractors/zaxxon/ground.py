@@ -3,8 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, edges
-from ocjax.console.ops import extremes, lookup, pick
+from ocjax.authoring import Box, edges, extremes, lookup, pick
 from ocjax.extractors.zaxxon.drawn import Drawn, ground_edges
 from ocjax.extractors.zaxxon.ram import ROM, Color, Ram
 
@@ -14,7 +13,8 @@ EMPTY = 80  # the first column of a row without dots
 
 def _first_columns() -> np.ndarray:
     """The first column of each shape of a row, int32 `[256]`; `EMPTY`: it has none."""
-    outer, inner = ROM.bytes(0xB00, 256), ROM.bytes(0xC00, 256)
+    outer = ROM.bytes(0xB00, 256)
+    inner = ROM.bytes(0xC00, 256)
     dots = np.concatenate(
         [outer[:, None] >> np.arange(7, -1, -1), inner[:, None] >> np.arange(8)], 1
     )

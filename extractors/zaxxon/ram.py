@@ -1,7 +1,6 @@
 """Zaxxon's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("zaxxon", "eea0da9b987d661264cce69a7c13c3bd")
 
