@@ -137,6 +137,8 @@ def causes(
             game_mode=game_mode,
         )
     _give([causal.to_table(found)], markdown)
+    for note in causal.notes(found):
+        console.print(note, markup=False, soft_wrap=True)
     with errors_in_one_line():
         writing.write_picture(out, causal.picture(found))
     writing.announce(console, "Map of all bytes, changed pixels in red", out)

@@ -1,5 +1,6 @@
 """The reverse-engineering tools must find the known bytes of games whose decoders are written."""
 
+import contextlib
 import dataclasses
 import json
 import re
@@ -11,6 +12,8 @@ from PIL import Image
 
 import ocjax
 from ocjax import recordings
+from ocjax.emulators import progress
+from ocjax.envs import AlePool, Settings
 from ocjax.play import rollouts
 from ocjax.ramtools import causes, correlate, fits, ram_map, residual, targets, twins
 from ocjax.ramtools.watch import terminal
@@ -210,6 +213,37 @@ def test_causes_finds_pong(pong_causes):
     assert "EnemyScore" not in by_name[14]
     assert (pong_causes.effective == 0).sum() > 60
     assert pong_causes.pixels[14, 1:21, 100:128].any()
+
+
+def test_causes_without_an_effect_say_why(pong_causes):
+    assert causes.notes(pong_causes) == []
+    none = dataclasses.replace(pong_causes, effective=np.zeros(128, int), shortened=True)
+    early, empty = causes.notes(none)
+    assert f"{pong_causes.played:,} frames after the reset" in early
+    assert "No byte changes the picture, 32 values tried" in empty
+
+
+def test_play_for_causes_stops_before_the_end_of_the_game():
+    """After the end, the emulator restarts the game and ignores writes."""
+    game, skip = ocjax.load("Breakout"), 4
+    settings = Settings(frame_skip=skip, repeat_action_probability=0)
+    with contextlib.closing(AlePool(game, 1, settings, num_workers=0)) as pool:
+        assert causes.play_alike(pool, 0, 50) == 50, "the game does not end in 50 steps"
+        played = causes.play_alike(pool, 0, 5000)
+        assert not pool.terminated.any()
+        end = causes._play(pool, 0, 5000)
+        assert pool.terminated.all()
+        assert played == end - causes.BEFORE_END // skip
+
+
+def test_progress_without_a_terminal(monkeypatch, capsys):
+    assert list(progress.progress(range(3), "working")) == [0, 1, 2]
+    assert capsys.readouterr().err == "", "short work shows nothing"
+    monkeypatch.setattr(progress, "SECONDS", 0)
+    assert list(progress.progress(range(3), "working")) == [0, 1, 2]
+    shown = capsys.readouterr()
+    assert shown.err.splitlines() == ["working: 33 %", "working: 66 %", "working: 100 %"]
+    assert shown.out == ""
 
 
 @pytest.mark.slow
