@@ -194,6 +194,30 @@ def test_residual(pong):
     assert bit.exact > 0.99
 
 
+@pytest.mark.parametrize(
+    ("shift", "message"),
+    [
+        (17, r"matched \d+ times .* REM's x is 17 too large in [\d,]+ and y is right in [\d,]+$"),
+        (-40 & 255, r"matched \d+ times .* REM's x is 40 too small in [\d,]+ and y is right"),
+    ],
+)
+def test_residual_of_a_constant_offset(pong, shift, message):
+    """The usual mistake of a new decoder: no box is close enough to match."""
+    rams = pong.rams.copy()
+    rams[:, 49] += np.uint8(shift)
+    tape = recordings.Recording(pong.game, rams, pong.screens, resets=pong.resets)
+    with pytest.raises(ValueError, match=message):
+        residual.residual(tape, "Ball", "x")
+
+
+def test_residual_of_a_decoder_without_boxes(pong):
+    rams = pong.rams.copy()
+    rams[:, 54] = 0  # the ball is above the court
+    tape = recordings.Recording(pong.game, rams, pong.screens, resets=pong.resets)
+    with pytest.raises(ValueError, match=r"REM has it in 0 samples, VEM in [\d,]+, never in the"):
+        residual.residual(tape, "Ball", "x")
+
+
 @pytest.fixture(scope="module")
 def pong_causes():
     return causes.causes(ocjax.load("Pong"), values=32, num_envs=32, seed=1)
