@@ -16,7 +16,7 @@ from ocjax.play.rollouts import rollout
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import control as controls
 from ocjax.ramtools import correlate as correlation
-from ocjax.ramtools import ram_map
+from ocjax.ramtools import proposal, ram_map
 from ocjax.ramtools import residual as residuals
 from ocjax.ramtools import twins as pairs
 from ocjax.ramtools.watch import terminal
@@ -38,6 +38,7 @@ POLICY = typer.Option(
 SEED = typer.Option(min=0, help="Seed of actions and emulators.")
 MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the game's.")
 VALUES_CONFIRMED = 32  # values of a byte that `map --confirm` writes
+PRINTED = Path("-")  # as an output: print instead
 MARKDOWN = typer.Option(help="Write the tables as Markdown.")
 
 
@@ -62,6 +63,21 @@ def _give(found: list[tables.Table], markdown: Path | None) -> None:
         writing.announce(console, "Written", markdown)
 
 
+def _named(out: Path | None) -> list[Path]:
+    """The file to write; none for -, which prints."""
+    return [] if out in (None, PRINTED) else [out]
+
+
+def _write(out: Path, text: str, what: str) -> None:
+    """Write a text to a file, or print it."""
+    if out == PRINTED:
+        typer.echo(text, nl=False)
+        return
+    with errors_in_one_line():
+        writing.write_text(out, text)
+    writing.announce(console, what, out)
+
+
 @ram.command()
 def correlate(
     what: Annotated[str, WHAT],
@@ -73,6 +89,13 @@ def correlate(
     policy: Annotated[str, POLICY] = "repeat",
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write a Ram class with the best formulas, to paste into the game's file. "
+            "With -, print it."
+        ),
+    ] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Find the RAM bits that explain the position, size, value and look of each visible object.
@@ -85,7 +108,7 @@ def correlate(
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
     with errors_in_one_line():
-        writing.check(markdown, reads=_read_files(what, policy))
+        writing.check(markdown, *_named(write), reads=_read_files(what, policy))
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
         raise typer.BadParameter(
@@ -103,6 +126,8 @@ def correlate(
         ],
         markdown,
     )
+    if write is not None:
+        _write(write, proposal.ram_class(found), "Ram class")
 
 
 @ram.command()

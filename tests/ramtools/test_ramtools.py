@@ -11,11 +11,21 @@ import pytest
 from PIL import Image
 
 import ocjax
-from ocjax import recordings
+from ocjax import authoring, recordings
 from ocjax.emulators import progress
 from ocjax.envs import AlePool, Settings
 from ocjax.play import rollouts
-from ocjax.ramtools import causes, correlate, fits, ram_map, residual, targets, twins
+from ocjax.ramtools import (
+    causes,
+    correlate,
+    fits,
+    proposal,
+    ram_map,
+    residual,
+    rows,
+    targets,
+    twins,
+)
 from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import GLOW, Session
 from ocjax.vision.unknown import UNKNOWN_VALUE
@@ -172,6 +182,92 @@ def test_affine_finds_what_is_there():
     table = fits.tables(rams, np.array([9, 2, 200, 5])[rams[:, 5] >> 6], half)[0]
     assert str(table) == "bits(5, first=6, count=2): 0 -> 9, 1 -> 2, 2 -> 200, 3 -> 5"
     assert table.exact == 1
+
+
+def formation(pitch, rng, samples=400, slots=5, byte=77):
+    """RAM, and the coordinates of a row of objects in it; some objects are missing."""
+    rams = rng.integers(0, 256, (samples, 128), np.uint8)
+    rams[:, byte] = rng.integers(10, 40, samples)
+    at = pitch * np.arange(slots) + rams[:, byte, None].astype(int) - 7
+    present = np.zeros((samples, 256), bool)
+    n, k = np.nonzero(rng.random((samples, slots)) < 0.7)
+    present[n, at[n, k]] = True
+    return rams, present, fits.halves(np.arange(samples) // 50)
+
+
+@pytest.mark.parametrize("pitch", [9, 16, 30])
+def test_rows_of_objects_that_move_together(pitch):
+    found = rows.rows(*formation(pitch, np.random.default_rng(0)))
+    assert str(found[0]) == f"{pitch} * slot + byte(77) - 7, slots 0-4"
+    assert found[0].exact == found[0].near == 1
+
+
+def test_rows_that_do_not_move():
+    rams, present, half = formation(12, np.random.default_rng(0), byte=5)
+    still = np.zeros_like(present)
+    still[:, 20:60:12] = present[:, 20:60:12].any(axis=1, keepdims=True)
+    still[::3, 32] = False
+    (row,) = rows.rows(rams, still, half)
+    assert str(row) == "12 * slot + 20, slots 0-3"
+
+
+def test_no_row_in_noise():
+    rams, present, half = formation(9, np.random.default_rng(1))
+    noise = np.random.default_rng(2).permuted(present[:, :160], axis=1)
+    assert rows.rows(rams, noise, half) == []
+    assert rows.rows(rams, present & (np.arange(256) == 9), half) == [], "one object each"
+
+
+def test_proposed_class():
+    """It reads every kind of field, and Python accepts it."""
+    byte, part = fits.Source, fits.Fit
+    moving = rows.Row(16, 6, byte(26), 1, -1, 0.99, 1)
+    found = [
+        correlate.Finding("Ball", "Ball", "x", 99, 0.1, (part(byte(49), 0.994, 1, 1, -49),)),
+        correlate.Finding("Chicken 0", "Chicken", "y", 99, 0.1, (part(byte(14), 1, 1, -1, 193),)),
+        correlate.Finding("Chicken 1", "Chicken", "y", 99, 0.1, (part(byte(15), 1, 1, -1, 193),)),
+        correlate.Finding("Alien, all", "Alien", "x", 99, 0.1, (moving,)),
+        correlate.Finding(
+            "BigScore",
+            "BigScore",
+            "value",
+            99,
+            0.1,
+            tuple(part(byte(a, decimal=True), 1, 1, 1, i) for i, a in enumerate((70, 20))),
+            digits=True,
+        ),
+        correlate.Finding("BigScore", "BigScore", "w", 99, 0.1, (part(byte(70), 1, 1, 8, 0),)),
+        correlate.Finding("Ball", "Ball", "y", 99, 0.1, (part(byte(50), 0.4, 1),)),
+        correlate.Finding(
+            "Car, one of",
+            "Car",
+            "x",
+            99,
+            0.1,
+            (part(byte(3), 1, 1, 1, -3), part(byte(2), 0.9, 1, 1, -3), part(byte(9), 0.8, 1)),
+            members=True,
+        ),
+    ]
+    text = proposal.ram_class(found)
+    assert (
+        text
+        == """\
+class Ram(RamMap):
+    car_x = byte(2, 3)  # x + 3 (90 %)
+    car_x_2 = byte(9)  # x (80 %)
+    chicken_y = byte(14, 15)  # 193 - y (100 %)
+    big_score_value = bcd((20, 70))  # value (100 %)
+    alien_x = byte(26)  # x of slot 0 + 1; 16 pixels from slot to slot, 6 slots (99 %)
+    ball_x = byte(49)  # x + 49 (99 %)
+"""
+    )
+    names = vars(authoring).copy()
+    exec(text, names)
+    assert names["Ram"].fields()["big_score_value"].addresses == (20, 70)
+
+
+def test_proposal_of_nothing():
+    assert proposal.ram_class([]) == "class Ram(RamMap):\n    pass\n"
 
 
 def test_residual(pong):
@@ -413,7 +509,10 @@ def test_watch_in_terminal():
 @pytest.mark.slow
 def test_commands(tmp_path):
     for args, words in (
-        (("correlate", DATA / "Pong.npz"), ("present", "Constant")),
+        (
+            ("correlate", DATA / "Pong.npz", "--write", "-"),
+            ("present", "Constant", "class Ram(RamMap):"),
+        ),
         (("residual", DATA / "SpaceInvaders.npz", "Alien", "x"), ("matched objects",)),
         (
             (
@@ -450,6 +549,10 @@ def test_wrong_use(tmp_path):
         (("correlate", bare), "has no array screens"),
         (("correlate", DATA / "Pong.npz", "--target", "sprites"), "has no array shown"),
         (("correlate", DATA / "Pong.npz", "--target", "eyes"), "vem or sprites"),
+        (
+            ("correlate", DATA / "Pong.npz", "--write", tmp_path / "no" / "ram.py"),
+            "no folder",
+        ),
         (("residual", DATA / "Pong.npz", "Car", "x"), "no category 'Car'"),
         (("residual", DATA / "Pong.npz", "Ball", "z"), "must be one of x, y, w, h"),
         (("causes", "Pong", "--mode", 99), "no mode 99"),
