@@ -16,9 +16,10 @@ from ocjax.play.rollouts import rollout
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import control as controls
 from ocjax.ramtools import correlate as correlation
-from ocjax.ramtools import proposal, ram_map
+from ocjax.ramtools import disassembly, proposal, ram_map
 from ocjax.ramtools import residual as residuals
 from ocjax.ramtools import twins as pairs
+from ocjax.ramtools.disassembly import listing
 from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import Session
 from ocjax.recordings import Recording
@@ -283,6 +284,34 @@ def show_map(
         typer.echo(json.dumps(ram_map.to_json(game, found), indent=2))
         return
     _give([ram_map.ram_map(game)], markdown)
+
+
+@ram.command()
+def disassemble(
+    name: Annotated[str, GAME],
+    states: Annotated[
+        int, typer.Option(min=1, help="States of random play from which a frame is run.")
+    ] = 120,
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File for the listing. Default: print it.")
+    ] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """List the program of a game, and when it writes each byte of RAM.
+
+    Writes before the drawing of the picture are visible on the same frame. Writes after it are in
+    the RAM that belongs to the frame, but not on the screen yet. The game needs no decoder.
+
+    The program runs in an interpreter with the RAM of random play. There are no collisions.
+    """
+    with errors_in_one_line():
+        writing.check(out, markdown)
+        with console.status("running"):
+            program = disassembly.disassemble(name, states=states, seed=seed, game_mode=game_mode)
+    _write(out or PRINTED, "\n".join(listing.lines(program)) + "\n", "Listing")
+    _give([listing.write_table(program)], markdown)
 
 
 @ram.command()
