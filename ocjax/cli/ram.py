@@ -1,5 +1,6 @@
 """Reverse-engineer the RAM of a game."""
 
+import importlib
 import json
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +17,7 @@ from ocjax.play.rollouts import rollout
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import control as controls
 from ocjax.ramtools import correlate as correlation
-from ocjax.ramtools import disassembly, proposal, ram_map
+from ocjax.ramtools import disassembly, new, proposal, ram_map, roms
 from ocjax.ramtools import residual as residuals
 from ocjax.ramtools import twins as pairs
 from ocjax.ramtools.disassembly import listing
@@ -255,6 +256,37 @@ def control(
     _give(tables_found, markdown)
     if out is not None:
         writing.announce(console, "Written", out)
+
+
+@ram.command("new")
+def new_game(
+    name: Annotated[str, typer.Argument(metavar="GAME", help="A game of ale-py.")],
+    frames: Annotated[int, typer.Option(min=10, help="Frames of random play to survey.")] = 60,
+    seed: Annotated[int, SEED] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="File to write; it must not exist. With -, print it. Default: <name>.py in the "
+            "folder of the games."
+        ),
+    ] = None,
+) -> None:
+    """Write a game file that runs, for a game without a decoder.
+
+    It has the digits that the ROM contains, the colours of random play with their components, and a
+    vision rule for each colour. Its comments give the next steps.
+    """
+    with errors_in_one_line():
+        found = roms.find(name)
+        folder = Path(next(iter(importlib.import_module("ocjax.extractors").__path__)))
+        out = out or writing.unnamed(folder / f"{found.name.lower()}.py")
+        for taken in (out, out.with_suffix("")):
+            if out != PRINTED and taken.exists():
+                raise FileExistsError(f"{taken} exists: give another output")
+        writing.check(*_named(out))
+        with console.status("playing"):
+            text = new.source(new.describe(name, frames=frames, seed=seed))
+    _write(out, text, "Game file")
 
 
 @ram.command("map")

@@ -8,10 +8,12 @@ result.
 
 from pathlib import Path
 
-from ocjax.ramtools import roms
+from ocjax.ramtools import play, roms
 from ocjax.ramtools.disassembly import cartridge, listing, tracing
 
 __all__ = ["disassemble"]
+
+APART = 10  # frames of play from one state to the next
 
 
 def disassemble(
@@ -31,6 +33,7 @@ def disassemble(
     """
     found = roms.find(name)
     rom = cartridge.read(Path(found.path).read_bytes())
-    rams = tracing.play(found.path, states, seed, game_mode)
+    moments = play.moments(found.path, states, APART, seed, game_mode)
+    rams = [ale.getRAM().tobytes() for ale in moments]
     trace = tracing.trace(rom, rams, seed)
     return listing.program(found.name, rom, trace, found.game.ram if found.game else None)

@@ -4,17 +4,13 @@ import copy
 import dataclasses
 from collections.abc import Iterable
 
-import ale_py
 import numpy as np
 
-from ocjax.emulators.start import log_errors_only
 from ocjax.ramtools.disassembly.cartridge import Cartridge
 from ocjax.ramtools.disassembly.machine import IDLE, LINE, NOT_PRESSED, Frame, Machine, Visit
 from ocjax.ramtools.disassembly.processor import StopError
 
 BOOT = 8  # frames from the reset before states of play are loaded
-HOLD = 8  # frames that play repeats an action
-APART = 10  # frames of play from one state to the next
 STICKS = (IDLE, IDLE & ~0x10, IDLE & ~0x20, IDLE & ~0x40, IDLE & ~0x80)  # of the first player
 TIMES = ("before", "during", "after")
 
@@ -49,41 +45,6 @@ class Trace:
     writes: dict[tuple[int, int, str], Writes]
     frames: int
     failed: int
-
-
-def play(path: str, count: int, seed: int, game_mode: int | None = None) -> list[bytes]:
-    """The RAM at the ends of frames of random play, `APART` frames apart.
-
-    Args:
-        path: of the ROM.
-        count: number of states.
-        seed: of the emulator and the actions.
-        game_mode: ale-py's number of the mode; None for the game's own.
-
-    Raises:
-        ValueError: the game lacks this mode.
-    """
-    log_errors_only()
-    ale, rng = ale_py.ALEInterface(), np.random.default_rng(seed)
-    ale.setInt("random_seed", seed)
-    ale.setFloat("repeat_action_probability", 0.0)
-    ale.loadROM(path)
-    if game_mode is not None:
-        if game_mode not in ale.getAvailableModes():
-            raise ValueError(f"no mode {game_mode}; there are {list(ale.getAvailableModes())}")
-        ale.setMode(game_mode)
-    ale.reset_game()
-    actions, rams = ale.getMinimalActionSet(), list[bytes]()
-    action = actions[0]
-    for i in range(count * APART):
-        if i % HOLD == 0:
-            action = actions[rng.integers(len(actions))]
-        if ale.game_over():
-            ale.reset_game()
-        ale.act(action)
-        if i % APART == APART - 1:
-            rams.append(ale.getRAM().tobytes())
-    return rams
 
 
 def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
