@@ -15,9 +15,9 @@ from ocjax.ramtools.disassembly.tracing import TIMES, Trace, Writes
 HEADING = """\
 ; {name}: {size} bytes, cartridge {kind}
 ; {count:,} instructions, of which {run:,} ran, in {frames:,} frames of play.
-; Columns: {place}bytes, instruction; then the cycle of the scan line at which the instruction
-; begins (the earliest and the latest if it differs). +n is the number of cycles since the store to
-; WSYNC on the straight way, for instructions that did not run."""
+; Columns: {place}bytes, instruction; the cycle of the scan line at which it begins.
+; If that differs, the earliest and the latest cycle. For instructions that did not run, +n is the
+; number of cycles since the last store to WSYNC, if the program does not branch between them."""
 OPERANDS = {  # text of an operand by the addressing mode
     "implied": "",
     "accumulator": "A",
@@ -67,13 +67,19 @@ def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | N
 
 
 def field_names(ram: type[RamMap]) -> dict[int, str]:
-    """The names of the bytes that a game's `Ram` declares. Several names are joined by /."""
+    """The names of the bytes that a game's `Ram` declares. Several names are joined by /.
+
+    Numbers of several bytes are named "score.0", "score.1", ..., the most significant byte first.
+    """
     names: dict[int, dict[str, None]] = collections.defaultdict(dict)
     for name, field in ram.fields().items():
         for i, place in enumerate(field.places):
             label = f"{name}[{i}]" if len(field.places) > 1 else name
-            for address in place if isinstance(place, tuple) else (place,):
-                names[address][label] = None
+            if isinstance(place, tuple):
+                for k, address in enumerate(place):
+                    names[address][f"{label}.{k}"] = None
+            else:
+                names[place][label] = None
     return {address: "/".join(labels) for address, labels in names.items()}
 
 

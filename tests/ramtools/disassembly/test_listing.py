@@ -131,6 +131,13 @@ def test_pong():
     assert rows["player_mask"][2], "the heights of the paddles are set after the picture"
 
 
+def test_names_of_bytes():
+    names = listing.field_names(ocjax.load("Breakout").ram)
+    assert (names[77], names[76]) == ("score.1", "score.0"), "one number of two bytes"
+    assert names[51] == "invisible/timed", "two bit fields"
+    assert (names[35], names[0]) == ("wall[0]", "wall[35]"), "a field of 36 bytes"
+
+
 def test_names_of_games_without_a_decoder():
     assert roms.find("ALE/Kaboom-v5")[:2] == ("Kaboom", "kaboom")
     assert roms.find("space_invaders").game is ocjax.load("SpaceInvaders")
