@@ -153,7 +153,7 @@ def test_every_game(name):
     assert len(found.trace.visits) > 150
     assert set(found.trace.visits) <= set(found.instructions)
     assert len(list(listing.lines(found))) > len(found.instructions)
-    assert len(listing.write_table(found).rows) > 5
+    assert len(listing.write_table(found).rows) >= 5, "Kangaroo waits, and changes 5 bytes"
 
 
 def test_command(tmp_path):
