@@ -14,7 +14,7 @@ LAST = 0xFFF  # of an address in the 4 KiB
 DPC_ROM = 0x2000  # bytes of Pitfall II's program; the rest is data of the chip DPC
 SPLIT = 0x2000  # bit of an address that selects the bank of an FE cartridge
 
-# Loads and stores of hotspots that occur in E0 cartridges only.
+# Loads and stores of hotspots that occur in E0 cartridges only. Source: Stella's CartDetector.
 E0_SIGNS = ("8de01f", "8de05f", "8de9ff", "0ce01f", "ade01f", "ade9ff", "adedff", "adf3bf")
 FE_SIGNS = ("2000d0c6c5", "20c3f8a582", "d0fb2073fe", "2000f084d6")  # subroutines of the other bank
 
