@@ -356,14 +356,16 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     categories=(
-        Category("Player", SHIP, rgb=(87, 139, 201), doc="the ship"),
+        Category("Player", SHIP, rgb=(87, 139, 201), role="player", doc="the ship"),
         Category("Building", CITY, count=3, rgb=(150, 113, 26), doc="what the ship defends"),
         enemy_category("Enemy25", PLANES, rgb=(68, 116, 182), doc="a plane, 25 points"),
         enemy_category("Enemy50", BUGS, rgb=(162, 128, 238), doc="with antennae, 50 points"),
         enemy_category("Enemy75", BEETLES, rgb=(72, 72, 194), doc="with wings, 75 points"),
         enemy_category("Enemy100", JEWELS, rgb=(201, 154, 92), doc="a diamond, 100 points"),
         Category("Missile", MISSILES, count=2, doc="the ship's shot, the enemies' bomb"),
-        display("PlayerScore", SCORE.rule(BLUE), doc="points"),
-        display("Lives", LIVES, count=len(PLACES), attributes=(), doc="ships in reserve"),
+        display("PlayerScore", SCORE.rule(BLUE), role="score", doc="points"),
+        display(
+            "Lives", LIVES, count=len(PLACES), attributes=(), role="lives", doc="ships in reserve"
+        ),
     ),
 )

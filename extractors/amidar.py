@@ -386,12 +386,12 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER_RULE, doc="gorilla or roller"),
+        Category("Player", PLAYER_RULE, role="player", doc="gorilla or roller"),
         others_of("Warrior", walkers(GREEN), doc="odd levels"),
         others_of("Pig", walkers(RED), doc="even levels"),
         others_of("Shadow", SHADOWS_RULE, doc="black on the maze"),
         others_of("Chicken", CHICKENS, doc="to be caught"),
-        display("Score", SCORE_RULE, otherwise=RULE_OF_SIX, doc="points"),
-        display("Life", LIVES_RULE, doc="lives left"),
+        display("Score", SCORE_RULE, otherwise=RULE_OF_SIX, role="score", doc="points"),
+        display("Life", LIVES_RULE, role="lives", doc="lives left"),
     ),
 )

@@ -405,14 +405,16 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, doc="the cannon"),
+        Category(
+            "Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, role="player", doc="the cannon"
+        ),
         Category("MotherShip", CARRIER, color_row=SHIP_ROW, doc="above, with its open bay"),
         Category("Enemy", ENEMY, count=6, color_row=-1, doc="row from the bottom * 2 + half"),
         Category("PlayerMissileVertical", Bounds(WHITE, (0, 45, 160, 186)), doc="its shot up"),
         Category("PlayerMissileHorizontal", SIDE, doc="its shot to the side"),
         Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),
-        display("PlayerScore", POINTS, doc="six digits"),
-        display("Lives", LIVES, count=3, attributes=(), doc="spare cannons"),
+        display("PlayerScore", POINTS, role="score", doc="six digits"),
+        display("Lives", LIVES, count=3, attributes=(), role="lives", doc="spare cannons"),
         display("Health", HEALTH, doc="heat; value: of 16"),
     ),
 )

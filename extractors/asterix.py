@@ -168,11 +168,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", HERO, doc="Asterix, later Obelix"),
+        Category("Player", HERO, role="player", doc="Asterix, later Obelix"),
         thing("Enemy", LYRE, doc="lyres, by lane"),
         thing("Consumable", FOOD, doc="what to eat, by lane"),
         thing("Reward", POINTS, rgb=(170, 170, 170), doc="points given, by lane"),
-        display("Score", SCORE, doc="points"),
-        display("Lives", LIVES, doc="icons; value: lives"),
+        display("Score", SCORE, role="score", doc="points"),
+        display("Lives", LIVES, role="lives", doc="icons; value: lives"),
     ),
 )

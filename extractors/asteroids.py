@@ -374,11 +374,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", WHOLE_SHIP, attributes=("orientation",), doc="the ship"),
+        Category("Player", WHOLE_SHIP, attributes=("orientation",), role="player", doc="the ship"),
         Category("Asteroid", ROCK_RULE, count=4 * SLOTS, doc="up, down; left parts at the edge"),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),
-        display("PlayerScore", SCORE.rule(TEXT), doc="points, below 100,000"),
-        display("Lives", LIVES, doc="ships left"),
+        display("PlayerScore", SCORE.rule(TEXT), role="score", doc="points, below 100,000"),
+        display("Lives", LIVES, role="lives", doc="ships left"),
     ),
 )

@@ -379,7 +379,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        _colored("Sentry", CANNONS, 202, count=2, doc="left and right cannon"),
+        _colored("Sentry", CANNONS, 202, count=2, role="player", doc="left and right cannon"),
         _colored("AcropolisCommandPost", COMMAND, 58, doc="middle cannon"),
         _colored("Generator", POWER, 202, 188, 126, count=3, doc="by the post, left, right"),
         _colored("DomedPalace", DOME, 60, doc="under the dome"),
@@ -390,6 +390,6 @@ GAME = Game(
         Category("Explosion", Bounds(FIRE, SKY, min_size=(7, 10)), doc="of a bandit bomber"),
         Category("Projectile", SHOTS, count=2, doc="the city's shots"),
         Category("Deathray", RAY, blinks=True, doc="of a ship in the lowest lane"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE, role="score", doc="points"),
     ),
 )

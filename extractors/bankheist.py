@@ -282,7 +282,9 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
     categories=(
-        Category("Player", sprites(CAR_COLORS, STREETS), doc="the car, or its wreck"),
+        Category(
+            "Player", sprites(CAR_COLORS, STREETS), role="player", doc="the car, or its wreck"
+        ),
         three(
             "Bank",
             sprites(GREY, STREETS, shapes=Shape(w=(1, 8), h=(1, 7), pixels=34)),
@@ -292,8 +294,8 @@ GAME = Game(
         Category("Dynamite", STICKS, doc="dropped behind the car"),
         three("Points", LOOT, doc="for what was robbed or blown up"),
         three("Explosion", BURST, doc="of a police car"),
-        display("Life", ICONS, count=6, attributes=(), doc="a car each"),
+        display("Life", ICONS, count=6, attributes=(), role="lives", doc="a car each"),
         display("Gas_Tank", FUEL, doc="fuel; value: 0-25"),
-        display("Score", AMOUNT, doc="with its $"),
+        display("Score", AMOUNT, role="score", doc="with its $"),
     ),
 )

@@ -379,7 +379,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        on_plain("Player", PLAYER, rgb=(26, 102, 26), doc="the player's tank"),
+        on_plain("Player", PLAYER, rgb=(26, 102, 26), role="player", doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
         enemy_category(
             "Blue_Tank", enemy_blobs((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"
@@ -405,7 +405,7 @@ GAME = Game(
         ),
         on_plain("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         on_plain("Radar_Content", CONTENT, count=3, doc="hand and blips"),
-        display("Score", SCORE, doc="points"),
-        display("Life", LIVES, count=5, attributes=(), doc="tanks left"),
+        display("Score", SCORE, role="score", doc="points"),
+        display("Life", LIVES, count=5, attributes=(), role="lives", doc="tanks left"),
     ),
 )

@@ -414,7 +414,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP, color_row=-1, doc="the ship"),
+        Category("Player", SHIP, color_row=-1, role="player", doc="the ship"),
         Category("Saucer", SAUCERS_SHOWN, count=3, doc="white; dots at the horizon"),
         *(Category(name, e[1], count=4, doc=e[2]) for name, e in ENEMIES.items()),
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),
@@ -424,8 +424,14 @@ GAME = Game(
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
         display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
         display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
-        display("Score", SCORE.rule(42, (56, 8, 110, 19)), doc="the score", aliases=("HUD",)),
+        display(
+            "Score",
+            SCORE.rule(42, (56, 8, 110, 19)),
+            role="score",
+            doc="the score",
+            aliases=("HUD",),
+        ),
         display("Sector", SECTOR, doc="the sector's number"),
-        display("Life", SPARE_SHIPS, count=13, attributes=(), doc="spare ships"),
+        display("Life", SPARE_SHIPS, count=13, attributes=(), role="lives", doc="spare ships"),
     ),
 )

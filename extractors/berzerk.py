@@ -347,7 +347,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="the human"),
+        Category("Player", PLAYER, role="player", doc="the human"),
         Category("Enemy", ENEMY, count=8, doc="robots, from the top"),
         Category("PlayerMissile", PLAYER_MISSILE, doc="the human's shot"),
         Category("EnemyMissile", ENEMY_MISSILE, doc="a robot's shot"),
@@ -357,9 +357,10 @@ GAME = Game(
             "PlayerScore",
             SCORE.rule(TEXT, required=True),
             blinks=True,
+            role="score",
             doc="hidden between rooms",
         ),
         display("BonusPoints", BONUS_POINTS, doc="for all robots"),
-        display("Lives", Bounds(TEXT, LINE, value=_count_men()), doc="between rooms"),
+        display("Lives", Bounds(TEXT, LINE, value=_count_men()), role="lives", doc="between rooms"),
     ),
 )

@@ -220,10 +220,10 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (158, 208), 38, mask=SAVER_MASK),
     categories=(
-        Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, doc="the bowler"),
+        Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, role="player", doc="the bowler"),
         Category("Ball", BALL_RULE, doc="the ball"),
         Category("Pin", PINS, count=10, doc="pins that stand or fall"),
-        display("PlayerScore", POINTS, rgb=BOWLER_RGB, doc="points"),
+        display("PlayerScore", POINTS, rgb=BOWLER_RGB, role="score", doc="points"),
         display("PlayerRound", ROUND.rule(BLUE), doc="the round, 1-10"),
         display("Player2Round", TURN.rule(BLUE), doc="whose turn it is"),
     ),

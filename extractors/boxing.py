@@ -143,10 +143,12 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(WHITE, RING), doc="the white boxer, both arms included"),
+        Category(
+            "Player", Bounds(WHITE, RING), role="player", doc="the white boxer, both arms included"
+        ),
         Category("Enemy", Bounds(BLACK, RING), doc="the black boxer, both arms included"),
-        display("PlayerScore", WHITE_SCORE, doc="white's points"),
-        display("EnemyScore", BLACK_SCORE, doc="black's points"),
-        display("Clock", CLOCK, doc="seconds left"),
+        display("PlayerScore", WHITE_SCORE, role="score", doc="white's points"),
+        display("EnemyScore", BLACK_SCORE, role="opponent_score", doc="black's points"),
+        display("Clock", CLOCK, role="time", doc="seconds left"),
     ),
 )

@@ -157,11 +157,11 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (8, 0), 0),
     categories=(
-        Category("Player", PADDLE, doc="the paddle"),
+        Category("Player", PADDLE, role="player", doc="the paddle"),
         Category("Ball", BALL, doc="in the colour of the row it is in"),
         Category("Block", BLOCKS, count=108, rgb=BLOCK_RGB, doc="the bricks that are left"),
-        display("PlayerScore", _number(*SCORE_DIGITS), doc="points, or the time"),
-        display("Live", _number(LIVES_DIGIT), doc="balls left"),
+        display("PlayerScore", _number(*SCORE_DIGITS), role="score", doc="points, or the time"),
+        display("Live", _number(LIVES_DIGIT), role="lives", doc="balls left"),
         display("PlayerNumber", _number(PLAYER_DIGIT), doc="whose turn it is"),
     ),
 )

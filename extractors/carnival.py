@@ -289,7 +289,7 @@ GAME = Game(
     decode=decode,
     screen=(214, 160),
     categories=(
-        Category("Player", Bounds(GREEN, (8, 186, 160, 199)), doc="the gun"),
+        Category("Player", Bounds(GREEN, (8, 186, 160, 199)), role="player", doc="the gun"),
         Category("PlayerMissile", MISSILE, doc="the shot"),
         Category("Wheel", Bounds(WHEEL_COLORS, (66, 14, 104, 29)), doc="pipes, until all are hit"),
         row_category("Duck", row_blobs(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
@@ -297,7 +297,9 @@ GAME = Game(
         row_category("Owl", row_blobs(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
         row_category("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
         Category("FlyingDuck", FLYING, count=2, doc="coming down; eating bullets"),
-        display("PlayerScore", SCORE.rule(WHITE), doc="points without the last digit"),
+        display(
+            "PlayerScore", SCORE.rule(WHITE), role="score", doc="points without the last digit"
+        ),
         display("AmmoBar", BAR, blinks=True, doc="bullets left"),
         display("BonusSign", PLUS_MINUS, blinks=True, attributes=(), doc="plus or minus"),
         display("BonusValue", AMOUNT, blinks=True, attributes=(), doc="points or bullets"),

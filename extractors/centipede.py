@@ -346,7 +346,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHOOTER_RULE, doc="the shooter"),
+        Category("Player", SHOOTER_RULE, role="player", doc="the shooter"),
         Category("Projectile", SHOT_RULE, doc="its shot"),
         Category("CentipedeSegment", CHAINS, count=9, blinks=True, doc="in the game's order"),
         Category("Spider", SPIDER_SEEN, doc="the spider"),
@@ -354,8 +354,10 @@ GAME = Game(
         Category("Scorpion", SCORPION_SEEN, doc="the scorpion, which poisons a row"),
         Category("Mushroom", MUSHROOM_RULE, count=304, doc="row from the top * 16 + place"),
         display("Ground", LINE, attributes=(), doc="the line under the field"),
-        display("Life", SPARE, count=7, attributes=(), rgb=VIOLET_RGB, doc="spare lives"),
-        display("Score", POINTS, rgb=VIOLET_RGB, doc="points, below 1,000,000"),
+        display(
+            "Life", SPARE, count=7, attributes=(), rgb=VIOLET_RGB, role="lives", doc="spare lives"
+        ),
+        display("Score", POINTS, rgb=VIOLET_RGB, role="score", doc="points, below 1,000,000"),
     ),
     shades=LEVEL_SHADES,
 )

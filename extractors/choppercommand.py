@@ -413,7 +413,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (8, 15), 136, mask=SAVER_MASK, taken=(136, 38)),
     categories=(
-        Category("Player", CHOPPER, attributes=("orientation",), doc="the chopper"),
+        Category("Player", CHOPPER, attributes=("orientation",), role="player", doc="the chopper"),
         enemies("EnemyHelicopter", vehicles(WHITE, FIELD), doc="lanes from the bottom"),
         enemies("EnemyPlane", vehicles(BLUE, FIELD), doc="lanes from the bottom"),
         Category("Truck", vehicles(BLACK, ROAD), count=3, doc="places of the convoy"),
@@ -422,7 +422,7 @@ GAME = Game(
         Category("MiniPlayer", Bounds(BROWN, WINDOW), doc="on the radar"),
         Category("MiniEnemy", RADAR_LANES, count=12, doc="block * 3 + lane"),
         Category("MiniTruck", row((56, 185, 104, 187)), count=12, doc="block * 3 + place"),
-        display("Score", SCORE.rule(GOLD), doc="points"),
-        display("Life", LIFE, doc="helicopters in reserve; value: one more"),
+        display("Score", SCORE.rule(GOLD), role="score", doc="points"),
+        display("Life", LIFE, role="lives", doc="helicopters in reserve; value: one more"),
     ),
 )

@@ -380,11 +380,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), doc="the ship"),
+        Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), role="player", doc="the ship"),
         Category("Enemy", DEMONS, count=7, color_row=COLOR_ROW, doc="demons, halves, the diver"),
         Category("PlayerMissile", SHOTS, doc="the shot in flight"),
         Category("EnemyMissile", MISSILES, count=2 * MISSILE_ROWS, doc="bombs, pieces of rays"),
-        display("Score", SCORE.rule(YELLOW, required=True), doc="points"),
-        display("Lives", LIVES, doc="ships in reserve; value: one more"),
+        display("Score", SCORE.rule(YELLOW, required=True), role="score", doc="points"),
+        display("Lives", LIVES, role="lives", doc="ships in reserve; value: one more"),
     ),
 )

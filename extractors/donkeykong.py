@@ -368,7 +368,13 @@ GAME = Game(
     decode=decode,
     shades=SAVER,
     categories=(
-        Category("Player", MARIO_RULE, attributes=("orientation",), doc="Mario; north on a ladder"),
+        Category(
+            "Player",
+            MARIO_RULE,
+            attributes=("orientation",),
+            role="player",
+            doc="Mario; north on a ladder",
+        ),
         Category("Barrel", SMALL, count=4, needs=("OilDrum",), doc="on the first board"),
         Category("Fireball", SMALL, count=4, needs=("Rivet",), doc="on the second board"),
         Category("Hammer", HAMMER_RULE, doc="on its place, or held"),
@@ -378,8 +384,13 @@ GAME = Game(
         Category("OilDrum", Bounds(GIRDERS, DRUM), doc="stack at the lower left"),
         Category("Ladder", RUNGS, count=34, doc="whole or broken; upper first, board by board"),
         Category("Platform", BEAMS, count=13, doc="girders, upper first, board by board"),
-        display("Life", Bounds(BOTH, LIFE_AREA, value=Gauge(8, 4, 1)), doc="lives that are left"),
-        display("Score", SCORE.rule(BLUE), blinks=True, doc="points"),
-        display("Timer", TIMER.rule(GREEN), doc="bonus that is left"),
+        display(
+            "Life",
+            Bounds(BOTH, LIFE_AREA, value=Gauge(8, 4, 1)),
+            role="lives",
+            doc="lives that are left",
+        ),
+        display("Score", SCORE.rule(BLUE), blinks=True, role="score", doc="points"),
+        display("Timer", TIMER.rule(GREEN), role="time", doc="bonus that is left"),
     ),
 )

@@ -296,7 +296,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, rgb=(192, 192, 192), doc="the player's car"),
+        Category("Player", PLAYER, rgb=(192, 192, 192), role="player", doc="the player's car"),
         Category("Car", CARS, count=CAR_SLOTS, doc="number of cars passed before it, modulo 8"),
         display(
             "NumberOfCars",

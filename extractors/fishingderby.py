@@ -306,11 +306,20 @@ GAME = Game(
     categories=(
         facing_category("Fish", SEA, count=6, doc="one a row, from the top"),
         facing_category("Shark", SHARKS, doc="between the surface and the fish"),
-        facing_category("PlayerOneHook", LEFT_LINE, doc="the left line, from pole to hook"),
+        facing_category(
+            "PlayerOneHook", LEFT_LINE, role="player", doc="the left line, from pole to hook"
+        ),
         facing_category("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
         Category("PlayerOnePole", Bounds(BLACK, POLES[0]), doc="the left pole"),
         Category("PlayerTwoPole", Bounds(BLACK, POLES[1]), doc="the right pole"),
-        display("ScorePlayerOne", SCORES[0].rule(RED), doc="points of the left angler"),
-        display("ScorePlayerTwo", SCORES[1].rule(RED), doc="points of the right angler"),
+        display(
+            "ScorePlayerOne", SCORES[0].rule(RED), role="score", doc="points of the left angler"
+        ),
+        display(
+            "ScorePlayerTwo",
+            SCORES[1].rule(RED),
+            role="opponent_score",
+            doc="points of the right angler",
+        ),
     ),
 )

@@ -156,6 +156,7 @@ GAME = Game(
             "Chicken",
             Bounds(YELLOW, tuple((x, 15, x + 7, 195) for x in CHICKEN_LEFTS), ignore=DASHES),
             count=2,
+            role="player",
             doc="first player's, second player's",
         ),
         Category(
@@ -174,6 +175,7 @@ GAME = Game(
                 value=tuple(Digits(FONT, score.lefts, score.top) for score in SCORES),
             ),
             count=2,
+            role="score",
             doc="roads crossed by each player",
         ),
     ),

@@ -332,7 +332,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Player", FIGURE, doc="Frostbite Bailey"),
+        facing("Player", FIGURE, role="player", doc="Frostbite Bailey"),
         facing(
             "Bear",
             Bounds((DARK, WHITE), SHORE, min_size=(3, 3)),
@@ -352,8 +352,14 @@ GAME = Game(
         animals_of("Clam", animal(CLAM), doc="row * 3 + place"),
         Category("House", Bounds(STONE, GROUND), doc="what is built of the igloo"),
         Category("Door", Bounds((BLACK, FIRE), DOOR), doc="of the complete igloo"),
-        display("Score", SCORE.rule(BIRD), doc="points"),
-        display("Lives", LIVES.rule(BIRD, base=1), blinks=True, doc="one more than the digit"),
+        display("Score", SCORE.rule(BIRD), role="score", doc="points"),
+        display(
+            "Lives",
+            LIVES.rule(BIRD, base=1),
+            blinks=True,
+            role="lives",
+            doc="one more than the digit",
+        ),
         display(
             "Temperature",
             DEGREES.rule(BIRD, (22, 22, 46, 30)),

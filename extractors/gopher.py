@@ -361,13 +361,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", FARMER, rgb=(84, 92, 214), doc="the farmer"),
+        Category("Player", FARMER, rgb=(84, 92, 214), role="player", doc="the farmer"),
         Category("Gopher", RODENT, attributes=("orientation",), doc="the gopher"),
         Category("Carrot", PLANTS, count=3, doc="carrots, from right to left; lives"),
         Category("Bird", BIRD, attributes=("orientation",), rgb=(236, 236, 236), doc="the duck"),
         Category("Seed", Bounds(SAND, (0, 31, 160, 146)), doc="a seed of a carrot"),
         Category("Hole", PIECES, count=18, rgb=SAND_RGB, doc="dug pieces of six, upper row first"),
         Category("Floor", TUNNELS, count=40, doc="dug columns of the tunnel"),
-        display("Score", SCORE.rule(YELLOW, required=True), doc="points"),
+        display("Score", SCORE.rule(YELLOW, required=True), role="score", doc="points"),
     ),
 )

@@ -270,11 +270,18 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", BLUE_TEAM, count=2, rgb=BLUE_RGB, doc="upper player, lower one"),
+        Category(
+            "Player", BLUE_TEAM, count=2, rgb=BLUE_RGB, role="player", doc="upper player, lower one"
+        ),
         Category("Enemy", YELLOW_TEAM, count=2, rgb=YELLOW_RGB, doc="upper player, lower one"),
         Category("Ball", Bounds(BLACK, ICE, ignore=GOALS), doc="the puck"),
-        display("PlayerScore", PLAYER_SCORE.rule(BLUE_DIGITS), doc="goals of blue"),
-        display("EnemyScore", ENEMY_SCORE.rule(YELLOW_DIGITS), doc="goals of yellow"),
-        display("Timer", CLOCK, doc="seconds left"),
+        display("PlayerScore", PLAYER_SCORE.rule(BLUE_DIGITS), role="score", doc="goals of blue"),
+        display(
+            "EnemyScore",
+            ENEMY_SCORE.rule(YELLOW_DIGITS),
+            role="opponent_score",
+            doc="goals of yellow",
+        ),
+        display("Timer", CLOCK, role="time", doc="seconds left"),
     ),
 )

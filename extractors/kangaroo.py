@@ -411,7 +411,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", BODY, attributes=("orientation",), doc="the mother"),
+        Category("Player", BODY, attributes=("orientation",), role="player", doc="the mother"),
         Category("Child", CHILD, doc="the child"),
         Category("Monkey", APES, count=4, doc="monkeys"),
         Category("FallingCoconut", BALL, doc="a coconut that falls"),
@@ -420,8 +420,8 @@ GAME = Game(
         Category("Fruit", FRUITS, count=3, doc="fruits"),
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
-        display("Score", SCORE.rule(DISPLAY_COLOR), doc="points"),
-        display("Lives", SPARE_LIVES, doc="lives left but the last one"),
-        display("Time", CLOCK.rule(DISPLAY_COLOR), doc="time left"),
+        display("Score", SCORE.rule(DISPLAY_COLOR), role="score", doc="points"),
+        display("Lives", SPARE_LIVES, role="lives", doc="lives left but the last one"),
+        display("Time", CLOCK.rule(DISPLAY_COLOR), role="time", doc="time left"),
     ),
 )

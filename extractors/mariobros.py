@@ -363,7 +363,12 @@ GAME = Game(
     screen=(210, 160),
     categories=(
         Category(
-            "Player", PLAYER_RULE, attributes=("orientation",), rgb=(104, 72, 198), doc="Mario"
+            "Player",
+            PLAYER_RULE,
+            attributes=("orientation",),
+            rgb=(104, 72, 198),
+            role="player",
+            doc="Mario",
         ),
         Category("Pest", PEST_RULE, count=4, doc="turtles, crabs, flies, slipices"),
         Category("Fireball", FIRE_RULE, doc="fireball"),
@@ -375,11 +380,15 @@ GAME = Game(
         ),
         display("Level", COUNTER.rule(YELLOW), doc="level, or in a bonus phase the seconds left"),
         display(
-            "Score", Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value), doc="points"
+            "Score",
+            Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value),
+            role="score",
+            doc="points",
         ),
         display(
             "Life",
             CAPS.rule(BLUE, (56, 13, 104, 20), single=2, max_size=(45, 7)),
+            role="lives",
             doc="lives; one has no cap",
         ),
     ),

@@ -387,7 +387,11 @@ GAME = Game(
     decode=decode,
     categories=(
         Category(
-            "Player", sprites(PLAYER_COLOR, FIELD), attributes=("orientation",), doc="Ms. Pac-Man"
+            "Player",
+            sprites(PLAYER_COLOR, FIELD),
+            attributes=("orientation",),
+            role="player",
+            doc="Ms. Pac-Man",
         ),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="orange, cyan, pink, red"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two right, two left"),
@@ -397,7 +401,7 @@ GAME = Game(
         display(
             "GhostIcon", GHOST_ICONS, count=3, attributes=(), doc="as many as ghosts in modes 1-3"
         ),
-        display("Score", POINTS, doc="points"),
-        display("Life", LIFE_ICONS, doc="all icons; value: lives"),
+        display("Score", POINTS, role="score", doc="points"),
+        display("Life", LIFE_ICONS, role="lives", doc="all icons; value: lives"),
     ),
 )

@@ -220,14 +220,17 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     categories=(
-        facing("Player", PLAYER_RULE, doc="Pac-Man"),
+        facing("Player", PLAYER_RULE, role="player", doc="Pac-Man"),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="they are drawn in turn"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two left, two right"),
         Category("Pill", PILL_RULE, count=len(WAFER_X), doc="the maze's wafers"),
         Category("Vitamin", VITAMIN_RULE, doc="below the pen"),
-        display("Score", SCORE.rule(BLACK), doc="points; the last five digits show"),
+        display("Score", SCORE.rule(BLACK), role="score", doc="points; the last five digits show"),
         display(
-            "Life", LIVES.rule(GREEN, (0, 217, 80, 223), single=2), doc="all icons; value: lives"
+            "Life",
+            LIVES.rule(GREEN, (0, 217, 80, 223), single=2),
+            role="lives",
+            doc="all icons; value: lives",
         ),
     ),
 )

@@ -365,7 +365,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (29, 193), 12, mask=Saved.MASK, taken=(12, 14, 24, 66)),
     categories=(
-        Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
+        Category("Player", HARRY, rgb=(92, 186, 92), role="player", doc="Harry"),
         Category("Logs", LOG, count=3, doc="rolling or lying"),
         Category("Fire", FIRE, rgb=(236, 200, 96), doc="a fire"),
         dark("Snake", still((BLACK, RED)), doc="a cobra"),
@@ -382,8 +382,15 @@ GAME = Game(
         background("Tarpit", SLIME, doc="tar or quicksand"),
         Category("Waterhole", Bounds(BLUE, (48, 118, 112, 132)), doc="a pond"),
         Category("Rope", ROPE, doc="a liana"),
-        display("LifeCount", Bounds(WHITE, (21, 22, 29, 30), value=Gauge(2, -1, 1)), doc="lives"),
-        display("Timer", Bounds(WHITE, (29, 22, 69, 30), value=CLOCK), doc="seconds left"),
-        display("PlayerScore", SCORE.rule(WHITE, base=-START), doc="points won"),
+        display(
+            "LifeCount",
+            Bounds(WHITE, (21, 22, 29, 30), value=Gauge(2, -1, 1)),
+            role="lives",
+            doc="lives",
+        ),
+        display(
+            "Timer", Bounds(WHITE, (29, 22, 69, 30), value=CLOCK), role="time", doc="seconds left"
+        ),
+        display("PlayerScore", SCORE.rule(WHITE, base=-START), role="score", doc="points won"),
     ),
 )

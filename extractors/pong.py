@@ -128,19 +128,27 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(GREEN, (140, 34, 144, 194)), rgb=GREEN_RGB, doc="right paddle"),
+        Category(
+            "Player",
+            Bounds(GREEN, (140, 34, 144, 194)),
+            rgb=GREEN_RGB,
+            role="player",
+            doc="right paddle",
+        ),
         Category("Enemy", Bounds(ORANGE, (16, 34, 20, 194)), rgb=ORANGE_RGB, doc="left paddle"),
         Category("Ball", Bounds(WHITE, COURT), rgb=WHITE_RGB, doc="the ball, while it is in play"),
         display(
             "PlayerScore",
             _number(PLAYER_DIGITS, GREEN),
             rgb=GREEN_RGB,
+            role="score",
             doc="points of the right paddle",
         ),
         display(
             "EnemyScore",
             _number(ENEMY_DIGITS, ORANGE),
             rgb=ORANGE_RGB,
+            role="opponent_score",
             doc="points of the left paddle",
         ),
     ),

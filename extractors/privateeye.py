@@ -411,7 +411,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing_category("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
+        facing_category(
+            "Player", DETECTIVES, rgb=(228, 111, 111), role="player", doc="the detective"
+        ),
         facing_category("Car", CARS, doc="the detective's car"),
         Category(
             "Passage",
@@ -429,7 +431,7 @@ GAME = Game(
         Category("Bank_Sign", sign(0xD4), doc="at the bank"),
         Category("Gun_Sign", sign(0x8E), doc="at the gun shop"),
         Category("Shop_Sign", sign((0x30, 0x48, 0x5E, 0x4E, 0x56, 0x0E)), doc="at other shops"),
-        display("Score", SCORE.rule(WHITE, base=-STARTS), doc="points that were won"),
-        display("Clock", CLOCK, doc="seconds that are left"),
+        display("Score", SCORE.rule(WHITE, base=-STARTS), role="score", doc="points that were won"),
+        display("Clock", CLOCK, role="time", doc="seconds that are left"),
     ),
 )

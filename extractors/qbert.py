@@ -368,7 +368,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, attributes=("orientation",), doc="the figure"),
+        Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the figure"),
         Category("Coily", SNAKE, doc="the snake"),
         Category("Sam", SAMS, doc="changes cubes back"),
         Category("PurpleBall", PURPLES, doc="Coily's egg"),
@@ -387,7 +387,7 @@ GAME = Game(
             value=done_by_color,
             doc="row by row; 1: done",
         ),
-        display("Score", SCORE.rule(CUBE_COLORS), blinks=True, doc="points"),
-        display("Lives", ICONS, doc="one more than the icons"),
+        display("Score", SCORE.rule(CUBE_COLORS), blinks=True, role="score", doc="points"),
+        display("Lives", ICONS, role="lives", doc="one more than the icons"),
     ),
 )

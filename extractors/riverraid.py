@@ -406,7 +406,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (98, 165), 28, mask=SAVER_MASK, taken=(132, 28, 12, 0, 16)),
     categories=(
-        Category("Player", CRAFT, doc="the jet"),
+        Category("Player", CRAFT, role="player", doc="the jet"),
         Category("PlayerMissile", MISSILE, doc="its missile"),
         Category("Bridge", BRIDGES, rgb=(105, 105, 15), doc="at the end of a level"),
         Category("FuelDepot", DEPOTS, count=RING, rgb=(214, 214, 214), doc="by record"),
@@ -415,7 +415,7 @@ GAME = Game(
         facing_category("Jet", JETS, rgb=(117, 181, 239), doc="that crosses, by record"),
         facing_category("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
         display("Fuel", FUEL, doc="needle of the gauge; 0-248 by eights"),
-        display("PlayerScore", SCORE.rule(PLAYER), doc="points"),
-        display("Lives", RESERVE, doc="one more than the digit that shows"),
+        display("PlayerScore", SCORE.rule(PLAYER), role="score", doc="points"),
+        display("Lives", RESERVE, role="lives", doc="one more than the digit that shows"),
     ),
 )

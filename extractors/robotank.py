@@ -377,7 +377,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player_Crosshair", SIGHT_RULE, doc="the sight"),
+        Category("Player_Crosshair", SIGHT_RULE, role="player", doc="the sight"),
         _in_view("PlayerShot", SHADOW_RULE, doc="the shadow of the player's shell"),
         _in_view("EnemyTank", TANK, doc="the enemy"),
         _in_view("EnemyShot", MISSILE, doc="the enemy's shot"),
@@ -393,6 +393,7 @@ GAME = Game(
             _icon_rule(BLACK, 22, 1),
             needs=("Radar",),
             blinks=True,
+            role="score",
             doc="tanks hit of this squadron; value: of all",
         ),
         display(
@@ -406,12 +407,14 @@ GAME = Game(
             "Lives",
             _icon_rule(RED, 175, 2),
             needs=("Radar",),
+            role="lives",
             doc="tanks in reserve; value: one more",
         ),
         display(
             "Clock",
             CLOCK_RULE,
             needs=("Radar",),
+            role="time",
             doc="day and hour; value: hours since the first day began",
         ),
     ),

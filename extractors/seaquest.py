@@ -302,7 +302,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (100, 9), 26, mask=SAVER_MASK, taken=(6, 8)),
     categories=(
-        facing("Player", HULL, doc="the submarine"),
+        facing("Player", HULL, role="player", doc="the submarine"),
         Category("PlayerMissile", SHOT, doc="its torpedo"),
         facing("Shark", SHARKS, count=12, doc="lane * 3 + place, the lowest lane first"),
         facing("Submarine", ENEMY_SUBS, count=12, doc="lane * 3 + place, the lowest lane first"),
@@ -313,7 +313,7 @@ GAME = Game(
         display("OxygenBar", BAR_LEFT, blinks=True, doc="oxygen that is left, 0-64"),
         # No graphics object draws it, but the background's colour does; so it blinks for good.
         display("OxygenBarDepleted", BAR_USED, blinks=True, doc="oxygen that was used"),
-        display("Lives", ICONS, doc="one more than the icons"),
-        display("PlayerScore", SCORE.rule(YELLOW), doc="points"),
+        display("Lives", ICONS, role="lives", doc="one more than the icons"),
+        display("PlayerScore", SCORE.rule(YELLOW), role="score", doc="points"),
     ),
 )

@@ -347,17 +347,20 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (10, 195), 226, mask=0xF7),
     categories=(
-        player_category("Player", Bounds(GREEN, CANNONS), doc="the cannon; value: lives"),
+        player_category(
+            "Player", Bounds(GREEN, CANNONS), role="player", doc="the cannon; value: lives"
+        ),
         player_category("Player2", CANNON_2, doc="the second player's cannon"),
         Category("Alien", INVADERS, count=36, doc="bitmap row from the bottom * 6 + column"),
         Category("Shield", Bounds(RED, SHIELDS), count=3, doc="what is left of it"),
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),
         Category("Bullet", BULLETS, count=4, doc="two bombs, two shots"),
-        display("Lives", LIVES, doc="shown when a life begins"),
+        display("Lives", LIVES, role="lives", doc="shown when a life begins"),
         display(
             "P1Score",
             SCORE_1.rule(GREEN, SCORES),
             blinks=True,
+            role="score",
             doc="below 10,000; hidden by the saucer",
         ),
         display("P2Score", SCORE_2.rule(BROWN, SCORES), doc="below 10,000; hidden by the saucer"),

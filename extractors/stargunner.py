@@ -291,7 +291,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP_RULE, attributes=("orientation",), doc="the ship"),
+        Category("Player", SHIP_RULE, attributes=("orientation",), role="player", doc="the ship"),
         in_field("PlayerMissile", SHOT, doc="the ship's shot"),
         in_field(
             "FlyingEnemy",
@@ -302,7 +302,7 @@ GAME = Game(
         ),
         in_field("BombThrower", THROWER, doc="the creature at the top"),
         in_field("Bomb", BOMB, blinks=True, doc="the thrower's bomb"),
-        display("PlayerScore", SCORE_RULE, doc="points"),
-        display("Lives", ICON_RULE, doc="icons, at most three; value: lives"),
+        display("PlayerScore", SCORE_RULE, role="score", doc="points"),
+        display("Lives", ICON_RULE, role="lives", doc="icons, at most three; value: lives"),
     ),
 )

@@ -167,11 +167,13 @@ GAME = Game(
     decode=decode,
     shades=Shades(GROUND, tuple(level[3] for level in LEVELS), LEVELS),
     categories=(
-        crashing("Player", Bounds(PLAYER, FIELD), doc="the player's head"),
+        crashing("Player", Bounds(PLAYER, FIELD), role="player", doc="the player's head"),
         crashing("Enemy", Bounds(ENEMY, FIELD), doc="the computer's head"),
         Category("Trail", Cells(TRAIL, CELL_X, CELL_Y, 4, 8), count=684, doc="pieces of trail"),
         Category("Border", Bounds(TRAIL, WALLS), count=4, doc="top, bottom, left, right"),
-        display("PlayerScore", PLAYER_SCORE.rule((PLAYER, TRAIL)), doc="rounds won"),
-        display("EnemyScore", ENEMY_SCORE.rule((ENEMY, TRAIL)), doc="rounds lost"),
+        display("PlayerScore", PLAYER_SCORE.rule((PLAYER, TRAIL)), role="score", doc="rounds won"),
+        display(
+            "EnemyScore", ENEMY_SCORE.rule((ENEMY, TRAIL)), role="opponent_score", doc="rounds lost"
+        ),
     ),
 )

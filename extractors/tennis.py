@@ -184,11 +184,11 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),
     categories=(
-        facing_category("Player", sportsman(PINK), doc="the pink player"),
+        facing_category("Player", sportsman(PINK), role="player", doc="the pink player"),
         facing_category("Enemy", sportsman(BLUE), doc="the blue player"),
         Category("Ball", Blobs(WHITE, FIELD, Shape(w=(1, 2), h=(1, 2))), doc="the ball"),
         Category("BallShadow", Bounds(SHADE, FIELD), doc="its shadow"),
-        display("PlayerScore", PLAYER_SCORE, doc="of the pink player"),
-        display("EnemyScore", ENEMY_SCORE, doc="of the blue player"),
+        display("PlayerScore", PLAYER_SCORE, role="score", doc="of the pink player"),
+        display("EnemyScore", ENEMY_SCORE, role="opponent_score", doc="of the blue player"),
     ),
 )

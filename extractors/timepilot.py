@@ -379,15 +379,20 @@ GAME = Game(
     decode=decode,
     shades=BY_ERA,
     categories=(
-        Category("Player", WHOLE_JET, attributes=("orientation",), doc="the jet"),
+        Category("Player", WHOLE_JET, attributes=("orientation",), role="player", doc="the jet"),
         Category("Player_Shot", JET_SHOT, blinks=True, doc="its shot"),
         *(
             plane_category(f"Enemy_{n}", r, doc="enemies")
             for n, r in zip(ERAS, PLANES, strict=True)
         ),
         *(shot_category(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
-        display("Life", Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)), doc="lives"),
+        display(
+            "Life",
+            Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)),
+            role="lives",
+            doc="lives",
+        ),
         display("Enemies_Left", LAST_ICONS, doc="before the mother ship comes, at most"),
-        display("Score", SCORE.rule((GOLD, TEXT_COLOR)), doc="points"),
+        display("Score", SCORE.rule((GOLD, TEXT_COLOR)), role="score", doc="points"),
     ),
 )

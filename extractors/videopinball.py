@@ -343,6 +343,7 @@ GAME = Game(
             "Flipper",
             Bounds(WHITE, ((64, 176, 80, 192), (80, 176, 96, 192))),
             count=2,
+            role="player",
             doc="left, right",
         ),
         Category("Plunger", Bounds((YELLOW, WHITE), (148, 120, 152, 192)), doc="at the right"),
@@ -365,6 +366,6 @@ GAME = Game(
         Category("Logo", Bounds(GOLD, LOGOS), count=3, doc="rolled over"),
         display("DifficultyLevel", PLAYER_NUMBER.rule(YELLOW), doc="the player's number"),
         display("LifeUsed", BALL_NUMBER.rule(YELLOW), doc="the ball's number"),
-        display("Score", SCORE.rule(YELLOW), doc="points"),
+        display("Score", SCORE.rule(YELLOW), role="score", doc="points"),
     ),
 )

@@ -390,7 +390,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Player", PLAYER, doc="the Yar"),
+        facing("Player", PLAYER, role="player", doc="the Yar"),
         facing("Player_Bullet", SHOT, doc="its shot"),
         Category("Enemy", ENEMY_FIGURE, doc="the Qotile at rest"),
         Category("Swirl", SWIRL, doc="the Qotile as it spins and flies"),
@@ -403,7 +403,7 @@ GAME = Game(
         ),
         Category("Shield_Block", BLOCKS, count=128, doc="by row and column"),
         Category("Barrier", STRIPES, doc="the neutral zone"),
-        between("Score", SCORE.rule(TEXT, required=True), doc="points"),
-        between("Life", LIVES.rule(TEXT, required=True), doc="lives"),
+        between("Score", SCORE.rule(TEXT, required=True), role="score", doc="points"),
+        between("Life", LIVES.rule(TEXT, required=True), role="lives", doc="lives"),
     ),
 )

@@ -189,7 +189,7 @@ GAME = Game(
     pal=True,
     saver=Saver(_saver_key, (20, 120), GREY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),
     categories=(
-        Category("Player", SQUARES, doc="the square, in the colour of the walls"),
+        Category("Player", SQUARES, role="player", doc="the square, in the colour of the walls"),
         taking_turns("RedDragon", field(RED, shapes=RED_SHAPES), doc="Rhindle"),
         taking_turns("YellowDragon", field(YELLOW, shapes=YELLOW_SHAPES), doc="Yorgle"),
         taking_turns("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), doc="Grundle"),

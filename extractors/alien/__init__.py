@@ -282,13 +282,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER_RULE, doc="crewman"),
+        Category("Player", PLAYER_RULE, role="player", doc="crewman"),
         Category("Alien", ALIENS_RULE, count=12, doc="cyan, yellow, pink; all are blue while weak"),
         Category("Pulsar", PULSAR_RULE, doc="makes aliens weak"),
         Category("Flame", FLAME_RULE, doc="of the flame-thrower"),
         Category("Rocket", ROCKET_RULE, doc="bonus"),
         Category("Egg", EGGS_RULE, count=len(EGG_X), doc="what is left of them"),
-        display("Score", POINTS, doc="points"),
-        display("Life", ICONS, doc="lives"),
+        display("Score", POINTS, role="score", doc="points"),
+        display("Life", ICONS, role="lives", doc="lives"),
     ),
 )

@@ -260,7 +260,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        taking_turns("Player", PLAYER_RULE, attributes=("orientation",), doc="the ship"),
+        taking_turns(
+            "Player", PLAYER_RULE, attributes=("orientation",), role="player", doc="the ship"
+        ),
         Category("Player_Shot", SHOT_RULE, doc="its shot"),
         taking_turns("Enemy_Shot", MISSILE_RULE, doc="a shot of an alien, or a mine"),
         taking_turns("Bomber", BOMBER_RULE, doc="drops mines"),
@@ -281,8 +283,8 @@ GAME = Game(
         on_scanner("Radar_Human", HUMAN_DOT, 5, doc="its dots of humans"),
         on_scanner("Radar_Player", PLAYER_DOT, doc="its dot of the ship"),
         display("Wave", WAVE.rule(DIGIT_COLOR, required=True), blinks=True, doc="that is over"),
-        display("Score", SCORE.rule(DIGIT_COLOR), doc="points"),
-        display("Lives", SHIPS_RULE, doc="icons, at most three; value: lives"),
+        display("Score", SCORE.rule(DIGIT_COLOR), role="score", doc="points"),
+        display("Lives", SHIPS_RULE, role="lives", doc="icons, at most three; value: lives"),
         display("Smart_Bomb_Count", BOMBS_RULE, doc="icons, at most three; value: bombs"),
     ),
 )

@@ -222,16 +222,33 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player_Big", _player("Player_Big", GREEN), doc="green, tall"),
+        Category(
+            "Player_Big",
+            _player("Player_Big", GREEN),
+            role="player",
+            doc="green, tall",
+        ),
         Category("Opponent_Big", _player("Opponent_Big", WHITE), doc="white, tall"),
-        Category("Player_Small", _player("Player_Small", GREEN), doc="green, short"),
+        Category(
+            "Player_Small",
+            _player("Player_Small", GREEN),
+            role="player",
+            doc="green, short",
+        ),
         Category("Opponent_Small", _player("Opponent_Small", WHITE), doc="white, short"),
         Category("Ball", BALL_RULE, doc="the ball"),
         Category("Basket", Bounds(NET, (68, 40, 92, 56)), doc="the net"),
         Category("Backboard", Bounds(BOARD, (60, 24, 100, 45)), doc="the board"),
         display("Limit", LIMIT.rule(YELLOW), doc="points that win the game"),
-        display("Shot_Clock", SHOT_CLOCK.rule(CLOCK_COLORS), doc="seconds left for a shot"),
-        display("Player_Score", PLAYER_SCORE.rule(GREEN), doc="points of green"),
-        display("Opponent_Score", OPPONENT_SCORE.rule(WHITE), doc="points of white"),
+        display(
+            "Shot_Clock", SHOT_CLOCK.rule(CLOCK_COLORS), role="time", doc="seconds left for a shot"
+        ),
+        display("Player_Score", PLAYER_SCORE.rule(GREEN), role="score", doc="points of green"),
+        display(
+            "Opponent_Score",
+            OPPONENT_SCORE.rule(WHITE),
+            role="opponent_score",
+            doc="points of white",
+        ),
     ),
 )

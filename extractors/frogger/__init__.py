@@ -293,7 +293,12 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Frog", Bounds((LIGHT_GREEN, PINK), VIEW), doc="pink while the lady frog is on it"),
+        facing(
+            "Frog",
+            Bounds((LIGHT_GREEN, PINK), VIEW),
+            role="player",
+            doc="pink while the lady frog is on it",
+        ),
         Category(
             "Car",
             Blobs(tuple(CAR_COLORS.tolist()), (8, 109, 152, 168), CAR_SHAPE, gap=(0, 1)),
@@ -328,8 +333,13 @@ GAME = Game(
             count=2,
             doc="on the verge, on the long log",
         ),
-        display("Score", SCORE.rule(YELLOW), doc="points"),
-        display("Lives", LIVES.rule(WHITE, STATUS_LEFT), doc="spare frogs"),
-        display("Time", Bounds((BLACK, RED), STATUS_RIGHT, value=Gauge(1)), doc="that is left"),
+        display("Score", SCORE.rule(YELLOW), role="score", doc="points"),
+        display("Lives", LIVES.rule(WHITE, STATUS_LEFT), role="lives", doc="spare frogs"),
+        display(
+            "Time",
+            Bounds((BLACK, RED), STATUS_RIGHT, value=Gauge(1)),
+            role="time",
+            doc="that is left",
+        ),
     ),
 )

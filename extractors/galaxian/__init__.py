@@ -208,13 +208,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP, doc="the ship"),
+        Category("Player", SHIP, role="player", doc="the ship"),
         Category("EnemyShip", SHIPS, count=42, doc="in the formation: row * 7 + column"),
         Category("DivingEnemy", DIVING, count=8, doc="five records, three escorts"),
         Category("PlayerMissile", MISSILE, doc="the ship's shot"),
         Category("EnemyMissile", BOMBS, count=8, doc="bombs"),
-        display("Score", SCORE.rule(YELLOW), doc="points"),
-        display("Lives", LIVES.rule(GRAY, (16, 188, 40, 195), single=2), doc="ships"),
+        display("Score", SCORE.rule(YELLOW), role="score", doc="points"),
+        display("Lives", LIVES.rule(GRAY, (16, 188, 40, 195), single=2), role="lives", doc="ships"),
         display("Round", ROUND.rule(GRAY), doc="the round"),
     ),
 )

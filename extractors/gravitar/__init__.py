@@ -329,7 +329,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIPS, attributes=("orientation",), doc="the ship, or how it explodes"),
+        Category(
+            "Player",
+            SHIPS,
+            attributes=("orientation",),
+            role="player",
+            doc="the ship, or how it explodes",
+        ),
         Category("Player_Shot", SHIP_SHOTS, count=2, doc="the ship's"),
         Category("Shield", SHIELDS, doc="around the ship"),
         Category("Tractor_Beam", BEAMS, doc="takes fuel"),
@@ -345,11 +351,14 @@ GAME = Game(
         ),
         Category("Explosion", EXPLOSIONS, count=OBJECT_ROWS + 1, doc="of another object"),
         Category("Core", CORES, doc="of the reactor"),
-        display("Score", SCORE.rule(ANY, required=True), doc="points"),
+        display("Score", SCORE.rule(ANY, required=True), role="score", doc="points"),
         display("Fuel", FUEL.rule(ORANGE, required=True), doc="that is left"),
         display(
-            "Lives", Bounds(LIGHT_BLUE, LIVES_AREA, value=COUNTED), doc="in turn with the fuel"
+            "Lives",
+            Bounds(LIGHT_BLUE, LIVES_AREA, value=COUNTED),
+            role="lives",
+            doc="in turn with the fuel",
         ),
-        display("Timer", TIMER.rule(LIME), doc="seconds in the reactor"),
+        display("Timer", TIMER.rule(LIME), role="time", doc="seconds in the reactor"),
     ),
 )

@@ -384,7 +384,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, attributes=("orientation",), rgb=(84, 138, 210), doc="the man"),
+        Category(
+            "Player",
+            PLAYER,
+            attributes=("orientation",),
+            rgb=(84, 138, 210),
+            role="player",
+            doc="the man",
+        ),
         Category("Enemy", MONSTER, count=3, rgb=(180, 122, 48), doc="tentacle, middle, low"),
         Category("Snake", SNAKE, count=2, rgb=(111, 210, 111), doc="middle, low"),
         Category("Lamp", LANTERN, rgb=(252, 252, 84), doc="out when it is touched"),
@@ -396,9 +403,14 @@ GAME = Game(
         Category("Wall", ROCKS, count=18, doc="rock"),
         Category("LavaWall", LAVA, count=6, doc="lava"),
         display("PowerBar", POWER_BAR, doc="power left"),
-        display("Life", LIVES, rgb=(45, 87, 176), doc="one more than the men"),
+        display("Life", LIVES, rgb=(45, 87, 176), role="lives", doc="one more than the men"),
         display("BombStock", STOCK, rgb=(184, 50, 50), doc="dynamite left"),
-        display("Score", SCORE.rule((WHITE, YELLOW)), doc="points, or the level in their place"),
+        display(
+            "Score",
+            SCORE.rule((WHITE, YELLOW)),
+            role="score",
+            doc="points, or the level in their place",
+        ),
         display("Level", LEVEL.rule(YELLOW, SCORE.area), doc="shown before a life"),
     ),
 )

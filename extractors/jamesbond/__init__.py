@@ -295,7 +295,7 @@ GAME = Game(
     decode=decode,
     shades=NIGHT,
     categories=(
-        Category("Player", VEHICLE, doc="the vehicle"),
+        Category("Player", VEHICLE, role="player", doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
         Category("Depth_Charge", CHARGE, doc="falls; from the second mission on"),
         Category("Enemy_Shot", Bounds(254, SHOT_AREA, (1, 2)), otherwise=DIM, doc="of all enemies"),
@@ -317,7 +317,7 @@ GAME = Game(
         Category("Bomb", blob(68, AIR, shapes=Shape(w=(2, 4), h=5)), count=2, doc="falls"),
         Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
         Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),
-        display("Score", SCORE.rule(24), doc="points"),
-        display("Life", ICONS, rgb=(180, 122, 48), doc="value: one more"),
+        display("Score", SCORE.rule(24), role="score", doc="points"),
+        display("Life", ICONS, rgb=(180, 122, 48), role="lives", doc="value: one more"),
     ),
 )

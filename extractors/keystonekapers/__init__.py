@@ -309,7 +309,14 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     categories=(
-        Category("Kop", KOP_RULE, attributes=("orientation",), rgb=(0, 0, 0), doc="Keystone Kelly"),
+        Category(
+            "Kop",
+            KOP_RULE,
+            attributes=("orientation",),
+            rgb=(0, 0, 0),
+            role="player",
+            doc="Keystone Kelly",
+        ),
         Category("Krook", KROOK_RULE, attributes=("orientation",), doc="Harry Hooligan"),
         Category("Ball", BALL_RULE, count=2, doc="beach balls"),
         Category("Biplane", BIPLANE_RULE, rgb=(238, 209, 128), doc="toy plane"),
@@ -332,11 +339,17 @@ GAME = Game(
         Category(
             "SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"
         ),
-        display("BonusKops", HATS.rule(SKY, HATS_AREA, inverse=True), doc="Kops in reserve"),
-        display("Score", SCORE.rule(BRIGHT), doc="points"),
+        display(
+            "BonusKops",
+            HATS.rule(SKY, HATS_AREA, inverse=True),
+            role="lives",
+            doc="Kops in reserve",
+        ),
+        display("Score", SCORE.rule(BRIGHT), role="score", doc="points"),
         display(
             "Timer",
             Bounds(SKY, TIMER.area, inverse=True, value=TIMER.rule(SKY).value),
+            role="time",
             doc="seconds left",
         ),
     ),

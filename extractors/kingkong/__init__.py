@@ -184,7 +184,7 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     categories=(
-        Category("Player", CLIMBER, rgb=SHIRT_RGB, doc="the climber"),
+        Category("Player", CLIMBER, rgb=SHIRT_RGB, role="player", doc="the climber"),
         Category("Girlfriend", CAPTIVE, rgb=DRESS_RGB, doc="the captive"),
         Category("Enemy", Bounds(BROWN, FIELD), doc="Kong"),
         Category("Bomb", BOMB, count=8, color_row=WIDEST_ROW, doc="what Kong throws"),
@@ -195,9 +195,10 @@ GAME = Game(
             count=MOST_WAITING,
             rgb=SHIRT_RGB,
             attributes=(),
+            role="lives",
             doc="climbers in reserve",
         ),
-        display("Score", SCORE.rule(LIME), doc="points"),
+        display("Score", SCORE.rule(LIME), role="score", doc="points"),
         display("BonusPoints", BONUS_POINTS.rule(LIME), doc="points for a rescue, counted down"),
     ),
 )

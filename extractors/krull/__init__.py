@@ -352,7 +352,12 @@ GAME = Game(
     decode=decode,
     categories=(
         Category(
-            "Player", PLAYER, rgb=(213, 130, 74), needs=("Hour_Glass",), doc="Colwyn; or both mares"
+            "Player",
+            PLAYER,
+            rgb=(213, 130, 74),
+            needs=("Hour_Glass",),
+            role="player",
+            doc="Colwyn; or both mares",
         ),
         Category("Lyssa", LYSSA, rgb=(84, 138, 210), doc="the bride"),
         Category(
@@ -403,8 +408,8 @@ GAME = Game(
             doc="only while a game is played",
         ),
         display("Sun", Bounds(14, (8, 2, 120, 12)), attributes=(), doc="the time of day"),
-        display("Score", Bounds(238, (55, 176, 103, 183), value=SCORE), doc="points"),
-        display("Life_HUD", RESERVE, count=3, doc="in reserve; value: one more"),
+        display("Score", Bounds(238, (55, 176, 103, 183), value=SCORE), role="score", doc="points"),
+        display("Life_HUD", RESERVE, count=3, role="lives", doc="in reserve; value: one more"),
         display("Weapon_HUD", Bounds(200, ARMS), count=3, attributes=(), doc="weapons left"),
     ),
 )

@@ -315,7 +315,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Player", PLAYER, rgb=_rgb(WHITE), otherwise=ENTERING, doc="the kung fu master"),
+        facing(
+            "Player",
+            PLAYER,
+            rgb=_rgb(WHITE),
+            otherwise=ENTERING,
+            role="player",
+            doc="the kung fu master",
+        ),
         facing("Henchmen", HENCHMEN, count=3, rgb=_rgb(170), doc="place in the group"),
         facing("Knife_Throwers", KNIFE_THROWER, rgb=_rgb(10), doc="throws knives, high or low"),
         facing("Small_Enemy", SMALL, rgb=_rgb(50), doc="jumps over the player"),
@@ -331,9 +338,9 @@ GAME = Game(
         Category("Boomerang", BOOMERANGS, doc="of the second floor's master"),
         Category("Spell", SPELLS, doc="of the fourth floor's master"),
         Category("Dragon_Fire", FLAMES, doc="of a dragon"),
-        display("Time", TIME.rule(WHITE), doc="that is left"),
-        display("Score", SCORE.rule(GREEN), doc="points"),
-        display("Lives", LIVES.rule(WHITE, base=1), doc="one more than the number"),
+        display("Time", TIME.rule(WHITE), role="time", doc="that is left"),
+        display("Score", SCORE.rule(GREEN), role="score", doc="points"),
+        display("Lives", LIVES.rule(WHITE, base=1), role="lives", doc="one more than the number"),
         display("Player_Health_Bar", bar_rule(YELLOW, (49, 41, 88, 46)), doc="energy, 0-39"),
         display("Enemy_Health_Bar", bar_rule(PINK, (49, 49, 88, 54)), doc="of the master, 0-39"),
         display(

@@ -342,7 +342,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", EXPLORER, rgb=(200, 72, 72), doc="the explorer"),
+        Category("Player", EXPLORER, rgb=(200, 72, 72), role="player", doc="the explorer"),
         Category("Skull", on_ground(14), count=3, doc="hopping, or rolling (the last slot)"),
         Category("Snake", on_ground(10), count=3, doc="snakes"),
         Category("Spider", on_ground(200), doc="a spider"),
@@ -361,8 +361,9 @@ GAME = Game(
         display(
             "Life",
             RESERVE.rule((SKIN, SUIT), (56, 15, 104, 20), single=2),
+            role="lives",
             doc="one more than the icons",
         ),
-        display("Score", SCORE.rule(14), doc="points"),
+        display("Score", SCORE.rule(14), role="score", doc="points"),
     ),
 )

@@ -356,7 +356,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", DIVER, attributes=("orientation",), doc="the diver"),
+        Category("Player", DIVER, attributes=("orientation",), role="player", doc="the diver"),
         Category("Shark", FISH, attributes=("orientation",), doc="in a lane, or with the diver"),
         Category("Shot", BULLET, doc="the diver's"),
         Category("Octopus", Bounds(BLACK, OCTOPUS), needs=("Oxygen_Boat",), doc="its body"),
@@ -373,7 +373,7 @@ GAME = Game(
         Category("Oxygen_Pipe", Runs(PIPES, most=1), rgb=GRAY_RGB, doc="hangs from the boat"),
         Category("Treasure", HEAP, attributes=("value",), doc="a heap; value: lives"),
         display("Oxygen_Meter", _meter(ORANGE, METER_ROWS), doc="oxygen, 0-16"),
-        display("Timer", _meter(DARK_GREEN, TIMER_ROWS), doc="rest of the wave, 0-16"),
-        display("Score", POINTS_SHOWN, doc="points"),
+        display("Timer", _meter(DARK_GREEN, TIMER_ROWS), role="time", doc="rest of the wave, 0-16"),
+        display("Score", POINTS_SHOWN, role="score", doc="points"),
     ),
 )

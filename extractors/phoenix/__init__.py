@@ -370,7 +370,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="the cannon"),
+        Category("Player", PLAYER, role="player", doc="the cannon"),
         Category("Shield", SHIELD, doc="around it"),
         Category("Player_Projectile", SHOTS, doc="its shot"),
         Category("Phoenix", FLYING, count=8, rgb=(125, 48, 173), doc="birds: side * 4 + row"),
@@ -380,7 +380,7 @@ GAME = Game(
         Category("Boss_Block_Green", DOMES, count=2, doc="domes of the mother ship"),
         block("Boss_Block_Blue", _block_cells(BLUE, BELT, BELT_ROWS), count=40, doc="its belt"),
         block("Boss_Block_Red", _block_cells(RED, HULL, HULL_ROWS), count=92, doc="its hull"),
-        display("Score", SCORE.rule(LIME), doc="points"),
-        display("Life", ICONS, doc="cannons in reserve; value: one more"),
+        display("Score", SCORE.rule(LIME), role="score", doc="points"),
+        display("Life", ICONS, role="lives", doc="cannons in reserve; value: one more"),
     ),
 )

@@ -285,7 +285,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
+        Category("Player", HARRY, rgb=(92, 186, 92), role="player", doc="Harry"),
         Category("Ladder", LADDER, count=5, rgb=(105, 105, 15), doc="one a floor"),
         Category("Cross", CROSS, rgb=(163, 57, 21), doc="where Harry begins again"),
         Category("Scorpion", SCORPION, count=5, rgb=(236, 236, 236), doc="on the ground"),
@@ -299,6 +299,6 @@ GAME = Game(
         Category("Quickclaw", QUICKCLAW, rgb=(162, 162, 42), doc="her cat, 10,000 points"),
         Category("DiamondRing", RING, rgb=(252, 252, 84), doc="20,000 points"),
         Category("Balloon", BALLOON_RULE, rgb=(66, 72, 200), doc="takes Harry up"),
-        display("PlayerScore", SCORE.rule(INK, base=-START), doc="points won"),
+        display("PlayerScore", SCORE.rule(INK, base=-START), role="score", doc="points won"),
     ),
 )

@@ -310,7 +310,7 @@ GAME = Game(
     decode=decode,
     screen=(220, 160),
     categories=(
-        Category("Player", PIG, doc="the pig in the lift"),
+        Category("Player", PIG, role="player", doc="the pig in the lift"),
         Category("Balloon", BALLOON, count=6, doc="two of each column"),
         Category(
             "Enemy",
@@ -323,7 +323,12 @@ GAME = Game(
         Category("Bait", BAIT, doc="the pig's meat"),
         Category("Stone", STONE, doc="a wolf's"),
         Category("Rock", ROCK_RULE, doc="that wolves push"),
-        display("PlayerScore", SCORE.rule(WHITE, step=5), doc="points"),
-        display("Lives", LIVES.rule(0, (37, 206, 53, 212), single=2), doc="pigs in reserve"),
+        display("PlayerScore", SCORE.rule(WHITE, step=5), role="score", doc="points"),
+        display(
+            "Lives",
+            LIVES.rule(0, (37, 206, 53, 212), single=2),
+            role="lives",
+            doc="pigs in reserve",
+        ),
     ),
 )

@@ -281,7 +281,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, otherwise=BURNT, doc="the bird"),
+        Category("Player", PLAYER, otherwise=BURNT, role="player", doc="the bird"),
         Category("Enemy", COYOTE, color_row=2, otherwise=BURNT, doc="the coyote"),
         Category("Seed", SEEDS, count=4, color_row=-1, doc="lane"),
         Category("AcmeMine", on_lanes(shapes=Shape(w=4, h=(3, 4), pixels=(19, 99))), 4, doc="lane"),
@@ -293,11 +293,12 @@ GAME = Game(
         Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
         Category("Sign", SIGN_FIGURE, doc="beside the road"),
         Category("Truck", TRUCK, rgb=(198, 108, 58), doc="on the road"),
-        display("Score", POINTS, doc="points"),
+        display("Score", POINTS, role="score", doc="points"),
         display(
             "Lives",
             ICONS.rule((142, 62), (55, 16, 103, 24), single=2),
             aliases=("Bird",),
+            role="lives",
             doc="one more than the icons",
         ),
         display("Bonus", SEED_POINTS, needs=("Score",), doc="for a seed"),

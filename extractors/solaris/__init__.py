@@ -98,6 +98,7 @@ GAME = Game(
             vision.SHIP,
             otherwise=vision.GROUND_SHIP,
             color_row=COLOR_ROW,
+            role="player",
             doc="the ship, without its flames",
         ),
         Category(
@@ -137,8 +138,8 @@ GAME = Game(
             doc="what is in the chart's sectors, by symbol",
         ),
         valued("JumpTimer", chart.TIMER_RULE, doc="time left to choose a sector"),
-        display("Score", SCORE.rule(0x1E), doc="points"),
-        display("Lives", LIVES_RULE, doc="ships, this one included"),
+        display("Score", SCORE.rule(0x1E), role="score", doc="points"),
+        display("Lives", LIVES_RULE, role="lives", doc="ships, this one included"),
         display("Fuel", FUEL_RULE, doc="fuel, in columns of its bar"),
         hud(
             "Scanner",

@@ -334,7 +334,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, attributes=("orientation",), doc="the man"),
+        Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the man"),
         Category(
             "Creature", CREATURES, 3, attributes=("orientation",), doc="snakes, bats and others"
         ),
@@ -342,11 +342,14 @@ GAME = Game(
         Category("Treasure", TREASURE, 6, doc="treasures that were not taken"),
         Category("Key", KEY_RULE, doc="the key to the door"),
         Category("Door", DOOR_RULE, doc="the way to the next map"),
-        display("Score", SCORE_RULE, doc="points"),
+        display("Score", SCORE_RULE, role="score", doc="points"),
         display(
-            "Lives", LIFE_ICONS.rule(WHITE, (12, 24, 50, 30)), doc="lives, also the one in play"
+            "Lives",
+            LIFE_ICONS.rule(WHITE, (12, 24, 50, 30)),
+            role="lives",
+            doc="lives, also the one in play",
         ),
         display("Flashes", FLASH_ICONS.rule(WHITE, (108, 24, 146, 30)), doc="flashes left"),
-        display("Timer", TIMER, doc="time left to shoot; value: columns"),
+        display("Timer", TIMER, role="time", doc="time left to shoot; value: columns"),
     ),
 )

@@ -145,12 +145,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER_RULE, doc="its car"),
+        Category("Player", PLAYER_RULE, role="player", doc="its car"),
         Category("Truck", CARS, count=3, doc="the other cars, by record"),
         Category("Flag", FLAGS, count=3, doc="on the road, by record"),
         Category("Collectable", COLLECTABLES, count=3, doc="by record"),
         display("HUD_Flag", HUD, count=8, attributes=(), doc="the flags still to collect"),
-        display("Score", SCORE.rule(84, required=True), doc="points"),
-        display("Life", ICONS, count=MOST_ICONS, attributes=(), doc="lives in reserve"),
+        display("Score", SCORE.rule(84, required=True), role="score", doc="points"),
+        display(
+            "Life", ICONS, count=MOST_ICONS, attributes=(), role="lives", doc="lives in reserve"
+        ),
     ),
 )

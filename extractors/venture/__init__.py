@@ -225,7 +225,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SPOT, needs=("Room",), doc="the hunter in a hall"),
+        Category("Player", SPOT, needs=("Room",), role="player", doc="the hunter in a hall"),
         Category("Winky", field(PINK_FACE, shapes=BIG), doc="the hunter in a room"),
         Category("Shot", SPOT, needs=("Chamber",), doc="his arrow"),
         Category("Hallmonsters", ROAMERS, count=6, doc="in a hall, or one in a room"),
@@ -264,8 +264,9 @@ GAME = Game(
         display(
             "Life",
             ICONS.rule(WALL_COLORS, (104, 9, 152, 17), single=2),
+            role="lives",
             doc="one more than the icons",
         ),
-        display("Score", SCORE.rule(8), doc="points"),
+        display("Score", SCORE.rule(8), role="score", doc="points"),
     ),
 )

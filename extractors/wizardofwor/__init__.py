@@ -379,7 +379,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (14, 22), (WALL_SAVED, *WALL_COLORS, 0)),
     categories=(
-        _mover("Player", WORRIORS, doc="the worrior"),
+        _mover("Player", WORRIORS, role="player", doc="the worrior"),
         _mover("Burwor", BURWORS, count=6, doc="blue monsters"),
         _mover("Garwor", GARWORS, count=6, doc="yellow monsters, which hide"),
         _mover("Thorwor", THORWORS, count=6, doc="red monsters, which hide"),
@@ -391,7 +391,7 @@ GAME = Game(
         Category("VerticalWall", VERTICAL_RULE, count=len(VERTICAL.x), doc="of a cell"),
         Category("Door", DOOR_RULE, count=2, doc="to the tunnels: left, right"),
         display("Radar", RADAR_RULE, attributes=(), doc="shows the cells of two monsters"),
-        display("Score", POINTS.rule(SCORE_COLORS), doc="points"),
-        display("Lives", ICON_RULE, doc="all icons; value: lives"),
+        display("Score", POINTS.rule(SCORE_COLORS), role="score", doc="points"),
+        display("Lives", ICON_RULE, role="lives", doc="all icons; value: lives"),
     ),
 )

@@ -330,7 +330,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLANE_RULE, doc="the plane"),
+        Category("Player", PLANE_RULE, role="player", doc="the plane"),
         in_play("Player_Shot", SHOT_RULE, 2, doc="the plane's shots, drawn by turns"),
         in_play("Player_Shadow", SHADOW_RULE, doc="the plane's shadow on the ground"),
         in_play(
@@ -366,8 +366,14 @@ GAME = Game(
         ),
         in_play("Wall", Bounds(WALL_COLOR, (16, 24, 144, 196)), doc="a wall, with its openings"),
         in_play("Barrier", BARRIER_RULE, blinks=True, doc="electric posts, which change places"),
-        display("Score", POINTS.rule(SCORE_COLOR), doc="points"),
-        display("Life", LIVES_RULE, otherwise=LIVES_RAISED, doc="planes left, with this one"),
+        display("Score", POINTS.rule(SCORE_COLOR), role="score", doc="points"),
+        display(
+            "Life",
+            LIVES_RULE,
+            otherwise=LIVES_RAISED,
+            role="lives",
+            doc="planes left, with this one",
+        ),
         display("Fuel", FUEL_RULE, doc="fuel, 40 when it is full"),
         display(
             "Altitude",
