@@ -140,7 +140,6 @@ ICONS = {
     "Centipede": (("Life",), 1),
     "CrazyClimber": (("Life",), 0),
     "Gopher": (("Carrot",), 0),
-    "KeystoneKapers": (("BonusKops",), 0),
     "KingKong": (("Life",), 1),
     "Krull": (("Life_HUD",), 1),
     "UpNDown": (("Life",), 1),
