@@ -84,7 +84,7 @@ DROPPED = 84  # `fuse` on the frame of the drop
 LIT = range(63, 84)  # `fuse` while dynamite is shown
 COPYRIGHT = 171  # `shown_high`
 
-GREY = 6  # banks, points, explosions
+GRAY = 6  # banks, points, explosions
 BLUE = 130  # police cars
 BLACK = 0
 RED = 66  # fuel
@@ -256,15 +256,15 @@ POLICE = Blobs(BLUE, STREETS, Shape(w=(3, 16), h=(3, 14), split=(8, 7)))  # two 
 STICKS = Blobs(
     WALL_SHADES, (0, 38, 160, 176), Shape(w=(2, 8), h=(2, 3)), gap=(4, 0), filters=(ShortRuns(3),)
 )
-COVERED = sprites(GREY, STREETS, gap=(2, 0), shapes=Shape(w=(7, 8), h=7, pixels=(10, 40)))
+COVERED = sprites(GRAY, STREETS, gap=(2, 0), shapes=Shape(w=(7, 8), h=7, pixels=(10, 40)))
 LOOT = sprites(
-    GREY,
+    GRAY,
     STREETS,
     gap=(1, 0),
     shapes=Shape(w=(7, 8), h=7, pixels=(38, 48)),
     also=(COVERED,),  # by the car
 )
-BURST = sprites(GREY, STREETS, gap=(1, 0), shapes=Shape(w=8, h=7, pixels=(25, 36)))
+BURST = sprites(GRAY, STREETS, gap=(1, 0), shapes=Shape(w=8, h=7, pixels=(25, 36)))
 ICONS = Cells(CAR_COLORS[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
 FUEL = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, side="h"))
 AMOUNT = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
@@ -285,7 +285,7 @@ GAME = Game(
         Category("Player", sprites(CAR_COLORS, STREETS), doc="the car, or its wreck"),
         three(
             "Bank",
-            sprites(GREY, STREETS, shapes=Shape(w=(1, 8), h=(1, 7), pixels=34)),
+            sprites(GRAY, STREETS, shapes=Shape(w=(1, 8), h=(1, 7), pixels=34)),
             doc="to be robbed",
         ),
         three("Police", POLICE, doc="police cars"),

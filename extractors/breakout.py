@@ -54,7 +54,7 @@ DIGITS_TOP = 5
 FIELD = (8, 32, 152, 196)
 ROWS = (70, 54, 38, 22, 198, 134)  # colours of the bricks, top row first
 RED = 70
-GREY = 6
+GRAY = 6
 COLOR_TOPS = tuple(range(57, 94, 6))  # of the bricks, and of what is under them
 BLOCK_X = np.tile(8 + 8 * np.arange(18), 6)
 BLOCK_Y = np.repeat(57 + 6 * np.arange(6), 18)
@@ -102,7 +102,7 @@ def _ball_box(m: Ram) -> Box:
     bottom = y + jnp.where(y < 81, 12, 13)
     # The ball is switched off in the middle of the last row.
     off = jnp.where((y & 1) == 1, 46, 56)
-    color = pick(reached(top, COLOR_TOPS), (GREY, *ROWS, RED))  # of its first row
+    color = pick(reached(top, COLOR_TOPS), (GRAY, *ROWS, RED))  # of its first row
     return box(x, top, 2, bottom - top, color=color).clip(8, 32, 152, jnp.where(x < off, 196, 195))
 
 
@@ -136,12 +136,12 @@ def _digit(left: int, value: jax.Array) -> Box:
 def _number(*lefts: int) -> Bounds:
     """How VEM finds and reads a number."""
     region = (lefts[0], DIGITS_TOP, lefts[-1] + FONT.width, DIGITS_TOP + FONT.height)
-    return Bounds(GREY, region, value=Digits(FONT, lefts, DIGITS_TOP))
+    return Bounds(GRAY, region, value=Digits(FONT, lefts, DIGITS_TOP))
 
 
 # A paddle that touches the bottom of the right wall, which has its colour, ends after 16 columns.
 PADDLE = Blobs(RED, (8, 189, 160, 193), Shape(w=(8, 26), h=4, split=(16, 4)))
-BALL = Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player"))
+BALL = Bounds((GRAY, *ROWS), FIELD, exclude=("Block", "Player"))
 BLOCKS = Cells(ROWS, tuple(BLOCK_X.tolist()), tuple(BLOCK_Y.tolist()), 8, 6)
 BLOCK_RGB = tuple(np.repeat(NTSC[list(ROWS)], 18, axis=0))
 

@@ -137,7 +137,7 @@ WHEEL_COLORS = (148, 194, 100, 36)
 SIGN_COLORS = (72, 56)
 BARS = (146, 192, 100, 34)
 YELLOW = 24
-GREY = 10
+GRAY = 10
 RED = 72
 GREEN = 182
 BRIGHT = 234
@@ -275,8 +275,8 @@ row_category = functools.partial(Category, count=18)
 row_blobs = functools.partial(Blobs, region=ROWS_AREA, gap=(1, 5))
 
 MISSILE = Bounds(BRIGHT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
-RABBITS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
-CLIPS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=9))
+RABBITS = row_blobs(GRAY, shapes=Shape(w=(1, 8), h=(10, 15)))
+CLIPS = row_blobs(GRAY, shapes=Shape(w=(1, 8), h=9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
 PLUS_MINUS = Bounds(SIGN_COLORS, (12, 29, 18, 38))
 AMOUNT = Bounds(SIGN_COLORS, (20, 29, 44, 38))

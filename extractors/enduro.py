@@ -134,7 +134,7 @@ TWO_DIGIT_DAY = NumberDisplay(GLYPHS, right=72, top=180, digits=2)
 WHOLE = NumberDisplay(GLYPHS, right=96, top=165, digits=4, leading_zeros=True)  # of the odometer
 ODOMETER_AREA = (64, 164, 104, 173)
 
-GREY = 10
+GRAY = 10
 BLACK = 0
 CAR_COLORS = tuple(range(0x16, 0x100, 0x10))
 
@@ -268,7 +268,7 @@ class Wide:
 
 
 PLAYER_VIEW = (8, 130, 160, 155)
-PLAYER = Blobs(GREY, PLAYER_VIEW, Shape(w=(12, 18), h=(8, 11)), gap=(1, 1), filters=(Wide(),))
+PLAYER = Blobs(GRAY, PLAYER_VIEW, Shape(w=(12, 18), h=(8, 11)), gap=(1, 1), filters=(Wide(),))
 CAR_SHAPES = (
     Shape(w=(12, 17), h=(1, 11)),
     Shape(w=8, h=6),

@@ -53,7 +53,7 @@ ROAD = (8, 24, 160, 185)
 BLACK = 0
 YELLOW = 30
 PINK = 74
-GREY = 6
+GRAY = 6
 CAR_COLORS = (66, 220, 18, 74, 130, 36, 136, 68, 216, 26)  # of each lane, top lane first
 CHICKEN_LEFTS = (44, 108)
 DASHES = tuple((x, y, x + 4, y + 1) for x in CHICKEN_LEFTS for y in (102, 104))
@@ -168,7 +168,7 @@ GAME = Game(
         display(
             "Score",
             Bounds(
-                GREY,
+                GRAY,
                 tuple(score.area for score in SCORES),
                 inverse=True,
                 value=tuple(Digits(FONT, score.lefts, score.top) for score in SCORES),
