@@ -17,7 +17,7 @@ row without enemies takes a line less, an explosion one more.
 Covered: levels 1 to 24 (four kinds of enemies and shots), splits, explosions, deaths, overheating,
 game over.
 
-Not exact, because the RAM lacks it: a shot on the frame on which it hits; a vanished shot that was
+Not exact: the RAM lacks these facts: a shot on the frame on which it hits; a vanished shot that was
 fired before the heat changed (every 32nd frame); the mother ship's row as its bay opens.
 
 VEM: the box of a side shot that touches the cannon spans both.

@@ -15,7 +15,7 @@ high. The shot has the colour that its sprite would have in that row.
 
 Covered: modes 0-3, waves, the destruction of every building, the bandit's explosion, game over.
 
-Not exact, each for a single frame, because the RAM lacks it: a shot that hits or leaves the sky, a
+Not exact: the RAM lacks these facts, each for a single frame: a shot that hits or leaves the sky, a
 ship that leaves the lowest lane, the last frame of a wreck, the death ray when it hits.
 
 VEM: it takes a partly visible ship for a Gorgon ship.

@@ -2,8 +2,8 @@
 
 Screen: the radar is at the top, score and spare tanks are at the bottom. Radar_Content is the
 radar's hand and two blips. Odd frames show the player's shot, even frames the enemy's. Mountains
-and the lines of a crash are scenery. When the player is hit, the game draws the rest on every other
-frame only, and then only score and tanks stay valid.
+and the lines of a crash are scenery. When the player is hit, the game draws the other objects on
+every other frame only, and then only score and tanks stay valid.
 
 Slots: an enemy is a blue or yellow tank, a red flyer, a boss, or an explosion. The slots of each of
 these categories are the game's two records.

@@ -15,9 +15,9 @@ lane gives the column. State and depth give the picture.
 
 Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel.
 
-Not exact: the step of a record on a change of state; the choice between two near objects
-when the game moves one by a few lines or skips it on a frame; enemies other than saucers on the
-frame of the hit; the last frame of a torpedo.
+Not exact: the step of a record on a change of state; the choice between two near objects when the
+game moves one by a few lines or skips it on a frame; enemies other than saucers on the frame of the
+hit; the last frame of a torpedo.
 """
 
 from dataclasses import replace

@@ -12,11 +12,11 @@ Covered: modes 0, 2 and 4 (ALE has no mode for two players), both difficulties, 
 (the bowler jumps, he and the score flash), the end of the game. In mode 2, the console crashes at
 the end of a third of the games and leaves no game state in the RAM.
 
-Not exact, each for a single frame, because the RAM lacks it: the start of a throw (the bowler moves
-4 pixels), the end of a throw (the RAM is already set up for the next one), the position of a pin
-that has just left the alley. The last frame of a game is such an end of a throw. The ROM has put
-all ten pins back (at address F334), so fallen pins are reported too, unless the last round's mark
-shows that all ten fell.
+Not exact: the RAM lacks these facts, each for a single frame: the start of a throw (the bowler
+moves 4 pixels), the end of a throw (the RAM is already set up for the next one), the position of a
+pin that has just left the alley. The last frame of a game is such an end of a throw. The ROM has
+put all ten pins back (at address F334), so fallen pins are reported too, unless the last round's
+mark shows that all ten fell.
 """
 
 import jax

@@ -13,7 +13,7 @@ Covered: all twelve modes (balls that are caught, steered or break through, time
 bricks), both difficulties (A: smaller paddles), all lives, the end of the game. Invisible bricks
 are valid while they flash.
 
-Not exact, because the RAM lacks it: the last of the five frames of a flash, and the frames of a
+Not exact: the RAM lacks these facts: the last of the five frames of a flash, and the frames of a
 flash on which another brick is hit, because that resets the counter; one row of the ball while a
 paddle holds it (it keeps the delay of its row at the catch); the width of the lives' digit on the
 frame on which a ball is lost.

@@ -15,7 +15,7 @@ different numbers of lines, so each of the shot's steps has its own top and heig
 
 Covered: several levels, ducks that fly and eat, bonuses and penalties, the end of the game.
 
-Not exact, each for a single frame, because the RAM lacks it: a hit flying duck, its position when
+Not exact: the RAM lacks these facts, each for a single frame: a hit flying duck, its position when
 it turns, the wheel while its last pipe is hit.
 
 VEM: it takes a rabbit's last column for bullets and misses its first two columns alone.

@@ -20,8 +20,8 @@ completely missing just after a shot.
 Covered: both modes, all eight sets of colours, all creatures, deaths, the count of mushrooms, new
 centipedes, the end of the game. CCGameObject is OCAtari's base class.
 
-Not exact, because the RAM lacks it: the shot on the frame on which it hits; its target then; a turn
-of the last segment of a chain (assumed next to a mushroom in its last row).
+Not exact: the RAM lacks these facts: the shot on the frame on which it hits; its target then; a
+turn of the last segment of a chain (assumed next to a mushroom in its last row).
 
 VEM: it misses partly covered mushrooms, and makes the shooter too short in front of some places.
 """

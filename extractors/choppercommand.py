@@ -17,7 +17,7 @@ the two lower lanes, which the RAM keeps from the drawing, or else from the play
 
 Covered: both modes and difficulties, later waves, deaths, the end of the game.
 
-Not exact, because the RAM lacks it: the player's position and direction on the frame on which he
+Not exact: the RAM lacks these facts: the player's position and direction on the frame on which he
 turns; his position (by a column or a line) on some frames on which he comes to rest; the enemies on
 the frame on which the blocks move on; a hit enemy's picture on the frame of the hit; bombs on the
 frame on which they leave the screen.

@@ -19,7 +19,7 @@ shorter in some columns.
 Covered: all modes and difficulties, levels 1-14, splitting and diving demons, rays, deaths, the end
 of the game.
 
-Not exact, because the RAM lacks it: the shot on the frame on which it hits; the picture of the hit
+Not exact: the RAM lacks these facts: the shot on the frame on which it hits; the picture of the hit
 demon; missiles on the frame on which one hits the ship; a row of a demon's height on a frame on
 which it turns round. When the game ends, it clears demons that the screen still shows. They get the
 most frequent picture, and the score gives the number of demons left in the wave. If one of the

@@ -15,12 +15,12 @@ code. Obstacles move before the frame is drawn. Mario, the hammer and the bonus 
 Covered: both boards, the only mode and difficulty, jumps, ladders, the hammer, rivets, lost lives,
 the end of the game, frame skips 3 and 4.
 
-Not exact: Mario may walk or climb on every third frame. The RAM shows a step only if he jumps, the
-step sounds, or the player gives no input; otherwise `decode` assumes a step. The RAM also lacks his
-turn, the end of a jump, and the hammer's position before he took it on this frame. When a life
-ends, the RAM is set up again before the last frame, which shows the barrels but not Mario. The
-column of each floor's last obstacle gives their rows, except on ladders. Without a barrel on the
-lowest floor or a new game, that frame looks like the next one in the RAM.
+Not exact: Mario may walk or climb on every third frame. Unless he jumps, the step sounds, or there
+is no input, the RAM does not show a step, and `decode` assumes one. The RAM also lacks his turn,
+the end of a jump, and the hammer's position before he took it on this frame. When a life ends, the
+RAM is set up again before the last frame, which shows the barrels but not Mario. The column of each
+floor's last obstacle gives their rows, except on ladders. Without a barrel on the lowest floor or a
+new game, the RAM does not distinguish that frame from the next one.
 
 VEM: it misses a hammer that touches a ladder, covered parts of ladders and barrels, fireballs
 without rivets, and the colours of an idle game.

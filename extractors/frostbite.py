@@ -5,9 +5,9 @@ blue. Temperature and Lives blink together below 10 degrees. The beam's late bla
 columns at the left edge. The fish on the display from level 21, the sky and the maker's name are
 scenery.
 
-Slots: a row has three floes, which are broken in two in every second level. FloatingBlock has row *
-6 + floe * 2 + half, the lowest row first. An intact floe has the slot of its left half; the other
-slot holds its part at the other edge of the screen. Animals have a slot for each of the three
+Slots: a row has three floes, which are broken in two in every second level. FloatingBlock has slot
+row * 6 + floe * 2 + half, the lowest row first. An intact floe has the slot of its left half; the
+other slot holds its part at the other edge of the screen. Animals have a slot for each of the three
 places of a row: row * 3 + place.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (meaning of the records),

@@ -15,9 +15,9 @@ Covered: modes 0 and 2, all difficulties, ducks and seeds, lost carrots, the end
 score is not valid on one frame at a game's start, which shows a text instead.
 
 Not exact: the RAM lacks these facts: the farmer's last step by a column, because it does not record
-the joystick; the column from which the gopher came when it stops at a hole or leaves the tunnel (of
-a few), and its direction before it turned at a hole; its position on the frame of a hit; the farmer
-and the holes on the last frame before a new round.
+the joystick; the gopher's last column (of a few) when it stops at a hole or leaves the tunnel, and
+its direction before it turned at a hole; its position on the frame of a hit; the farmer and the
+holes on the last frame before a new round.
 """
 
 import jax

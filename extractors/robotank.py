@@ -1,17 +1,17 @@
 """Robotank: the view from a tank that fights enemy tanks by day, by night and in fog.
 
-Screen: one enemy fights at a time. The whole view bobs as the tank drives. Player_Crosshair is the
+Screen: enemies come one at a time. The whole view bobs as the tank drives. Player_Crosshair is the
 sight with both lines and the visible part of a flying shell inside it. PlayerShot is the shell's
 shadow on the ground. Sky, mountains, ground and explosions are scenery. While a message, noise or a
 broken sensor blanks the view, no object in it is valid. Objects as black as the night ground are
 invalid until a shot lights them, and so are objects in fog of their colour. The radar still shows
-the enemy. Score counts this squadron's hit tanks, Squadrons the complete ones. Both are black and
-disappear before a black sky: in blanked views and during messages, which follow each lost tank and
-end the game.
+the enemy. Score counts this squadron's hit tanks, Squadrons the completely destroyed squadrons.
+Both are black and disappear before a black sky: in blanked views and during messages, which follow
+each lost tank and end the game.
 
-RAM: ALE's source (score, lives), OCAtari (meaning of some bytes), and the ROM's code. Its
-two banks alternate with each call. The game computes a frame completely before it draws it. Only
-the enemy's next direction is chosen later; it affects the next frame.
+RAM: ALE's source (score, lives), OCAtari (meaning of some bytes), and the ROM's code. Its two banks
+alternate with each call. The game computes a frame completely before it draws it. Only the enemy's
+next direction is chosen later; it affects the next frame.
 
 Covered: day, night and fog, all broken sensors, lost tanks, the end of the game.
 

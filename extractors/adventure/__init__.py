@@ -176,7 +176,7 @@ DOT_ALONE = Bounds(GRAY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
 LEVEL_NUMBER = Bounds(GREEN, (79, 110, 87, 124), (3, 14), (5, 14))
 NAME = Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(IS_FLASH,))
 
-# The game may alternate things in one room.
+# The game alternates things that share a room with two others.
 taking_turns = functools.partial(Category, blinks=True)
 
 

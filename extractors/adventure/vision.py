@@ -193,7 +193,7 @@ def _to_width(corners: Bitmap) -> Bitmap:
 
 
 def _down(pixels: Bitmap, count: int) -> Bitmap:
-    """The union of `count` shifted bitmaps, each a line lower than the one before."""
+    """Extend pixels down to `count` lines, and drop the first `count - 1` lines."""
     return functools.reduce(or_, _each(pixels, count))
 
 

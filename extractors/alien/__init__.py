@@ -19,12 +19,12 @@ Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, r
 screens, resets, the game's end.
 
 Not exact: the frame on which a life, a level or a bonus screen ends takes so long that the emulator
-cuts it off. The picture is the old one, rolled up by 39 lines, but the RAM is already set up for
-the next frame. The RAM keeps the eggs, the pulsar's home, and the lives on that picture. It loses
-the positions of the crewman and the rows of aliens, and the rocket's presence; these objects are
-not valid then. The RAM also lacks the row of an alien on the frame that removes it, and the
-crewman's rest or motion in the bonus screen. When weak aliens flash, REM has the new colour a frame
-early.
+cuts it off. The picture is the old one, but the RAM is already set up for the next frame, which
+appears rolled up by 39 lines. The RAM keeps the eggs, the pulsar's home, and the lives on that
+picture. It loses the positions of the crewman and the rows of aliens, and the rocket's presence;
+these objects are not valid then. The RAM also lacks the row of an alien on the frame that removes
+it, and the crewman's rest or motion in the bonus screen. When weak aliens flash, REM has the new
+colour a frame early.
 
 VEM: half of the aliens of the bonus screen have the crewman's colours. VEM identifies figures by
 colour, so it takes such an alien for the crewman, and bits of the aliens for eggs. It misses the

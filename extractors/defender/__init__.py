@@ -2,9 +2,10 @@
 
 Screen: a frame shows one alien and one human; the aliens and humans on the screen alternate. The
 scanner at the top shows one alien and one human of the whole world per frame, and the ship on every
-sixteenth frame. Alternating objects of the last two frames are valid. While a human is drawn, an
-alien's shot is not valid and waits. The ship's shot and the flame of its engine replace the ship on
-the screen, which stays valid. The flame, explosions and the scanner's frame are scenery.
+sixteenth frame. Alternating objects of the last two frames are valid. While the game draws a human,
+it does not draw an alien's shot, which waits. The ship's shot and the flame of its engine replace
+the ship on the screen, which stays valid. The flame, explosions and the scanner's frame are
+scenery.
 
 Slots: aliens and their dots have the game's records. Any record may become a Lander, Mutant or
 Baiter, and a Pod's record may become a Swarm. Humans and their dots have the game's numbers.

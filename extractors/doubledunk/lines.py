@@ -9,8 +9,8 @@ order of drawing: the upper figures of sprite 1 and sprite 0, then their lower o
 
 The lines differ from the request in these cases, one function each:
 
-1. A lower figure begins some lines below the end of the upper one (`drawn_lines`). 2. While both
-sprites show figures, the loop checks each one's end in every other line only, and
+1. A lower figure begins some lines below the end of the upper one (`drawn_lines`).
+2. While both sprites show figures, the loop checks each one's end in every other line only, and
    may notice it a line late (`_noticed_ends`).
 3. If the other sprite ends or changes to its lower figure, the loop checks this one's end a few
    lines later (`_delayed`).

@@ -16,8 +16,8 @@ the ships of a row by copies. Divers share the other one and flicker if more tha
 Covered: all modes and difficulties, launches, returns, escorts, hits, lost lives, new rounds with
 one and two digits, the end of the game, odd and even frame skips.
 
-Not exact: a diver that has just reached its place in the formation is invisible until the game sets
-up the rows again; bombs on the frame on which a bomb between them is dropped or hits.
+Not exact: a diver that has just reached its place in the formation, where the game draws no ship
+until it sets up the rows again; bombs on the frame on which a bomb between them is dropped or hits.
 
 VEM: it misses bombs that touch a diver or a ship of the formation, bombs in a colour of the ship's
 explosion, and parts of divers that ships of the formation cover. It takes white stars of explosions
