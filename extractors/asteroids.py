@@ -312,7 +312,7 @@ def _packed_before(m: Ram) -> jax.Array:
 def _slot_of_entry(m: Ram) -> jax.Array:
     """Slot of each entry in its list: the order of arrival, modulo the number of slots."""
     steps_so_far = m.frames + 1 >> 1  # of all asteroids
-    way = steps_so_far + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # since this one came in
+    way = steps_so_far + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # when this one came in
     laps = div(way, LAP)
     place = div(way - LAP * laps, PLACE_SIZE)
     return mod(place + SLOTS * LAP - laps, SLOTS)  # a lap has one place fewer than slots

@@ -67,7 +67,7 @@ BLOCK_Y = np.repeat(57 + 6 * np.arange(6), 18)
 # brick has two bits.
 BRICKS = ((6,), (6, 4, 2, 0), (0, 2, 4, 6), (4, 6), (6, 4, 2, 0), (0, 2, 4))
 BRICK_HIT = 5  # `sound` on the frame after a brick was hit
-LOWER_PITCHES = (16, 22)  # pitches of the upper rows are below these
+LOWER_PITCHES = (16, 22)  # least pitches of the middle and the lower two rows
 ROW_POINTS = (7, 4, 1)  # points of the upper, middle and lower two rows
 
 

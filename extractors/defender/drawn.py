@@ -105,7 +105,7 @@ def _has_run(m: Ram) -> jax.Array:
 
 
 def _moved_by(m: Ram, frame: jax.Array) -> jax.Array:
-    """Columns that the world has moved for this frame."""
+    """Places that the world has moved for this frame."""
     tens = div(10 * (m.speed >> 4) + (m.speed & 15) + 13, 10)
     due = (m.speed > 0) & ((frame & pick(tens, GLIDE_MASKS.tolist())) == 0)
     backwards = (m.thrust > 0) & (m.way != 0) & (m.turned > 0)
