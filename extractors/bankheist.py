@@ -138,8 +138,8 @@ class Ram(RamMap):
     flash = byte(69)  # brightness of the streets and walls
     car_color = byte(74)  # as shown, also in the screen saver
     lives = byte(85)
-    used = byte(86)  # rows of the tank
-    used_low = byte(87)  # 256ths of a row
+    used = byte(86)  # fuel, in rows of the tank
+    used_low = byte(87)  # fuel, in 256ths of a row
     score = bcd((88, 89, 90))
     shown = bcd((91, 92, 93))  # the score on the screen
     shown_high = byte(91)

@@ -254,8 +254,8 @@ def _shifted(values: jax.Array, by: int) -> jax.Array:
 def _has_turned(m: Ram) -> jax.Array:
     """True if a segment has just changed rows and has not moved along the new one.
 
-    The segment behind it is still in the old row then. The last segment of a chain turns at
-    obstacles.
+    The segment behind it is still in the old row then. For the last segment of a chain, an obstacle
+    shows the turn.
     """
     followed = (m.last_segment > NUMBERS) & (_shifted(m.follows, 1) == 1)
     behind = _shifted(m.segment_row, 1) != m.segment_row
