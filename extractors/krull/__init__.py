@@ -345,7 +345,7 @@ RESERVE = Bounds(200, LIVES, value=Gauge(8, 6, 2, of=ICONS))
 ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
 
 LYSSA = figure(BRIDE_COLORS, FIELD, shapes=Shape(w=(5, 8), h=(8, 17)))
-GREY = 142, 142, 142
+GRAY = 142, 142, 142
 GAME = Game(
     name="Krull",
     rom=ROM,
@@ -375,7 +375,7 @@ GAME = Game(
             needs=("Window",),
             doc="in the spider's place",
         ),
-        Category("Line", LINE_RUNS, count=6, rgb=GREY, needs=("Window",), doc="of the web, move"),
+        Category("Line", LINE_RUNS, count=6, rgb=GRAY, needs=("Window",), doc="of the web, move"),
         Category(
             "Fire_Mare",
             ride((56, 238), (8, 145, 160, 154)),

@@ -103,7 +103,7 @@ RED = 66
 BLUE = 134
 YELLOW = 28
 PINK = 68
-GREY = 2
+GRAY = 2
 FIRE = 0x40  # dragon's, with four shades
 SPELL = 0x18  # of the master who casts spells, likewise
 
@@ -226,7 +226,7 @@ def _thrown_color(m: Ram) -> jax.Array:
     return match(
         (m.thrower >= Thrower.DRAGON, FIRE | shade),
         (m.thrower == Thrower.SPELLS, SPELL | shade),
-        otherwise=GREY,
+        otherwise=GRAY,
     )
 
 
@@ -276,10 +276,10 @@ KNIFE_THROWER = Bounds(
 )
 SMALL = Blobs((62, 50, 200), ROOM, Shape(w=(4, 8), h=(8, 20)), gap=(1, 1), then=(Grown(3, 2),))
 MASTER = Bounds(
-    (GREY, 14, 56, 0),
+    (GRAY, 14, 56, 0),
     (8, 95, 160, 160),
     min_size=(4, 24),
-    filters=(Body((GREY,), ALL_ROWS, JACKET_ROWS),),
+    filters=(Body((GRAY,), ALL_ROWS, JACKET_ROWS),),
 )
 BALLS = Bounds((54, 58, 60), FALL, (4, 2), (8, 12))
 SMOKES = Bounds(
@@ -296,8 +296,8 @@ AIRBALLS = Blobs((10, WHITE, 14), ROOM, Shape(w=(2, 4), h=(3, 6), pixels=(8, 20)
 SNAKES = Bounds((192, 194, 196), FALL, (2, 4), (8, 13))
 MOTH_SHAPES = Shape(w=(1, 8), h=(4, 5)), Shape(w=3, h=2)  # the second one is hit
 MOTHS = Blobs(64, ROOM, MOTH_SHAPES, gap=(1, 0), then=(Grown(1, 1),))
-KNIVES = Bounds(GREY, ROOM, (4, 2), (5, 3))
-BOOMERANGS = Blobs(GREY, ROOM, Shape(w=3, h=(4, 5), pixels=(8, 9)))
+KNIVES = Bounds(GRAY, ROOM, (4, 2), (5, 3))
+BOOMERANGS = Blobs(GRAY, ROOM, Shape(w=3, h=(4, 5), pixels=(8, 9)))
 SPELLS = Bounds((24, 26, 28, 30), ROOM, (6, 2), (20, 5))
 FLAMES = Bounds((64, 66, 68, 70), ROOM, (10, 2), (20, 5))
 bar_rule = functools.partial(Bounds, value=Gauge(1, full=FULL + 1))
@@ -319,7 +319,7 @@ GAME = Game(
         facing("Henchmen", HENCHMEN, count=3, rgb=_rgb(170), doc="place in the group"),
         facing("Knife_Throwers", KNIFE_THROWER, rgb=_rgb(10), doc="throws knives, high or low"),
         facing("Small_Enemy", SMALL, rgb=_rgb(50), doc="jumps over the player"),
-        facing("Enemy_Final_Fighter", MASTER, rgb=_rgb(GREY), doc="at the end of a floor"),
+        facing("Enemy_Final_Fighter", MASTER, rgb=_rgb(GRAY), doc="at the end of a floor"),
         Category("Dragon_Balls", BALLS, rgb=_rgb(58), doc="falls, becomes smoke"),
         Category("Dragon_Smoke", SMOKES, rgb=_rgb(14), doc="becomes a dragon, or vanishes"),
         facing("Dragon", DRAGONS, rgb=_rgb(202), doc="breathes fire"),

@@ -329,8 +329,8 @@ def _no_lone_runs(mask: Bitmap, planes: jax.Array) -> Bitmap:
 
 SUIT = 70
 SKIN = 250
-GREY = 8
-EXPLORER = Bounds((*EXPLORER_COLORS, GREY), (0, 53, 160, 197), exclude=("Amulet",))
+GRAY = 8
+EXPLORER = Bounds((*EXPLORER_COLORS, GRAY), (0, 53, 160, 197), exclude=("Amulet",))
 on_ground = functools.partial(Blobs, region=(0, 53, 160, 181), shapes=Shape(w=(5, 8), h=(7, 15)))
 treasure = functools.partial(Blobs, GOLD, (56, 28, 104, 43))
 RAYS = Bounds(FORCE_COLOR, tuple((x, 54, x + 4, 94) for x in BEAM_X.tolist()), min_size=(4, 5))

@@ -49,7 +49,7 @@ from ocjax.authoring import (
 )
 from ocjax.extractors.roadrunner.drawn import (
     BODIES,
-    BURNT_GREYS,
+    BURNT_GRAYS,
     REPEATED_LINES,
     VIEW,
     Drawn,
@@ -249,7 +249,7 @@ ROAD_VIEW = (8, 90, 152, 182)
 PLAYER = Bounds(
     PLAYER_COLORS, ROAD_VIEW, min_size=(6, 16), exclude=("Seed", "AcmeMine", "SteelShot", "Turret")
 )
-BURNT = Blobs(BURNT_GREYS, ROAD_VIEW, Shape(w=(6, 14), h=(16, 37)), gap=(1, 2))
+BURNT = Blobs(BURNT_GRAYS, ROAD_VIEW, Shape(w=(6, 14), h=(16, 37)), gap=(1, 2))
 BROWN = functools.partial(Blobs, COYOTE_COLORS, region=ROAD_VIEW, gap=(2, 2))
 COYOTE_SHAPES = (
     Shape(w=(5, 9), h=(13, 36)),
@@ -266,9 +266,9 @@ SEED_SHAPES = (
     Shape(w=2, h=3, pixels=12),  # cut by the edge
     Shape(w=1, h=3, pixels=8),
 )
-on_lanes = functools.partial(Blobs, (*PLAYER_COLORS, *BURNT_GREYS), (8, 106, 152, 174), gap=(1, 1))
+on_lanes = functools.partial(Blobs, (*PLAYER_COLORS, *BURNT_GRAYS), (8, 106, 152, 174), gap=(1, 1))
 SEEDS = on_lanes(shapes=SEED_SHAPES)
-SHINE = (134, 136, 138, *BURNT_GREYS)
+SHINE = (134, 136, 138, *BURNT_GRAYS)
 TURRET = Blobs(SHINE, (8, 128, 152, 152), Shape(w=(9, 12), h=8), gap=(1, 1))
 TRUCK = Blobs((254, 54), ROAD_VIEW, Shape(w=(4, 16), h=(8, 18)), gap=(1, 3), first=254)
 SIGN_FIGURE = Blobs((BLACK, 72, 136), (8, 73, 152, 88), Shape(w=(1, 16), h=(8, 15)), gap=(1, 1))

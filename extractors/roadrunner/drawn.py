@@ -30,7 +30,7 @@ FIRST_JUMP = 29  # `jump` on the first frame of a jump
 FIRST_LINES = (96, 99, 96, 81, 96, 123, 96, 81)  # of the road, in each scene
 REPEATED_LINES = (255, 125, 255, 135, 255, 147, 255, 135)  # the first line that repeats a row
 EDGE = 134  # the road's first row in scenes 3 and 7
-BURNT_GREYS = (4, 6)  # of what is burnt, in odd and in even scenes
+BURNT_GRAYS = (4, 6)  # of what is burnt, in odd and in even scenes
 BODIES = (136, 52)  # of the bird and the coyote
 
 
@@ -177,8 +177,8 @@ def _seen(m: Ram, d: Drawn) -> jax.Array:
 
 def _body_colors(m: Ram) -> jax.Array:
     hit = jnp.stack([m.struck > 0, m.stunned > 0])
-    grey = jnp.where(open_road(m), BURNT_GREYS[1], BURNT_GREYS[0])
-    return jnp.where(hit & (m.pose == Pose.BURNT), grey, np.array(BODIES))
+    gray = jnp.where(open_road(m), BURNT_GRAYS[1], BURNT_GRAYS[0])
+    return jnp.where(hit & (m.pose == Pose.BURNT), gray, np.array(BODIES))
 
 
 def _drawn_looks(m: Ram) -> tuple[jax.Array, jax.Array]:

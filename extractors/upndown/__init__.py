@@ -58,7 +58,7 @@ START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
 FASTEST = 3  # columns that the player moves in a frame at most
 
 BLACK = 0
-GREY = 10
+GRAY = 10
 CAR_COLORS = (56, 72, 200, 168, 104, 120, 136, 152)
 FLAG_COLORS = (118, 102, 86, 70, 54, 38, 134)  # but for one, which the road has, too
 HUD_LEFTS = (91, 19, 107, 127, 71, 55, 35, 143)  # of the flags to collect, by bit of `collected`
@@ -119,7 +119,7 @@ PLAYER_SHAPES = (  # of parts of the car that no other car has
     Shape(w=14, h=5, pixels=(52, 60)),
     Shape(w=14, h=4, pixels=(38, 40)),
 )
-PLAYER_RULE = in_view((BLACK, GREY), shapes=PLAYER_SHAPES)
+PLAYER_RULE = in_view((BLACK, GRAY), shapes=PLAYER_SHAPES)
 CAR_SHAPES = (  # the higher, the more pixels
     Shape(w=(14, 16), h=(14, 16), pixels=(140, 256)),
     Shape(w=(12, 16), h=(10, 13), pixels=(106, 208)),

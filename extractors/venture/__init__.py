@@ -177,7 +177,7 @@ def _life_box(m: Ram, scene: Scene) -> Box:
 PINK_FACE = 66  # of Winky
 GREEN = 212
 BLUE = 116
-GREY = 4
+GRAY = 4
 ORANGE = 52
 GOLD = 20
 RED = 68
@@ -194,7 +194,7 @@ ROAMER_SHAPES = (
 ROAMERS = field((GREEN, ORANGE), shapes=ROAMER_SHAPES)
 SNAKES = field(GREEN, shapes=(Shape(w=(7, 8), h=(10, 14)), DEAD_SHAPE))
 YELLOW = field(GOLD, shapes=(replace(BIG, pixels=(40, 49)), replace(BIG, pixels=(70, 76))))
-GREYS = field(GREY, shapes=(replace(BIG, pixels=(20, 49)), replace(BIG, pixels=(70, 76))))
+GRAYS = field(GRAY, shapes=(replace(BIG, pixels=(20, 49)), replace(BIG, pixels=(70, 76))))
 MOVING = field(ORANGE, shapes=(Shape(w=(16, 20), h=(6, 8)), Shape(w=4, h=(20, 26))))
 wall_run = functools.partial(Run, WALL_COLORS)
 MAPPED = Runs(
@@ -229,13 +229,13 @@ GAME = Game(
         Category("Winky", field(PINK_FACE, shapes=BIG), doc="the hunter in a room"),
         Category("Shot", SPOT, needs=("Chamber",), doc="his arrow"),
         Category("Hallmonsters", ROAMERS, count=6, doc="in a hall, or one in a room"),
-        _monster("Skeleton", GREY, (50, 62), "of room 0"),
+        _monster("Skeleton", GRAY, (50, 62), "of room 0"),
         _monster("Goblin", BLUE, (50, 66), "of room 1"),
         Category("Serpant", SNAKES, count=3, doc="of room 2"),
         Category("TwoHeaded", field(RED, shapes=BIG), count=3, doc="of room 4"),
         Category(
             "Troll",
-            field(GREY, shapes=replace(BIG, pixels=(64, 69))),
+            field(GRAY, shapes=replace(BIG, pixels=(64, 69))),
             count=3,
             doc="of room 5",
         ),
@@ -254,7 +254,7 @@ GAME = Game(
             field(PINKS, shapes=Shape(w=(7, 8), h=(9, 14))),
             doc="of rooms 2 and 6",
         ),
-        Category("Grey_Collectable", GREYS, doc="of rooms 3 and 4"),
+        Category("Grey_Collectable", GRAYS, doc="of rooms 3 and 4"),
         Category(
             "Green_Collectable", field(EMERALD, shapes=Shape(w=(1, 8), h=(1, 8))), doc="of room 7"
         ),
