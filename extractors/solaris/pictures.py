@@ -194,7 +194,7 @@ def _space_offset(picture: int) -> int:
 
 
 def _rows_on_planet(picture: int) -> list[Row]:
-    """Rows in bank 3's kernel; an odd colour, on every other row, moves and widens the next ones."""
+    """Rows in bank 3's kernel; every other row may have an odd colour: a move and a dot width."""
     page = _at(3, 0xF848 + picture) << 8
     first = _at(3, 0xF800 + picture)
     colors = _at(3, 0xF8D7 + picture)
