@@ -328,7 +328,7 @@ def _coins(m: Ram) -> Box:
 
 
 def _bonus_boxes(m: Ram) -> Box:
-    """The coins of the two sides alternate; each side is hidden twice in a row every eight frames."""
+    """The coins of the two sides alternate; every 8 frames, each side is hidden twice in a row."""
     left = (m.pest != 0) & (m.frame & 7 != LEFT_HIDDEN)
     right = (m.right_coin != 0) & (m.frame & 7 != RIGHT_HIDDEN)
     return box(np.array(BONUS_X), np.array(BONUS_Y), *BONUS_SIZE, jnp.concatenate([left, right]))

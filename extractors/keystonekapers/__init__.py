@@ -131,7 +131,7 @@ class Held:  # values of `Ram.thing`, by category
 
 
 def _floor_groups(*groups: tuple[int, ...]) -> np.ndarray:
-    """Groups of floors, bool `[group, floor]`; a kind of thing is on at most one floor of a group."""
+    """Groups of floors, bool `[group, floor]`; one floor of a group at most has a kind of thing."""
     return np.array([[floor in group for floor in range(FLOOR_COUNT)] for group in groups])
 
 
