@@ -62,7 +62,7 @@ def _wafer_places() -> dict[tuple[int, int], tuple[int, int]]:
         for column, node in enumerate(nodes):
             if node & 0x81 == 1:  # a path, with a wafer
                 at = int(ROM.data[0xE7C + 2 * row + (node >> 1 & 1)])
-                x = 4 * column + (4 if column == 26 else 0)  # drawn one node further on
+                x = 4 * column + (4 if column == 26 else 0)  # drawn one node further right
                 places.append(((at, BIT_MASKS[node >> 2 & 7]), (x, 32 + 22 * row)))
     return dict(places)
 

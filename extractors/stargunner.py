@@ -137,7 +137,7 @@ class Facing:  # of Ram.facing
 
 
 class Ram(RamMap):
-    wait = byte(2)  # frames before the game goes on
+    wait = byte(2)  # frames until the game continues
     digits = byte(6, 5, 4, 3)  # of the score, 10: blank
     lives = byte(7)
     phase = byte(12)

@@ -99,7 +99,7 @@ class Ram(RamMap):
     y = byte(24, 25)  # of the players: far, near
     x = byte(26, 27)  # left edge of the picture + 2
     right_part = byte(28, 29)  # low byte of the picture's address
-    left_part = byte(30, 31)  # likewise
+    left_part = byte(30, 31)  # low byte of the picture's address
     ball_y = byte(54, 55)  # of the ball, of its shadow
     turned = byte(56, 57)  # 0: the racket is on the right
     points = byte(69, 70)  # player, enemy

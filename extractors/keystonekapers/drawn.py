@@ -8,7 +8,7 @@ from ocjax.authoring import among, match, when
 from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride
 
 FREEZE = 8  # `pause` on the first frame of a freeze by a collision
-FREEZES = 5  # least `sound` while nobody moves
+FREEZES = 5  # least `sound` of a freeze
 PENALTY = 5  # `sound` while time runs fast
 ROUND = 50  # seconds
 KILLED = 6  # `sound`

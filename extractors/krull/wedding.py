@@ -27,7 +27,7 @@ FEW = 6  # records of the first sprite
 SETUP = 5  # turns to set up the next figure
 PAUSE_TURN = 72  # the game changes the ground's color in this turn, or in the next free one
 LAST = 80  # turn
-NEVER = 255  # in place of a turn
+NEVER = 255  # no turn
 # Records from the top down, the first turn with a figure, and the turn with a pause.
 SPRITES = ((range(FEW - 1, -1, -1), 6, PAUSE_TURN), ((7, 6), 22, NEVER))
 

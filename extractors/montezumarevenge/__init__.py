@@ -93,7 +93,7 @@ BEAM_ENDS = (93, 90, 91, 92)
 SHORT = ~((BEAM_X > 44) & (BEAM_X < 112))
 IS_LONG = (BEAM_X > 16) & (BEAM_X < 140)
 
-SCREEN_BASE = 308  # y of the screen where `y` is 0
+SCREEN_BASE = 308  # row of the screen for `y` 0
 LADDER_TOP = 254  # `y` at the top of all ladders
 LADDER_FOOT = 134  # `y` at the foot of all ladders
 TOP_FLOOR = 235  # least `y` on the floor of a room with doors

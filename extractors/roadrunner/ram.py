@@ -23,7 +23,7 @@ class Scenery:  # of `Ram.scenery`
 
 class Pose:  # of `Ram.pose`
     BURNT = 0
-    RUNS = (1, 2)  # by turns
+    RUNS = (1, 2)  # alternating
     LEAPS = 2
     RIDES = 9  # on a rocket; the next pose, too
 

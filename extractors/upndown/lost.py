@@ -45,7 +45,7 @@ PICTURE_KINDS = {  # by the first low byte of a picture's address
 }
 FIRST_BYTES = np.maximum.accumulate([i if i in PICTURE_KINDS else 0 for i in range(256)])
 KINDS = [PICTURE_KINDS[i] for i in FIRST_BYTES.tolist()]
-TWO_PAGED = (Kind.COLLECTABLE, Kind.COLLECTABLE + 1)  # two more are in the next page but one
+TWO_PAGED = (Kind.COLLECTABLE, Kind.COLLECTABLE + 1)  # two more kinds are two pages later
 NEXT_PAGE_BUT_ONE = 2  # bit of `Ram.pages`, and its effect on the kind
 
 SPRITE_NUMBERS = np.arange(4)

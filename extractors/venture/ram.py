@@ -21,7 +21,7 @@ class Status:  # bits of `Ram.status`; the bit of a sprite's direction is 0
     DOWN = 32
     LEFT = 64
     RIGHT = 128
-    DEAD = 242  # the whole byte
+    DEAD = 242  # the complete byte
 
 
 class Ram(RamMap):
