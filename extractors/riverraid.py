@@ -86,7 +86,7 @@ KIND_ZOOMS = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind, starting at the j
 
 class Points:  # of `Ram.points`
     BRIDGE = 0x28
-    HELICOPTER = 0x30  # larger points: a depot
+    HELICOPTER = 0x30  # others, except `NONE`: a depot
     NONE = 0xF3
 
 

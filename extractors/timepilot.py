@@ -115,7 +115,7 @@ class Player:  # bits of `Ram.player`
 BLANKED = 128  # least `idle` of a blank screen
 SKY = (0, 33, 160, 177)
 LANE = 16
-LATE_X = 20  # below it the picture is set before the first row is over
+LATE_X = 20  # least `x` at which the picture is set before the first row is over
 UPPER_EDGE = 143  # `y` of a plane with its last row in the first row of the sky
 WRAPS = range(131, 144)  # `y` of a plane with a part at the lower edge
 AT_JET = range(48, 80)  # `y` of a plane that may have hit the jet

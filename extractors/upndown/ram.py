@@ -16,7 +16,7 @@ class Kind:  # of `Ram.kind` and `Ram.kinds`; cars are below `FLAG`
 
 class Jump:  # of `Ram.jump`
     LANDED = 24
-    LOW = 216  # at least: in the air, falling
+    LOW = 216  # at least: in the air; this one falls
     LANDS = 217
     SINKS = 224  # at least: falls row by row
     RISES = 236
