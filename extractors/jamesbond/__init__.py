@@ -103,10 +103,9 @@ OBJECTS = {  # kind and slots of each category
 
 PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)
 DEPTHS = [6 + 3 * int(np.flatnonzero(dots)[-1]) for dots in PIT.T.repeat(2, 0)]
-DEPTH_LEFT = np.maximum.accumulate(
-    [0, *DEPTHS]
-).tolist()  # depth in lines, by visible columns, on the left
-DEPTH_RIGHT = np.maximum.accumulate([0, *DEPTHS[::-1]]).tolist()  # at the right edge
+# Depth in lines, by visible columns, at the left and the right edge.
+DEPTH_LEFT = np.maximum.accumulate([0, *DEPTHS]).tolist()
+DEPTH_RIGHT = np.maximum.accumulate([0, *DEPTHS[::-1]]).tolist()
 AIMS = range(77, 103)  # `object_x` of a helicopter with a beam, and two columns more
 
 

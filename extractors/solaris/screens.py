@@ -29,12 +29,7 @@ BAR_RIGHT = Pixel(130, 50)
 BAR_BELOW = Pixel(30, 120)
 BESIDE_BAR = Pixel(20, 50)
 ON_GROUND = (Pixel(12, 140), Pixel(12, 160), Pixel(12, 120))  # lines may cover some of them
-JUMP_STARS = (
-    Pixel(69, 16),
-    Pixel(125, 23),
-    Pixel(157, 27),
-    Pixel(21, 30),
-)  # still during a jump
+JUMP_STARS = (Pixel(69, 16), Pixel(125, 23), Pixel(157, 27), Pixel(21, 30))  # fixed during a jump
 BESIDE_STAR = -9  # columns
 
 

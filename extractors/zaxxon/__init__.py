@@ -117,17 +117,7 @@ RED = 68
 TOWER_COLORS = (102, 86, 70, 54)
 ORANGE = 52
 MISSILE_COLORS = (42, *TOWER_COLORS, 22, 52, 214, 216)
-FIGHTER_COLORS = (
-    246,
-    230,
-    198,
-    182,
-    196,
-    178,
-    184,
-    214,
-    YELLOW,
-)  # the first seven are in its top rows
+FIGHTER_COLORS = (246, 230, 198, 182, 196, 178, 184, 214, YELLOW)  # the first seven are at its top
 ZAXXON_COLOR = 230
 HIT_COLOR = 54
 ZAXXON_COLORS = (22, 228, ZAXXON_COLOR, 38, 52, HIT_COLOR)
