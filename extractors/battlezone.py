@@ -1,24 +1,25 @@
-"""Battlezone: a plain seen from inside a tank, with up to two enemies and two shots on it.
+"""Battlezone: a plain seen from inside a tank, with at most two enemies and two shots on it.
 
-Screen: A radar stands above, score and spare tanks below. Radar_Content is the radar's hand and two
-blips. Shots are drawn on odd frames (the player's) and even ones. Mountains and the lines of a
-crash are scenery. When the player is hit, the rest is drawn on every other frame, and then only
-score and tanks stay valid.
+Screen: the radar is at the top, score and spare tanks are at the bottom. Radar_Content is the
+radar's hand and two blips. Odd frames show the player's shot, even frames the enemy's. Mountains
+and the lines of a crash are scenery. When the player is hit, the game draws the other objects on
+every other frame only, and then only score and tanks stay valid.
 
-Slots: An enemy is a blue or yellow tank, a red flyer, a boss, or an explosion; the slots of each of
+Slots: an enemy is a blue or yellow tank, a red flyer, a boss, or an explosion. The slots of each of
 these categories are the game's two records.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the records are), a public
-disassembly by Manuel Polik, and the ROM's drawing loop, which keeps columns, sizes, edge masks and
-pointers to pictures as drawn. A shot is projected before that; its step and the player's turn since
-then are taken back. What the loop draws left of the beam shows a row lower, shots apart.
+RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (meaning of the records), a public
+disassembly by Manuel Polik, and the ROM's drawing loop, which keeps the drawn columns, sizes, edge
+masks and picture pointers. The game projects a shot before it draws the frame; `decode` reverts the
+shot's step and the player's turn since then. Pixels that the loop draws left of the beam appear a
+row lower, except shots.
 
 Covered: modes 1-3, all enemies, explosions, crashes, game over, attract mode.
 
-Not exact: where blips were before an odd frame, a pixel off, as it is not in the RAM.
+Not exact: blips before an odd frame are a pixel off, because the RAM does not keep their position.
 
-VEM: does not see an enemy that stands behind another one, and sees one at the right edge twice if
-it goes on at the left.
+VEM: it misses an enemy behind another one, and finds an enemy twice if it continues from the right
+edge at the left.
 """
 
 import functools
@@ -84,7 +85,7 @@ def _picture_rows() -> np.ndarray:
 
 
 def _zooms() -> np.ndarray:
-    """Of all pictures in all sizes, log2 of the pixels of a dot: `[picture, size]`."""
+    """log2 of the pixels of a dot: `[picture, size]`."""
     nusiz = ROM.bytes(0xE8D, EXPLOSIONS)[:, None]  # of tanks; 5 and 7 make dots wider
     tanks = np.where(nusiz == 7, 2, np.where(nusiz == 5, 1, 0)).repeat(SIZES, 1)
     return np.vstack([tanks, np.tile((0, 0, 0, 0, 1, 1, 2, 2, 2, 2), (23, 1))])
@@ -94,7 +95,7 @@ ROWS = _picture_rows()
 # By 10 * picture + size: dots used in any row; << 8 in the lowest row; << 16 the zoom.
 USED = np.stack([np.bitwise_or.reduce(ROWS[:, :height], axis=1) for height in HEIGHTS], axis=1)
 DOTS_USED = (USED | ROWS[:, :1] << 8 | _zooms() << 16).ravel()
-# By 256 * picture + dots: rows in which any of these dots is set, the lowest in bit 0.
+# By 256 * picture + dots: rows that contain any of these dots, the lowest in bit 0.
 ROWS_WITH = ((ROWS[:, None] & np.arange(256)[:, None]) != 0).dot(1 << np.arange(17)).ravel()
 
 # The hand of the radar by its angle from straight down.
@@ -102,15 +103,15 @@ HAND_WIDTH = (2, 4, 5, 7, 8, 10, 10, 11, 11, 11, 10, 10, 8, 7, 5, 4, 2)
 HAND_TOP = (19, 19, 19, 19, 19, 19, 19, 19, 19, 17, 15, 12, 10, 7, 6, 5, 4)
 HAND_HEIGHT = (16, 17, 14, 13, 10, 7, 5, 3, 1, 3, 5, 8, 10, 13, 14, 15, 16)
 
-SINES = ROM.bytes(0x1EFA, 65)  # 256 a step, by 64ths of a right angle
-# What a step of the enemy's shot takes from its position, by direction.
+SINES = ROM.bytes(0x1EFA, 65)  # 256 per step, by 64ths of a right angle
+# The enemy's shot subtracts this from its position in a step, by direction.
 STEP_SIDE = np.concatenate((-SINES[:64], -SINES[63::-1], SINES[1:], SINES[:0:-1]))
 STEP_AHEAD = np.concatenate((SINES[:0:-1], -SINES[1:], -SINES[63::-1], SINES[:64]))
 DEPTHS = 128  # of shots in view
 
 
 def _line_of_depth(depth: int, limits: np.ndarray, line: int, step: int) -> int:
-    """The line of a depth as the game's search finds it, as several lines share a limit."""
+    """The line that the game's search finds for a depth; several lines share a limit."""
     if limits[line] == depth:
         return line
     if step == 0:
@@ -119,13 +120,13 @@ def _line_of_depth(depth: int, limits: np.ndarray, line: int, step: int) -> int:
     return _line_of_depth(depth, limits, next_line, step >> 1)
 
 
-# Of the player's shot by depth, then of the enemy's.
+# Lines by depth: the player's shot, then the enemy's.
 SEARCHES = ((ROM.bytes(0x1F85, 47), 23, 12), (ROM.bytes(0x1F52, 51), 25, 13))
 SHOT_LINES = [_line_of_depth(depth, *search) for search in SEARCHES for depth in range(DEPTHS)]
 
-NEW_SHOT = np.array((53, 117))  # `shot_time` of a new shot of the player, of the enemy
+NEW_SHOT = np.array((53, 117))  # `shot_time` of a new shot: the player's, the enemy's
 CRASH_BEGINS = 128  # `crash` on its first frame
-CRASH_FLICKERS = 88  # `crash` until which the picture shows on every other frame
+CRASH_FLICKERS = 88  # least `crash` at which every frame shows the picture
 
 
 class Stick:  # bits of `Ram.stick`
@@ -135,11 +136,11 @@ class Stick:  # bits of `Ram.stick`
     RIGHT = 8
 
 
-# What a move of the player takes from the distance of a shot, alone and while turning.
+# A move of the player reduces a shot's distance by this, without and with a turn.
 STRAIGHT_MOVE = 127
 TURNING_MOVE = 31
 MIDDLE = 79  # column
-NO_BLIP = 31  # `blip_y`, this or more
+NO_BLIP = 31  # least `blip_y` of an absent blip
 NO_DIGIT = 10  # a blank instead of a leading zero
 GREEN = 202
 WHITE = 14
@@ -150,28 +151,28 @@ PLAIN = (0, 86, 160, 140)
 class Ram(RamMap):
     frame = byte(0)
     digits = bits((30, 29), first=4, count=12)  # of the thousands, a nibble each
-    # What was drawn of the nearer and of the farther enemy.
+    # As drawn: the nearer and the farther enemy.
     picture = byte(46, 52)
     size = byte(47, 53)
     x = byte(48, 54)
-    mask = byte(49, 55)  # dots that show
+    mask = byte(49, 55)  # visible dots
     mirrored = bits(51, 57, first=3)
-    drawn_kinds = byte(62)  # a nibble each
+    drawn_kinds = byte(62)  # a nibble per enemy
     lives = low(58)
     crash = byte(65)  # counts down
     distance = byte(69, 77)  # of the two records
     kind = byte(73, 81)  # of the two records
     blip_y = byte(82, 83)  # 34 - y; 255: none
     blip_x = byte(98, 99)  # x - 84
-    hand = byte(84)  # 32 a turn
-    # Of the player's shot and the enemy's; directions are 256 a turn, places 256 a step.
+    hand = byte(84)  # 32 per turn
+    # The player's shot and the enemy's; directions are 256 a turn, positions 256 a step.
     shot_direction = byte(91, 85)
     shot_time = byte(96, 90)  # counts down
     shot_side = byte((92, 93), (86, 87))
     shot_ahead = byte((94, 95), (88, 89))
-    stick = high(104)  # a bit is 0 where it is pressed
+    stick = high(104)  # a pressed direction has bit 0
     crosshair_color = byte(108)
-    shots = bits(97, first=6, count=2)  # whether they fly, a bit each
+    shots = bits(97, first=6, count=2)  # a bit for each shot in flight
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -209,7 +210,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _enemy_boxes(m: Ram) -> tuple[Box, jax.Array]:
-    """Tight boxes of what shows of the nearer and the farther enemy, and their kinds."""
+    """Tight boxes of the visible parts of the nearer and the farther enemy, and their kinds."""
     kind = m.drawn_kinds >> np.array((0, 4)) & 15
     size = jnp.minimum(m.size, SIZES - 1)
     picture = match(
@@ -226,7 +227,7 @@ def _enemy_boxes(m: Ram) -> tuple[Box, jax.Array]:
     below = pick(size, LAST_LINES)
     first = 32 - lax.clz(seen_rows & -seen_rows)
     last = 32 - lax.clz(seen_rows)
-    # Left of the beam the last row of the lower enemy goes on for one more row.
+    # Left of the beam, the last row of the lower enemy lasts one more row.
     left_of_beam = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) != 0
     late = left_of_beam & (2 * below <= jnp.sum(below))
     height = last - first + 1 + when(late, 1)
@@ -234,7 +235,7 @@ def _enemy_boxes(m: Ram) -> tuple[Box, jax.Array]:
 
 
 def _shown_dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
-    """Dots that show, dots in the lowest row (bit 0 is the leftmost one), its column, the zoom."""
+    """Visible dots, dots in the lowest row (bit 0 is leftmost), its column, the zoom."""
     entry = lookup(DOTS_USED, index)
     zoom = entry >> 16
     masked = entry & (m.mask << 8 | m.mask)
@@ -242,7 +243,7 @@ def _shown_dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
     shows = drawn & 255
     lowest = drawn >> 8
     x = wrap(_column(m.x) + when(zoom > 0, 1))  # the chip draws wide dots a pixel later
-    # A picture may show at both edges: the larger part counts.
+    # A picture may appear at both edges: the larger part counts.
     beyond = -1 << _dots_within(160 - x, zoom)
     wraps = lax.population_count(shows & beyond) > lax.population_count(shows & ~beyond)
     part = jnp.where(wraps, beyond, ~beyond)
@@ -250,12 +251,12 @@ def _shown_dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
 
 
 def _column(x: jax.Array) -> jax.Array:
-    """Where the game's positioning loop puts a sprite: it is late for the leftmost columns."""
+    """Column at which the game's loop positions a sprite: it is late for the leftmost columns."""
     return match((x >= 17, x), (x >= 5, x - 5), otherwise=x + 160)
 
 
 def _dots_within(pixels: jax.Array, zoom: jax.Array) -> jax.Array:
-    """How many dots of a picture begin within a number of pixels."""
+    """Number of a picture's dots that begin within a number of pixels."""
     return jnp.clip((pixels + (1 << zoom) - 1) >> zoom, 0, 8)
 
 
@@ -270,7 +271,7 @@ def _by_record(m: Ram, enemies: Box, kind: jax.Array) -> tuple[Box, jax.Array]:
 
 
 def _shots(m: Ram) -> Box:
-    """The player's shot where it was on the last odd frame, the enemy's of the last even one."""
+    """The player's shot as on the last odd frame, the enemy's as on the last even frame."""
     side, ahead = _shots_drawn(m)
     away = side >> 8
     depth = ahead >> 8
@@ -288,7 +289,7 @@ def _shots(m: Ram) -> Box:
 
 
 def _shots_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Places of the shots before their last step and the player's last move."""
+    """Positions of the shots before their last step and the player's last move."""
     side_before_step = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
     ahead_before_step = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
     side, ahead = _before_move(m, side_before_step, ahead_before_step)
@@ -298,7 +299,7 @@ def _shots_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _before_move(m: Ram, side: jax.Array, ahead: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Places before the player's last move: a turn to the other side, as the game computes it."""
+    """Positions before the player's last move: the game's arithmetic for the opposite turn."""
     from_side = _signed_word(side)
     turn = _pressed(m, Stick.RIGHT, Stick.LEFT)
     back = _pressed(m, Stick.DOWN, Stick.UP)
@@ -310,17 +311,17 @@ def _before_move(m: Ram, side: jax.Array, ahead: jax.Array) -> tuple[jax.Array, 
 
 
 def _signed_word(word: jax.Array) -> jax.Array:
-    """A number of 16 bits whose highest one is the sign."""
+    """A 16-bit number with the sign in the highest bit."""
     return (word & 0xFFFF ^ 0x8000) - 0x8000
 
 
 def _pressed(m: Ram, forth: int, back: int) -> jax.Array:
-    """1 where the first direction is pressed, else -1 where the second one is, else 0."""
+    """1 if the first direction is pressed, otherwise -1 if the second is, otherwise 0."""
     return match((m.stick & forth == 0, 1), (m.stick & back == 0, -1), otherwise=0)
 
 
 def _projected(side: jax.Array, ahead: jax.Array) -> jax.Array:
-    """Pixels from the middle of the screen: the game's division of two numbers of 16 bits."""
+    """Pixels from the middle of the screen: the game's division of two 16-bit numbers."""
     zeros = jnp.maximum(jnp.minimum(lax.clz(side), lax.clz(ahead)) - 16, 1)
     shift = jnp.where(ahead >> 8 == 0, 0, zeros)
     rest = (side << shift) >> 8 & 255
@@ -331,7 +332,7 @@ def _projected(side: jax.Array, ahead: jax.Array) -> jax.Array:
 
 
 class Division(NamedTuple):
-    """The game's division while it finds one bit of the result after the other."""
+    """The game's division, which finds one bit of the result per step."""
 
     rest: jax.Array
     divisor: jax.Array
@@ -341,7 +342,7 @@ class Division(NamedTuple):
 def _next_bit(before: Division, bit: int) -> Division:
     fits = before.rest >= before.divisor
     rest = before.rest - when(fits, before.divisor)
-    large = when(rest >= 128, 1)  # the divisor is halved instead of doubling the rest
+    large = when(rest >= 128, 1)  # the game halves the divisor instead of doubling the rest
     share = before.share | when(fits, 1 << bit)
     return Division(rest << 1 - large, before.divisor >> large, share)
 
@@ -359,7 +360,7 @@ def _radar(m: Ram) -> Box:
     return box(x, y, w, h, jnp.append(True, m.blip_y < NO_BLIP))
 
 
-# The lines of a crash may have anybody's colours; the crosshair is not on that screen.
+# The lines of a crash may have any object's colours; the crosshair is not on that screen.
 on_plain = functools.partial(Category, needs=("Crosshair",))
 enemy_category = functools.partial(on_plain, count=2)
 enemy_blobs = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
@@ -379,7 +380,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        on_plain("Player", PLAYER, rgb=(26, 102, 26), doc="the player's tank"),
+        on_plain("Player", PLAYER, rgb=(26, 102, 26), role="player", doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
         enemy_category(
             "Blue_Tank", enemy_blobs((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"
@@ -405,7 +406,7 @@ GAME = Game(
         ),
         on_plain("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
         on_plain("Radar_Content", CONTENT, count=3, doc="hand and blips"),
-        display("Score", SCORE, doc="points"),
-        display("Life", LIVES, count=5, attributes=(), doc="tanks left"),
+        display("Score", SCORE, role="score", doc="points"),
+        display("Life", LIVES, count=5, attributes=(), role="lives", doc="tanks left"),
     ),
 )

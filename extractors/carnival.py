@@ -1,24 +1,24 @@
 """Carnival: a gun below three rows of targets, a wheel of pipes, and a sign that offers a bonus.
 
-Screen: The leftmost eight columns of the rows are blanked by the beam. The lines, the foot of the
-wheel and the stand of the sign are scenery. PlayerScore stays valid while a text is shown in its
-place between levels; so do the bar with its last bullets and a sign that was hit while they blink.
+Screen: the beam's late blank hides the leftmost eight columns of the rows. The lines, the foot of
+the wheel and the stand of the sign are scenery. PlayerScore stays valid while a text replaces it
+between levels. The bar with its last bullets and a hit sign stay valid while they blink.
 
-Slots: Targets of all four kinds have a slot for each place in the game's six groups of up to three:
-group * 3 + copy, the lowest row first. Ducks that come down eat bullets: the first slot of
-FlyingDuck is the one that comes down, the second one eats on the bar.
+Slots: targets of all four kinds have a slot for each place in the game's six groups of at most
+three: group * 3 + copy, the lowest row first. Ducks that come down eat bullets: FlyingDuck has
+first the duck that comes down, then the duck that eats on the bar.
 
-RAM: ALE's source (score), OCAtari 2.2 (what the tables are), and the ROM's code. Groups and shots
-move before they are drawn. Flying ducks and the wheel move after it, and only when a counter of
-three frames ends; `decode` takes that back. The loop that draws the shot runs over rows of
-different numbers of lines, so the shot has a place and a height for each of its steps.
+RAM: ALE's source (score), OCAtari 2.2 (meaning of the tables), and the ROM's code. Groups and shots
+move before they are drawn. Flying ducks and the wheel move after it, and only at the end of a
+counter of three frames; `decode` reverts this. The loop that draws the shot covers rows of
+different numbers of lines, so each of the shot's steps has its own top and height.
 
 Covered: several levels, ducks that fly and eat, bonuses and penalties, the end of the game.
 
-Not exact, each for a single frame, as they are not in the RAM: a flying duck that is hit, where it
-was when it turns, the wheel while its last pipe is hit.
+Not exact: the RAM lacks these facts, each for a single frame: a hit flying duck, its position when
+it turns, the wheel while its last pipe is hit.
 
-VEM: takes a rabbit's last column for bullets and does not see its first two alone.
+VEM: it takes a rabbit's last column for bullets and misses its first two columns alone.
 """
 
 import functools
@@ -70,7 +70,7 @@ class Kind:  # of `Ram.group_kind` and `Ram.munch`: low bytes of the pictures' a
     NONE = 0x5C
 
 
-class Sign:  # of `Ram.sign`: likewise
+class Sign:  # of `Ram.sign`: low bytes of the pictures' addresses
     PLUS_BULLETS = 0x1E
     NONE = 0x4F
     MINUS_BULLETS = 0xA6
@@ -81,11 +81,11 @@ NO_WHEEL = 84  # `wheel`
 WHEEL_PICTURES = 16  # pictures of 13 rows before the wheel's first one
 SIGN_TUNE = 20  # `tune` while the sign has its other colour
 NO_DUCK = 79  # `duck_y`
-LAST_STEP = 1  # `tick` on the last frame before what moves slowly moves
+LAST_STEP = 1  # `tick` on the last frame before slow objects move
 LAST_BITE = 3  # `eater_x` at the left end of the bullets
-CHEWED = 10  # `chew` at which a duck that eats has moved, as at 0
+CHEWED = 10  # `chew` at which an eating duck has moved; also at 0
 
-# At every fifth of the shot's steps, its top and its height.
+# Top and height of the shot, for every fifth of its steps.
 SHOTS = np.array(
     (
         *((15, 3), (18, 3), (0, 0), (21, 5), (25, 5), (30, 5), (35, 5), (40, 7), (47, 2), (49, 5)),
@@ -108,13 +108,13 @@ SHOTS = np.array(
 
 LEFT_EDGE = 8  # first column of the rows
 TARGET = 8  # columns of a target
-# Parts of targets: 1-7 are that many last columns, 9-15 are 1-7 first ones.
+# Parts of targets: 1-7 are that many last columns, 9-15 are 1-7 first columns.
 WHOLE = 0
 FIRST = 8
 
 
 def _part_rows(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
-    """Rows of a part of a target from the top."""
+    """Rows of a part of a target, from the top."""
     rows = mirrored(PICTURE_ROWS[kind]) if is_mirrored else PICTURE_ROWS[kind]
     if part == WHOLE:
         return rows
@@ -137,7 +137,7 @@ WHEEL_COLORS = (148, 194, 100, 36)
 SIGN_COLORS = (72, 56)
 BARS = (146, 192, 100, 34)
 YELLOW = 24
-GREY = 10
+GRAY = 10
 RED = 72
 GREEN = 182
 BRIGHT = 234
@@ -152,7 +152,7 @@ class Ram(RamMap):
     sign = byte(7)  # picture
     amount = byte(9)  # picture
     munch = byte(11)  # picture of a duck that eats
-    tune = byte(16)  # that plays
+    tune = byte(16)  # current tune
     clock = byte(17)
     group_x = byte(*range(18, 24))  # x + 4; lowest row first
     group_kind = byte(*range(24, 36, 2))  # picture
@@ -162,10 +162,10 @@ class Ram(RamMap):
     duck_left = bits(43, first=7)
     score = bcd((45, 46))  # tens
     shot_y = byte(55)  # steps
-    bar = byte(57, 58, 60, 61)  # a bit a unit
-    bar_ends = bits(59, 62, first=4, count=4)  # a bit a unit
+    bar = byte(57, 58, 60, 61)  # a bit per unit
+    bar_ends = bits(59, 62, first=4, count=4)  # a bit per unit
     chew = byte(79)  # counts to 20
-    tick = byte(81)  # counts to 0; then what moves slowly has moved after drawing
+    tick = byte(81)  # counts to 0; then slow objects have moved after the drawing
     sign_on = byte(102)
     eater_x = byte(109)  # x + 3
     duck_x = byte(111)  # x + 4
@@ -194,7 +194,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _moved(m: Ram) -> jax.Array:
-    """Whether what moves slowly has moved since the frame was drawn."""
+    """True if slow objects have moved since the frame was drawn."""
     return m.tick == 0
 
 
@@ -215,14 +215,14 @@ def _wheel(m: Ram) -> Box:
 
 
 def _kinds(m: Ram) -> jax.Array:
-    """Pictures of the targets; a duck of the lowest row that has just left it is still drawn."""
+    """Pictures of the targets; a duck that has just left the lowest row is still drawn."""
     leaves = (m.duck_y == 0) & _moved(m) & (m.group_x == m.duck_x)
     left_row = leaves & (m.group_kind == Kind.NONE) & (np.arange(6) < 2)
     return jnp.repeat(jnp.where(left_row, Kind.DUCK, m.group_kind), 3)
 
 
 def _target_boxes(m: Ram, kind: jax.Array) -> Box:
-    """All copies of all groups. The edges of the rows show parts of them."""
+    """All copies of all groups; at the edges of the rows only their visible parts."""
     first_x = m.group_x + 156
     apart = spacing(m.group_copies)
     count = copies(m.group_copies)
@@ -235,7 +235,7 @@ def _target_boxes(m: Ram, kind: jax.Array) -> Box:
 
 
 def _ducks(m: Ram) -> Box:
-    """The duck that comes down, and the one that eats bullets."""
+    """The duck that comes down, then the duck that eats bullets."""
     is_last_step = m.tick == LAST_STEP
     y = 110 + m.duck_y - when(~is_last_step, m.duck_speed)
     x = m.duck_x - 4 - when(_moved(m), jnp.where(m.duck_left == 1, -1, m.duck_right))
@@ -256,7 +256,7 @@ def _bar_box(m: Ram) -> Box:
 
 
 def _sign_boxes(m: Ram) -> tuple[Box, Box]:
-    """Plus or minus, and the points, or as many bullets."""
+    """Plus or minus, and the points or bullets."""
     there = (m.sign_on > 0) & (m.sign != Sign.NONE)
     minus = m.sign == Sign.MINUS
     minus_bullets = m.sign == Sign.MINUS_BULLETS
@@ -275,8 +275,8 @@ row_category = functools.partial(Category, count=18)
 row_blobs = functools.partial(Blobs, region=ROWS_AREA, gap=(1, 5))
 
 MISSILE = Bounds(BRIGHT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
-RABBITS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
-CLIPS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=9))
+RABBITS = row_blobs(GRAY, shapes=Shape(w=(1, 8), h=(10, 15)))
+CLIPS = row_blobs(GRAY, shapes=Shape(w=(1, 8), h=9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
 PLUS_MINUS = Bounds(SIGN_COLORS, (12, 29, 18, 38))
 AMOUNT = Bounds(SIGN_COLORS, (20, 29, 44, 38))
@@ -289,7 +289,7 @@ GAME = Game(
     decode=decode,
     screen=(214, 160),
     categories=(
-        Category("Player", Bounds(GREEN, (8, 186, 160, 199)), doc="the gun"),
+        Category("Player", Bounds(GREEN, (8, 186, 160, 199)), role="player", doc="the gun"),
         Category("PlayerMissile", MISSILE, doc="the shot"),
         Category("Wheel", Bounds(WHEEL_COLORS, (66, 14, 104, 29)), doc="pipes, until all are hit"),
         row_category("Duck", row_blobs(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
@@ -297,7 +297,9 @@ GAME = Game(
         row_category("Owl", row_blobs(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
         row_category("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
         Category("FlyingDuck", FLYING, count=2, doc="coming down; eating bullets"),
-        display("PlayerScore", SCORE.rule(WHITE), doc="points without the last digit"),
+        display(
+            "PlayerScore", SCORE.rule(WHITE), role="score", doc="points without the last digit"
+        ),
         display("AmmoBar", BAR, blinks=True, doc="bullets left"),
         display("BonusSign", PLUS_MINUS, blinks=True, attributes=(), doc="plus or minus"),
         display("BonusValue", AMOUNT, blinks=True, attributes=(), doc="points or bullets"),

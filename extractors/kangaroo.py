@@ -1,24 +1,24 @@
 """Kangaroo: a mother climbs floors and ladders to her child while monkeys throw coconuts.
 
-Screen: The walls and the dashes on the left one are scenery. The player's box has her fist in it.
-Nothing is valid on the title screen, which follows the last life. Of three or four monkeys one
-above the other, each is drawn on every third or fourth frame.
+Screen: the walls and the dashes on the left one are scenery. The player's box includes her fist.
+Nothing is valid on the title screen, which follows the last life. If three or four monkeys are in
+one column, each is drawn on every third or fourth frame.
 
 Slots: Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of
 the three levels.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are) and the ROM's code. The coconut
-that falls moves before a frame is drawn; the player, the monkeys and the thrown coconuts move after
-it, monkeys once in 16 frames. `decode` undoes these steps as far as the counters tell them.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes) and the ROM's code. The falling
+coconut moves before a frame is drawn. The player, the monkeys (once in 16 frames) and the thrown
+coconuts move afterwards. `decode` undoes these steps as far as the counters show them.
 
-Covered: modes 0 and 1, deaths, the end of the game, and all three levels with the scenes that end
-them. Random play shows the first one; the others were reached by writing RAM.
+Covered: modes 0 and 1, deaths, the end of the game, and all three levels with their final scenes.
+Random play shows the first level; the others were reached by writing RAM.
 
-Not exact: whether the player has just stepped, turned or steered a jump to the side, and whether a
-jump, a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame
-late.
+Not exact: the RAM does not keep the joystick. It is therefore unknown whether the player has just
+stepped, turned or steered a jump to the side, and whether a jump, a crouch or a climb has just
+ended. New points appear a frame late.
 
-VEM: does not see the wood in the frames in which it flashes black.
+VEM: it misses the wood while it flashes black.
 """
 
 import jax
@@ -88,7 +88,7 @@ MOST_PLATFORMS = 20  # of a level
 
 START_LIVES = 2  # `lives` at the start
 GAME_OVER = 128  # its least value after the end
-EMPTY = 128  # least value of bytes that stand for no object
+EMPTY = 128  # least value of bytes without an object
 START_TENS = 2  # of the time
 BLANK = 10  # least digit of the time that is blank
 NOT_PRESSED = 128  # least value of `fire`
@@ -103,7 +103,7 @@ class Pose:  # of `Ram.pose`; `RIGHT` and the last two are bits
     PUNCHES = 128
 
 
-class Timer:  # of `Ram.timer`: when a pose has just begun or moved the player
+class Timer:  # of `Ram.timer`, when a pose has just begun or moved the player
     BEGINS = 1
     PUNCH_BEGINS = 13
     TURNS_OVER = 4  # in a death
@@ -113,13 +113,13 @@ class Timer:  # of `Ram.timer`: when a pose has just begun or moved the player
     STRETCHED = 24
 
 
-class Scene:  # of `Ram.scene`; while it is `EMPTY` or more, nothing moves
+class Scene:  # of `Ram.scene`; at `EMPTY` or more, nothing moves
     DYING = 1
     PUNCHED = 2  # until the button is released
     SAVED = 64  # bit: the child stands still
 
 
-class Gait:  # of `Ram.monkey_state`: what the low nibble says, and bits
+class Gait:  # of `Ram.monkey_state`: values of the low nibble, and bits
     DESCENDS = 1
     WALKS = 4
     SECOND_STEP = 16
@@ -128,7 +128,7 @@ class Gait:  # of `Ram.monkey_state`: what the low nibble says, and bits
 
 WALK_1 = 67  # pictures of monkeys that go left
 WALK_2 = 100
-WALK_RIGHT = 16  # pictures from there to those of monkeys that go right
+WALK_RIGHT = 16  # added to these for monkeys that go right
 SAVED_STEP = 6  # of the child
 CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
 # By bell or fruit, and level.
@@ -136,7 +136,7 @@ PRIZE_ROW = ROM.bytes(BANK + 0xFA3, 24).reshape(4, 6)[:, :3]
 PRIZE_X = ROM.bytes(BANK + 0xFA6, 24).reshape(4, 6)[:, :3]
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
-# The pictures of the player, by the low bits of `pose`, of the bell and the fruits, and of monkeys.
+# Pictures of the player, by the low bits of `pose`; of the bell and the fruits; of monkeys.
 POSE_AT = (ROM.bytes(BANK + 0xE01, 16) & 15) << 8 | ROM.bytes(BANK + 0xDF1, 16)
 POSES = ROM.pictures(POSE_AT.tolist(), 2 * (PITCH * POSE_ROWS).tolist(), top_first=True)
 PRIZES = ROM.pictures(range(0xB00, 0xC00), 16, top_first=True)
@@ -144,7 +144,7 @@ MONKEYS = ROM.pictures(range(0xE00, 0xF00), 16, top_first=True)
 
 
 def _lit_runs(level: int, row: int) -> list[tuple[int, int]]:
-    """Left edges and widths of what the playfield shows in a row."""
+    """Left edges and widths of the playfield's lit stretches in a row."""
     at = ROWS * level + row
     parts = [int(ROM.data[offset + at]) for offset in (0xF00, 0xF42, 0xF84, 0xD52)]
     dots = [f"{p:08b}"[::step] for p, step in zip(parts, (1, -1, 1, -1), strict=True)]
@@ -155,14 +155,14 @@ def _lit_runs(level: int, row: int) -> list[tuple[int, int]]:
 
 
 def _level_platforms(level: int) -> list[tuple[int, int, int, int]]:
-    """The boxes of a level's floors and steps, from the top; zeros for those that it lacks."""
+    """The boxes of a level's floors and steps, from the top; zeros for missing ones."""
     lit = ((FIRST_LINE + PITCH * row, run) for row in range(ROWS) for run in _lit_runs(level, row))
     wide = [(x, y, w, 4) for y, (x, w) in lit if w > RUNG]
     return wide + [(0, 0, 0, 0)] * (MOST_PLATFORMS - len(wide))
 
 
 def _level_ladders(level: int) -> list[tuple[int, ...]]:
-    """Boxes of a level's ladders, whose rungs lie in successive rows."""
+    """Boxes of a level's ladders; the rungs of a ladder lie in successive rows."""
     found = [(row, x) for row in range(ROWS) for x, w in _lit_runs(level, row) if w == RUNG]
     tops = [(row, x) for row, x in found if (row - 1, x) not in found]
     last = [next(r for r in range(row, ROWS) if (r + 1, x) not in found) for row, x in tops]
@@ -196,10 +196,10 @@ class Ram(RamMap):
     lives = byte(45)
     scene = byte(54)
     clock = byte(57)
-    tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 stands for a blank
+    tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 is a blank
     ones = bits(59, count=4)
     third = byte(60)  # 0-2; the player steps at 0
-    fire = byte(124)  # 128 or more: the button is not pressed
+    fire = byte(124)  # at least 128: the button is not pressed
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -221,7 +221,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _of_level(m: Ram, table: np.ndarray) -> jax.Array:
-    """What a table by level has for this one."""
+    """This level's entry of a table by level."""
     chosen = (np.arange(LEVELS) == m.level).reshape(LEVELS, *[1] * (table.ndim - 1))
     return only(chosen, table, axis=0)
 
@@ -237,7 +237,7 @@ def _shown_ladders(m: Ram) -> Box:
 
 
 def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
-    """The bell or the fruits, which are at fixed places of a level."""
+    """The bell or the fruits, at fixed positions of a level."""
     row = _of_level(m, PRIZE_ROW[first:last].T)
     x = _of_level(m, PRIZE_X[first:last].T)
     picture = lookup(PRIZE_PICTURES, (4 if first > 0 else 0) + (state & 3))
@@ -245,12 +245,12 @@ def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
 
 
 def _next_life(m: Ram) -> jax.Array:
-    """Whether this is the first frame of a life that is not the first one."""
+    """True on the first frame of a life, except the first life."""
     return (m.clock == 0) & (m.tens == START_TENS) & ((m.lives < START_LIVES) | (m.score > 0))
 
 
 def _child_box(m: Ram) -> Box:
-    """The child, which walks to and fro, and stands still when the player has come."""
+    """The child, which walks to and fro, and stands still when the player has arrived."""
     begins = (m.clock == 0) & (m.tens == START_TENS) & ~_next_life(m)
     last_clock = jnp.where(begins, 0, m.clock - 1)
     step = jnp.where((m.scene & Scene.SAVED) != 0, SAVED_STEP, last_clock >> 4 & 7)
@@ -282,7 +282,7 @@ def _thrown(m: Ram) -> Box:
 
 
 def _falling(m: Ram) -> Box:
-    """The coconut that falls. Beside a sprite of the other kind the game switches it on late."""
+    """The falling coconut. The game switches it on a line later beside a sprite of another kind."""
     row = m.falling_row - ROWS * m.level
     x = m.falling_x + 14
     there = (m.falling_row < EMPTY) & (row >= 0) & (row < ROWS)
@@ -296,7 +296,7 @@ def _falling(m: Ram) -> Box:
 
 
 def _player_box(m: Ram) -> Box:
-    """The player. She is not valid below the screen and on the first frame of the next life."""
+    """The player; not valid below the screen and on the first frame of the next life."""
     x, row, pose = _player_drawn(m)
     right = (pose & Pose.RIGHT) != 0
     first, top, width, height = POSES.extent(pose & 15)
@@ -310,7 +310,7 @@ def _player_box(m: Ram) -> Box:
 
 
 def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Column, row and pose in which the player was drawn."""
+    """The player's drawn column, row and pose."""
     acts = m.scene < EMPTY
     dies = m.scene == Scene.DYING
     drawn = _pose_drawn(m)
@@ -345,8 +345,8 @@ def _rows_down(m: Ram) -> jax.Array:
 def _pose_drawn(m: Ram) -> jax.Array:
     """The pose before the last step.
 
-    A jump goes up and down by its timer; it, a crouch and a punch begin with the timer at 1 or 13.
-    A punch has just ended if the game has not yet noticed that the button is released.
+    A jump goes up and down by its timer. Jumps and crouches begin with the timer at 1, punches at
+    13. A punch has just ended if the game has not yet noticed that the button is released.
     """
     pose = m.pose
     timer = m.timer
@@ -366,7 +366,7 @@ def _pose_drawn(m: Ram) -> jax.Array:
 
 
 def _score_box(m: Ram) -> Box:
-    """The score. Its last two digits are always noughts."""
+    """The score; its last two digits are always zeros."""
     left = jnp.where(m.score == 0, HUNDREDS.area[2] + int(FONT.left[0]), HUNDREDS.box(m.score).x)
     right = SCORE_RIGHT - 8 + int(FONT.right[0])
     return edges(left, SCORE_TOP, right, SCORE_TOP + FONT.height, value=100 * m.score)
@@ -383,7 +383,7 @@ def _time(m: Ram) -> Box:
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
 WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
 RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
-# Without the coconut:
+# Rows of wood, to be ignored for the coconut.
 WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(FIRST_LINE, 180, PITCH))
 CROUCHING = Blobs(FUR, (0, 28, 160, 180), Shape(w=(4, 12), h=(5, 16)), gap=(1, 1))
 BODY = Blobs(FUR, (0, 4, 160, 180), Shape(w=(4, 12), h=(17, 24)), gap=(1, 1), also=(CROUCHING,))
@@ -400,7 +400,7 @@ FLOORS = Runs(
     then=(Packed(),),
 )
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
-# Less than the ladders, which figures cover, and more than what is there in other levels.
+# Lower than the ladders, which figures cover, and higher than other objects of other levels.
 RUNG_HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
 RUNGS = Bounds(RUNG_COLORS, PLACES, RUNG_HEIGHTS)
 SPARE_LIVES = LIVES.rule(DISPLAY_COLOR, (16, 183, 80, 190), single=2)
@@ -411,7 +411,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", BODY, attributes=("orientation",), doc="the mother"),
+        Category("Player", BODY, attributes=("orientation",), role="player", doc="the mother"),
         Category("Child", CHILD, doc="the child"),
         Category("Monkey", APES, count=4, doc="monkeys"),
         Category("FallingCoconut", BALL, doc="a coconut that falls"),
@@ -420,8 +420,8 @@ GAME = Game(
         Category("Fruit", FRUITS, count=3, doc="fruits"),
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
-        display("Score", SCORE.rule(DISPLAY_COLOR), doc="points"),
-        display("Lives", SPARE_LIVES, doc="lives left but the last one"),
-        display("Time", CLOCK.rule(DISPLAY_COLOR), doc="time left"),
+        display("Score", SCORE.rule(DISPLAY_COLOR), role="score", doc="points"),
+        display("Lives", SPARE_LIVES, role="lives", doc="lives left but the last one"),
+        display("Time", CLOCK.rule(DISPLAY_COLOR), role="time", doc="time left"),
     ),
 )

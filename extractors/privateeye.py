@@ -1,26 +1,25 @@
 """Private Eye: a detective in a car that jumps, in the streets and the woods of a city.
 
 Screen: Badguy and Badguy_Head look out of windows and doors, as Clue does. Passage leads to another
-street or into the woods. Shop_Sign stands for all signs but those of Police, Bank and Guns.
-Hydrants, curtains, branches, bricks and jail windows are scenery. Player is the detective, whose
-lower part is in the car unless he jumps higher. Score counts from 1,000 points.
+street or into the woods. Shop_Sign is any sign except Police, Bank and Guns. Hydrants, curtains,
+branches, bricks and jail windows are scenery. Player is the detective, whose lower part is in the
+car unless he jumps higher. Score counts from 1,000 points.
 
-Slots: A scene has three records of objects, each drawn up to three times side by side: slots
-record * 3 + copy, of the records that hold the kind. Slots of things that are looked for: in a
-scene, carried (at the top right).
+Slots: a scene has three records of objects, each drawn up to three times side by side. The slots
+are record * 3 + copy, for the records that may hold the kind. Items to be found have two slots: in
+a scene, carried (at the top right).
 
-RAM: ALE's source (score), OCAtari 2.2 (kinds, what the bytes are), and the ROM's code: the steps at
-F513 of the second bank are made before the drawing, and what collisions change at F1FF and the
-clock's step at F8CE of the first bank after it. The kinds' pictures are listed at F6DF. The
-pointers that F693 sets up tell what is drawn of the detective, and how high.
+RAM: ALE's source (score), OCAtari 2.2 (kinds, meaning of the bytes), and the ROM's code. The steps
+at F513 of the second bank come before the drawing. Effects of collisions at F1FF, and the clock's
+step at F8CE of the first bank, come after it. F6DF lists the kinds' pictures. The pointers that
+F693 sets up give the detective's drawn picture and height.
 
 Covered: all scenes and signs of all five cases (written to RAM), the end of the game.
 
-Not exact: what a collision has taken or broken is gone from the RAM a frame early.
+Not exact: an object that a collision has taken or broken is gone from the RAM a frame early.
 
-VEM: does not see things in a scene that can be carried, the car while it flashes, mud that the car
-touches, or what is behind others, and takes a curtain or a plant that touches the detective for a
-part of him.
+VEM: it misses items in a scene, the car while it flashes, mud that the car touches, and objects
+behind others. It takes a curtain or a plant that touches the detective for a part of him.
 """
 
 import dataclasses
@@ -96,12 +95,12 @@ class Kind:  # of `Ram.kind` and `Ram.held`
 
 HEIGHTS = ROM.bytes(0x6DF, Kind.COUNT).astype(int) - 1
 PLACES = (ROM.bytes(0xCA7, Kind.COUNT).astype(int) & 15) << 8 | ROM.bytes(0xC86, Kind.COUNT)
-MOST_CUT = 16  # rows that a window hides
+MOST_CUT = 16  # most rows that a window hides
 KIND_ROWS = [
     ROM.rows(int(at), int(n)) if n > 0 else np.zeros(1, int)
     for at, n in zip(PLACES, HEIGHTS, strict=True)
 ]
-# Of each kind, without its lowest 0 to 15 rows.
+# Each kind's picture without its lowest 0 to 15 rows.
 SIZES = Pictures.of(
     [np.where(np.arange(len(r)) < len(r) - c, r, 0) for r in KIND_ROWS for c in range(MOST_CUT)],
     kind=len(KIND_ROWS),
@@ -140,21 +139,21 @@ SIGNS = {  # by `scene`
     "Gun_Sign": (16,),
     "Shop_Sign": (17, 18, 19, 21, 22, 23),
 }
-FALLS = (5, 6)  # scenes in which only the first two records are drawn
-OVER = 128  # `idle`, this or more: nothing is shown
+FALLS = (5, 6)  # scenes that draw only the first two records
+OVER = 128  # least `idle` with a blank screen
 STARTS = 1000  # points at the beginning
 CAR_BASE = 19  # least `car_row` of a car that is not down on its wheels
 CAR_END = 177  # row below the lowest one of the car
-TICK = 171  # what a step adds to `fraction`; with a carry it takes two hundredths, not one
+TICK = 171  # added to `fraction` in each step; a carry makes the step two hundredths, not one
 LOOKS = np.array((0, 3, 4, 8, 9, 12, 13))  # the other seven of 14 are parts of these
 LOW_BYTES, PAGES, COLORS = ROM.bytes(SECOND | 0xD7F, 3 * 14).reshape(3, 14)[:, LOOKS].astype(int)
-LOOK_KEYS = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart
-HIGHEST = 200  # more rows of lift are less than none
+LOOK_KEYS = (LOW_BYTES - COLORS & 255).tolist()  # identify the looks
+HIGHEST = 200  # most rows of lift; higher bytes are negative
 ROWS = 36  # rows of the detective's picture
 
 
 def _detective_pictures() -> Pictures:
-    """The extents of each look's first 0 to 36 rows, from the row of the counter's 35 down."""
+    """The extents of each look's first 0 to 36 rows; the rows count down from 35."""
     out = []
     for low, page, color in zip(LOW_BYTES, PAGES, COLORS, strict=True):
         shown = np.cumprod(ROM.bytes(0xA00 | int(color), ROWS)[::-1] != 0)
@@ -167,7 +166,7 @@ DETECTIVE = _detective_pictures()
 
 
 class Ram(RamMap):
-    pointers = byte(18, 20)  # to the detective's picture and colours, less the rows of lift
+    pointers = byte(18, 20)  # to the detective's picture and colours, minus the rows of lift
     held = byte(5)  # kind that the detective carries
     base = byte(38, 39, 40)  # 182 - bottom row
     kind = byte(41, 42, 43)
@@ -185,7 +184,7 @@ class Ram(RamMap):
     seconds = bcd(69)
     car_row = byte(86)  # 182 - its top row
     depth = byte(88)  # of the way into a passage
-    fine_x = signed(91)  # quarters of a column; less than zero to the left
+    fine_x = signed(91)  # quarters of a column; negative to the left
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -211,7 +210,7 @@ def _grouped(m: Ram, objects: Box) -> dict[str, Box]:
 
 
 def _passage_boxes(m: Ram, first: Box) -> Box:
-    """The ways to an alley and into the woods, which the first record holds."""
+    """The ways to an alley and into the woods, from the first record."""
     leads = m.kind[0] == np.array((Kind.ALLEY, Kind.WOODS))
     return box(first.x, first.y, first.w, first.h, first.valid & leads)
 
@@ -242,7 +241,7 @@ def _copied(m: Ram, records: Box) -> Box:
 
 
 def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
-    """The objects of some kinds of which there is one at most."""
+    """The objects of kinds that appear at most once."""
     in_first = m.kind[0] == kind
     in_second = m.kind[1] == kind
     in_third = m.kind[2] == kind
@@ -251,7 +250,7 @@ def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
 
 
 def _item_boxes(m: Ram, objects: Box) -> dict[str, Box]:
-    """What is looked for: in the scene, and carried."""
+    """Items: in the scene, and carried."""
     kinds = Kind.FIRST_ITEM + np.arange(len(ITEMS))
     left, top, width, height = np.array(EXTENTS)[:, MOST_CUT * kinds]
     carried = box(140 + left, 45 - HEIGHTS[kinds] + top, width, height, m.held == kinds)
@@ -321,7 +320,7 @@ WALL = tuple((x, y, x + 4, y + 4) for y, columns in BRICKS_AT.items() for x in c
 
 
 class AboveCar(Step):
-    """Boxes end above the car if it begins inside them: drivers share a colour with their car."""
+    """End boxes above a car that begins inside them: drivers share a colour with their car."""
 
     @property
     def other(self) -> str:
@@ -338,39 +337,39 @@ class AboveCar(Step):
         return found._replace(box=boxes(found.x, found.y, found.w, height, found.valid))
 
 
-FIGURE_COLORS = (0, 0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82)
+FIGURE_COLORS = (0, 70, 74, 22, 26, 30, 130)
 figure = functools.partial(Blobs, FIGURE_COLORS, gap=(0, 1), then=(AboveCar(), Tight()))
-DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 0x1E, 0x82))
+DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 30, 130))
 CARS = Blobs(0, (8, 110, 160, 183), Shape(w=(8, 28), h=(8, 17)), gap=(1, 1))
-ALLEY = (0x06, 0x0A, 0x86)
-WOODS = (0x14,)
+ALLEY = (6, 10, 134)
+WOODS = (20,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
 ON_GROUND = (8, 172, 160, 181)
-BARRIERS = Blobs((0x1E, 0), LOW_AREA, Shape(w=(5, 8), h=(17, 18)))
+BARRIERS = Blobs((30, 0), LOW_AREA, Shape(w=(5, 8), h=(17, 18)))
 MUDS = Blobs(0, ON_GROUND, Shape(w=8, h=4, pixels=22))
-PLANTS = Blobs((0x1A, 0x32, 0xD6), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
-BRICKS = Blobs(0x44, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
+PLANTS = Blobs((26, 50, 214), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
+BRICKS = Blobs(68, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
 PIECE_SHAPES = (
     Shape(w=8, h=4, pixels=36),
     Shape(w=8, h=4, pixels=33),
     Shape(w=6, h=3, pixels=23),
 )
 PIECES = Blobs(0, ON_GROUND, PIECE_SHAPES, gap=(3, 0))
-DOVES = Blobs(0x0E, (8, 56, 160, 150), Shape(w=8, h=(5, 6)))
-LIZARDS = Bounds(0x1A, (8, 173, 160, 183), min_size=(7, 4))
+DOVES = Blobs(14, (8, 56, 160, 150), Shape(w=8, h=(5, 6)))
+LIZARDS = Bounds(26, (8, 173, 160, 183), min_size=(7, 4))
 
 
 def _who(hues: tuple[int, ...], regions: tuple[Area, Area], most: int) -> Blobs:
-    """Who looks out: in the first region with four rows or more, in the second the hat's tip."""
+    """A figure that looks out: at least four rows in the first region, its hat in the second."""
     tip = Blobs(hues[0], regions[1], (Shape(w=4, h=(2, 3)), Shape(w=3, h=1)), gap=(1, 0))
     whole = Shape(w=8, h=(4, most))
     return Blobs(hues, regions[0], whole, first=hues[0], ignore=JAIL, also=(tip,))
 
 
 JAIL = tuple((x, 50, x + 8, 70) for x in (44, 76, 108))
-GUYS = _who((0x1E, 0, 0x0E, 0x80), ((8, 50, 160, 160), (8, 50, 160, 68)), 14)
-HEADS = _who((0x82, 0), ((8, 158, 160, 167), (8, 158, 160, 167)), 6)
-CLUES = Blobs((0x0E, 0x82, 0), UPPER, Shape(w=(3, 8), h=(6, 14)), gap=(0, 2), first=0x0E)
+GUYS = _who((30, 0, 14, 128), ((8, 50, 160, 160), (8, 50, 160, 68)), 14)
+HEADS = _who((130, 0), ((8, 158, 160, 167), (8, 158, 160, 167)), 6)
+CLUES = Blobs((14, 130, 0), UPPER, Shape(w=(3, 8), h=(6, 14)), gap=(0, 2), first=14)
 KNIVES = Blobs(0, (8, 155, 160, 183), Shape(w=8, h=4, pixels=16))
 RULES = {
     "Barrier": BARRIERS,
@@ -390,11 +389,11 @@ CLOCK_LEFTS = (*MINUTES.lefts, *SECONDS.lefts)
 CLOCK = Bounds(WHITE, (58, 19, 98, 27), value=Digits(FONT, CLOCK_LEFTS, 19, (600, 60, 10, 1)))
 CARRIED_AREA = (138, 28, 150, 46)
 NOWHERE = (0, 0, 1, 1)
-LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
+LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # items with the same colours
 
 
 def _item_rule(name: str) -> Blobs | Bounds:
-    """A whole picture; in a scene, it is not looked for."""
+    """A complete picture; VEM does not search for it in a scene."""
     kind = Kind.FIRST_ITEM + ITEMS.index(name)
     dots = KIND_ROWS[kind]
     at = int(PLACES[kind]) + int(ROM.bytes(0xCC8 + kind, 1)[0])
@@ -411,7 +410,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing_category("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
+        facing_category(
+            "Player", DETECTIVES, rgb=(228, 111, 111), role="player", doc="the detective"
+        ),
         facing_category("Car", CARS, doc="the detective's car"),
         Category(
             "Passage",
@@ -426,10 +427,10 @@ GAME = Game(
         ),
         *(Category(name, _item_rule(name), count=2, doc="in a scene, carried") for name in ITEMS),
         Category("Police_Sign", sign(0), doc="at the police station"),
-        Category("Bank_Sign", sign(0xD4), doc="at the bank"),
-        Category("Gun_Sign", sign(0x8E), doc="at the gun shop"),
-        Category("Shop_Sign", sign((0x30, 0x48, 0x5E, 0x4E, 0x56, 0x0E)), doc="at other shops"),
-        display("Score", SCORE.rule(WHITE, base=-STARTS), doc="points that were won"),
-        display("Clock", CLOCK, doc="seconds that are left"),
+        Category("Bank_Sign", sign(212), doc="at the bank"),
+        Category("Gun_Sign", sign(142), doc="at the gun shop"),
+        Category("Shop_Sign", sign((48, 72, 94, 78, 86, 14)), doc="at other shops"),
+        display("Score", SCORE.rule(WHITE, base=-STARTS), role="score", doc="points that were won"),
+        display("Clock", CLOCK, role="time", doc="seconds that are left"),
     ),
 )

@@ -1,12 +1,12 @@
 """The colours of Alien's eggs.
 
-Two sprites draw the figures: one the three aliens, the other one the crewman, the pulsar or his
-flame, and the rocket. Each takes one figure after another from the top down, with its colour, then
-those that are not in the maze, and at last the colour of the display. Eggs are missiles, which have
-the colours of their sprites: of the six columns of each half, the left three belong to the first
-sprite, the others to the second one, which takes figures above a row of eggs, not within it. Of two
-figures of a sprite that are too close below each other, one is left out, by turns. Odd frames draw
-the eggs of the right half, even frames those of the left half.
+Two sprites draw the figures. The first draws the three aliens; the second draws the crewman, the
+pulsar or his flame, and the rocket. Each sprite takes one figure after another from the top down,
+with its colour. Figures outside the maze follow, and finally the colour of the display. Eggs are
+missiles in the colours of their sprites: in each half, the left three of six columns belong to the
+first sprite, the others to the second one. The second sprite takes figures above a row of eggs, not
+within it. If two figures of a sprite are too close below each other, the game alternately skips
+one. Odd frames draw the eggs of the right half, even frames the eggs of the left half.
 """
 
 import functools
@@ -17,30 +17,30 @@ import jax.numpy as jnp
 import numpy as np
 
 SPRITES = (0, 1, 2), (3, 4, 5)  # figures
-PLAYER = 3  # the figure that is the highest one
-DISPLAY_FIGURE = 6  # what stands for no figure
-# By sprite, and of the player: a figure's least distance from the next one, and the row where that
-# one is taken after a figure that is at 0.
+PLAYER = 3  # the tallest figure
+DISPLAY_FIGURE = 6  # substitute for an absent figure
+# By sprite, and for the player: a figure's least distance from the next one, and the row where the
+# sprite takes the next figure after a figure at 0.
 SPRITE_SPACINGS = (12, 11)
 PLAYER_SPACING = 15
 SPRITE_TAKEN = (210, 211)
 PLAYER_TAKEN = 219
-NOT_THERE = 511  # instead of that row
-STAGGER = 2  # rows from an egg to the next one to its right, of three
+NOT_THERE = 511  # that row of an absent figure
+STAGGER = 2  # rows from an egg to its right neighbour, of three
 
 
 def colors_of_eggs(
     y: Sequence[jax.Array], colors: jax.Array, frame: jax.Array, tops: np.ndarray
 ) -> jax.Array:
-    """Palette indices of eggs, those of the left half first, by column in each row.
+    """Palette indices of eggs, the left half first, by column in each row.
 
     Args:
         y: of the six figures, in steps of two rows from the bottom; 0: not in the maze.
         colors: of the six figures and the display.
-        frame: the number of the frame that was drawn last.
+        frame: the number of the last drawn frame.
         tops: the first rows of the eggs in the first column.
     """
-    # the last frames that drew each half
+    # The last frames that drew each half.
     left = frame - (frame & 1)
     right = frame - 1 | 1
     return jnp.concatenate([_of_half(y, colors, n, tops).ravel() for n in (left, right)])
@@ -59,7 +59,7 @@ def _of_half(
 
 
 def _color(turns: Sequence[jax.Array], last: jax.Array, row: np.ndarray) -> jax.Array:
-    """The colour that a sprite has in some rows, from its figures' words."""
+    """The colour of a sprite in some rows, from its figures' words."""
     later = (jnp.where(turn >= row + 1 << 11, turn, NOT_THERE << 12) for turn in turns)
     return functools.reduce(jnp.minimum, later, last) & 255
 
@@ -67,9 +67,9 @@ def _color(turns: Sequence[jax.Array], last: jax.Array, row: np.ndarray) -> jax.
 def _words_of_turns(
     y: Sequence[jax.Array], colors: jax.Array, sprite: int, frame: jax.Array
 ) -> tuple[jax.Array, ...]:
-    """Words of a sprite's figures: the row up to which it has their colour, figure and colour.
+    """Words of a sprite's figures: the end row of its colour, figure and colour.
 
-    The word of a figure that is left out on a frame is 0.
+    The word of a figure that the game skips on a frame is 0.
     """
     figures = (y[i] << 11 | (DISPLAY_FIGURE - i) << 8 | colors[i] for i in SPRITES[sprite])
     top, middle, bottom = _from_the_top(*figures)
@@ -88,7 +88,7 @@ def _words_of_turns(
 
 
 def _from_the_top(a: jax.Array, b: jax.Array, c: jax.Array) -> tuple[jax.Array, ...]:
-    """Three words, the greatest one first."""
+    """Three words, the greatest first."""
     larger = jnp.maximum(a, b)
     smaller = jnp.minimum(a, b)
     rest = jnp.minimum(larger, c)
@@ -105,7 +105,7 @@ def _is_close(upper: jax.Array, lower: jax.Array, sprite: int) -> jax.Array:
 
 
 def _comes_later(upper: jax.Array, lower: jax.Array) -> jax.Array:
-    """Whether the upper figure is the later one among all figures."""
+    """True if the upper figure has the larger number."""
     return (upper >> 8 & 7) < (lower >> 8 & 7)
 
 

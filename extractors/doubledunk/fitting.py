@@ -1,6 +1,6 @@
-"""Which picture of a kind of DoubleDunk's figures fits best around a strip, and its pixels.
+"""The best fit of the pictures of a kind of DoubleDunk's figures around a strip.
 
-A window is a strip in the rows of a figure, a word a row. Pictures are compared in packed form:
+A window is a strip in the rows of a figure, a word per row. Pictures are compared in packed form:
 with eight columns of four rows in a word (`Figure.packed`).
 """
 
@@ -19,17 +19,17 @@ from ocjax.extractors.doubledunk.kinds import (
 )
 
 STRIP_WIDTH = 2 * HALF_STRIP
-COLUMN_COUNT = STRIP_WIDTH - WIDE + 1  # columns of a strip in which a figure can begin
-INNER = np.uint32(0x3FFFFFFC)  # the columns of a strip but two at each side
-TRIED_AROUND = np.arange(-2, 3)  # columns around the likeliest one in which pictures are tried
-MOST_PIXELS = 512  # more than a window can have beside a picture's
+COLUMN_COUNT = STRIP_WIDTH - WIDE + 1  # possible first columns of a figure in a strip
+INNER = np.uint32(0x3FFFFFFC)  # the columns of a strip except two at each side
+TRIED_AROUND = np.arange(-2, 3)  # columns around the likeliest one for the pictures
+MOST_PIXELS = 512  # more than a window and a picture can have together
 A_ROW_LOWER = np.array((0, 0, 0, 1))  # added to edges: left, top, right, bottom
 
 
 def best_fit(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
 ) -> tuple[jax.Array, ...]:
-    """The picture that fits best: its first column, the pixels of its rows, and its edges."""
+    """The best picture: its first column, the pixels of its rows, and its edges."""
     around = _windows_around(masks, shown, taken, row, strip, kind)
     own, seen, chosen = _fullest(*around, strip)
     which, column = _best_picture(kind, own)
@@ -47,7 +47,7 @@ def best_fit(
 
 
 def _repeated_feet(in_own_colors: jax.Array, picture: jax.Array, kind: Figure) -> jax.Array:
-    """The last row of a picture, if the row below it shows it again; else 0."""
+    """The last row of a picture if the row below repeats it, otherwise 0."""
     feet = _unpacked(picture, kind.height)[-1]
     below = _unpacked(in_own_colors, kind.height + 1)[-1]
     return jnp.where(feet & below == feet, feet, U(0))
@@ -56,11 +56,11 @@ def _repeated_feet(in_own_colors: jax.Array, picture: jax.Array, kind: Figure) -
 def _windows_around(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
 ) -> tuple[jax.Array, jax.Array]:
-    """The pixels in the colours of the kind's rows that are not taken, and those in any colour.
+    """The pixels in the colours of the kind's rows outside taken pixels, and all colours' pixels.
 
-    They are three words across, from the one before the strip's first one on: `[3, rows, B]`.
+    They are three words across, starting with the word before the strip: `[3, rows, B]`.
     """
-    colors = np.array((*kind.colors, kind.colors[-1]))[:, None]  # the line below has the last one
+    colors = np.array((*kind.colors, kind.colors[-1]))[:, None]  # the line below is like the last
     one = 0 * colors
     first = (strip >> 1) - 1
     own = materialize(lambda m, r, s: _words_at(m, colors, r, s), masks, row, first, small=0)
@@ -70,7 +70,7 @@ def _windows_around(
 
 
 def _words_at(masks: jax.Array, index: np.ndarray, row: jax.Array, first: jax.Array) -> jax.Array:
-    """Three words of rows from one on, uint32 `[3, rows, B]`; 0 beside the screen.
+    """Three words of each of the rows from `row`, uint32 `[3, rows, B]`; 0 beside the screen.
 
     Args:
         masks: bitmaps, `[n, words, rows, B]`.
@@ -86,7 +86,7 @@ def _words_at(masks: jax.Array, index: np.ndarray, row: jax.Array, first: jax.Ar
 
 
 def _windows(words: jax.Array, strip: jax.Array) -> tuple[jax.Array, ...]:
-    """Three overlapping strips of three words, `[rows, B]` each: the middle one is given."""
+    """Three overlapping strips of three words, `[rows, B]` each: `strip` is the middle one."""
     one, two, three = words
     is_odd = ((strip & 1) == 1)[None]
     left = jnp.where(is_odd, one << HALF_STRIP | two >> HALF_STRIP, one)
@@ -97,7 +97,7 @@ def _windows(words: jax.Array, strip: jax.Array) -> tuple[jax.Array, ...]:
 def _fullest(
     own: jax.Array, seen: jax.Array, strip: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The windows of the strip that has the most inner pixels of three, the middle one first."""
+    """The windows of the strip with the most inner pixels of three; ties go to the middle one."""
     counts = (jnp.sum(bitmaps.popcount(w & INNER), axis=0) for w in _windows(own, strip))
     left, middle, right = counts
     is_middle = (middle >= left) & (middle >= right)
@@ -114,8 +114,8 @@ def _fullest(
 def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The picture that fits best, and its first column in the window, int32 `[B]` each.
 
-    The pictures are tried near the eight columns with the most pixels. A pixel of a picture that
-    is there counts 1 and one that is not -1, and so does each other pixel.
+    The pictures are tried near the eight columns with the most pixels. A pixel of a picture counts
+    1 if the window has it, otherwise -1; each other pixel of the window counts -1.
     """
     near = _fullest_column(own)
     tried = jnp.clip(near[None] + TRIED_AROUND[:, None], 0, COLUMN_COUNT - 1)
@@ -128,7 +128,7 @@ def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 
 def _scores(kind: Figure, there: jax.Array, pixels: jax.Array) -> jax.Array:
-    """How well each picture fits in each of the columns, with its number: `[picture, tried, B]`."""
+    """Scores of each picture in each of the columns, with its number: `[picture, tried, B]`."""
     pictures = [jnp.asarray(word)[:, None, None] for word in kind.packed]
     hits = sum(bitmaps.popcount(p & t[None]) for p, t in zip(pictures, there, strict=True))
     size = np.bitwise_count(kind.packed).sum(0, dtype=np.int32)[:, None, None]
@@ -138,7 +138,7 @@ def _scores(kind: Figure, there: jax.Array, pixels: jax.Array) -> jax.Array:
 
 
 def _fullest_column(own: jax.Array) -> jax.Array:
-    """The leftmost of the columns from which on eight have the most pixels, int32 `[B]`."""
+    """The leftmost column at which eight columns have the most pixels, int32 `[B]`."""
     columns = np.arange(COLUMN_COUNT)[:, None]
     packed = materialize(lambda o: _eight_columns(o, columns), own)
     counts = materialize(_pixel_count, packed)
@@ -153,12 +153,12 @@ def _pixel_count(packed: jax.Array) -> jax.Array:
 
 
 def _eight_columns_at(window: jax.Array, column: jax.Array) -> jax.Array:
-    """Eight columns of a window from one on, four rows in a word, uint32 `[words, B]`."""
+    """Eight columns of a window, starting at `column`, four rows in a word, uint32 `[words, B]`."""
     return _eight_columns(window, column[None])[:, 0]
 
 
 def _eight_columns(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Array:
-    """Eight columns from each of some on, four rows in a word, uint32 `[words, columns, B]`."""
+    """Eight columns from each of the columns, four rows per word, uint32 `[words, columns, B]`."""
     shift = jnp.asarray(STRIP_WIDTH - WIDE - column, U)
     padded = jnp.pad(window, ((0, PACKED_ROWS - len(window)), (0, 0)))
     shifted = padded[:, None] >> shift[None] & U(255)
@@ -167,7 +167,7 @@ def _eight_columns(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Arr
 
 
 def _unpacked(words: jax.Array, count: int) -> jax.Array:
-    """The first rows of packed ones, uint32 `[rows, B]`."""
+    """The first rows of packed rows, uint32 `[rows, B]`."""
     shift = WIDE * (np.arange(count, dtype=np.uint32) % ROWS_A_WORD)[:, None]
     rows = jnp.repeat(words, ROWS_A_WORD, axis=0)[:count]
     return rows >> shift & U(255)
@@ -176,7 +176,7 @@ def _unpacked(words: jax.Array, count: int) -> jax.Array:
 def _seen_edges(
     ink: jax.Array, parts: jax.Array, left: jax.Array, top: jax.Array, kind: Figure
 ) -> jax.Array:
-    """The edges of the parts of a picture that are seen, from the first to the last row of ink."""
+    """The edges of the visible parts of a picture, between its first and last row of ink."""
     first, last = bitmaps.rows(_unpacked(ink, kind.height))
     row = np.arange(kind.height)[:, None]
     inside = (first[None] <= row) & (row <= last[None])
@@ -189,7 +189,7 @@ def _seen_edges(
 
 
 def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) -> Bitmap:
-    """The pixels that are taken, with those of a figure."""
+    """The taken pixels together with a figure's pixels."""
     words, height, _ = taken.shape
     pixels = materialize(lambda i, r: _rows_of(i, r, height), ink, row, small=0)
     first = left[None] - 32 * np.arange(words)[:, None]  # of the leftmost pixel in each word
@@ -204,7 +204,7 @@ def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) 
 
 
 def _rows_of(ink: jax.Array, row: jax.Array, height: int) -> jax.Array:
-    """The rows of the court with a figure that begins in a row of it, uint32 `[height, B]`."""
+    """The rows of the court with a figure that begins at a row, uint32 `[height, B]`."""
     at = np.arange(height)[:, None] - row[None]
     which = at // ROWS_A_WORD
     shift = (WIDE * (at % ROWS_A_WORD)).astype(U)

@@ -1,7 +1,7 @@
-"""Where a kind of DoubleDunk's figures is likeliest: in which strip of the court and which row.
+"""The likeliest strip and row of the court for a kind of DoubleDunk's figures.
 
-A strip is two halves of 16 columns, and each half is in two strips. All strips are looked at
-together: a word holds a bit for each of them.
+A strip is two halves of 16 columns, and each half is in two strips. A word holds a bit for each
+strip, so all strips are searched together.
 """
 
 import functools
@@ -22,23 +22,23 @@ LEVELS_OF_EIGHT = 4  # bits of a count in eight rows
 
 
 def _strips_of(pixels: Bitmap, taken: Bitmap) -> jax.Array:
-    """A bit for each strip that has pixels in a row which are not taken, uint32 `[rows, B]`."""
+    """A bit for each strip with untaken pixels in a row, uint32 `[rows, B]`."""
     free = [pixels[word] & ~taken[word] for word in range(len(pixels))]
     halves = functools.reduce(operator.or_, map(_halves_of, range(len(free)), free))
     return halves | halves << 1
 
 
 def _halves_of(word: int, free: jax.Array) -> jax.Array:
-    """A bit for each half of a word that has pixels, at its place among those of all words."""
+    """A bit for each half of a word with pixels, at its position among all halves."""
     left = jnp.where(free >> HALF_STRIP != 0, U(1 << 2 * word), U(0))
     right = jnp.where(free << HALF_STRIP != 0, U(1 << 2 * word + 1), U(0))
     return left | right
 
 
 def row_counts(masks: jax.Array, shown: Bitmap, taken: Bitmap, kind: Figure) -> list[jax.Array]:
-    """The bits of the counts of rows that fit from each row on, the lowest first, `[rows, B]`.
+    """The bits of the counts of fitting rows after each row, the lowest first, `[rows, B]`.
 
-    A row counts 2 where a strip has its colour, 1 where it has none, and 0 where it has others.
+    A row counts 2 if a strip has its colour, 1 if it has none, and 0 if it has others.
     """
     colors = sorted(set(kind.colors))
 
@@ -65,10 +65,10 @@ def _to_sum(
     skin: Sequence[jax.Array],
     kind: Figure,
 ) -> list[list[jax.Array]]:
-    """What is summed for each row from which a figure may begin: bits, by what they are worth.
+    """The summands for each possible first row of a figure: bits, by their value.
 
-    Rows without a colour are counted in eights (`empty`), and so are the rows of skin (`skin`); the
-    rows that are in no eight are counted one by one.
+    Rows without a colour are counted in eights (`empty`), and so are the rows of skin (`skin`). The
+    remaining rows are counted singly.
     """
     height = kind.height
     starts = len(none) - kind.height
@@ -85,7 +85,7 @@ def _to_sum(
 
 
 def _count_of_eight(rows: jax.Array) -> list[jax.Array]:
-    """The bits of the count in eight rows from each one on, the lowest first."""
+    """The bits of the count in eight rows, starting at each row, the lowest first."""
     starts = len(rows) - SKIN_ROWS + 1
     ones = [rows[row : row + starts] for row in range(SKIN_ROWS)]
     return _sum([ones, *([] for _ in range(LEVELS_OF_EIGHT - 1))])
@@ -94,9 +94,9 @@ def _count_of_eight(rows: jax.Array) -> list[jax.Array]:
 def _sum(
     summands: Sequence[Sequence[jax.Array]], carried: Sequence[jax.Array] = ()
 ) -> list[jax.Array]:
-    """The bits of sums, the lowest first, from bits of the same worth in each list.
+    """The bits of sums, the lowest first, from lists of bits of equal value.
 
-    Three bits at a time are added to one of the same worth and one that is carried on.
+    Three bits at a time are added to one bit of the same value and a carry.
     """
     if not summands:
         return []
@@ -113,10 +113,10 @@ def _sum(
 
 
 def likeliest(counts: Sequence[jax.Array], kind: Figure) -> tuple[jax.Array, ...]:
-    """How many rows fit best, and the row and the strip in which they begin, int32 `[B]` each.
+    """The greatest count of fitting rows, and its row and strip, int32 `[B]` each.
 
-    The strips with the greatest count are left when those without a bit of it are dropped, from the
-    highest bit down. The strip is the middle one of those that are left in their first row.
+    The search drops the strips without a set bit of the greatest count, from the highest bit down.
+    The result is the middle one of the remaining strips in their first row.
     """
     start = jnp.full_like(counts[0], ALL_STRIPS), jnp.zeros_like(counts[0][0], jnp.int32)
     best, most = functools.reduce(_narrowed, reversed(list(enumerate(counts))), start)
@@ -131,7 +131,7 @@ def likeliest(counts: Sequence[jax.Array], kind: Figure) -> tuple[jax.Array, ...
 def _narrowed(
     before: tuple[jax.Array, jax.Array], bit: tuple[int, jax.Array]
 ) -> tuple[jax.Array, jax.Array]:
-    """The strips that are left after a bit of the counts, and the count so far."""
+    """The strips that remain after a bit of the counts, and the count so far."""
     best, most = before
     place, counts = bit
     fewer, is_any = materialize(_with_bit, best, counts)
@@ -139,6 +139,6 @@ def _narrowed(
 
 
 def _with_bit(best: jax.Array, bit: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The strips whose counts have a bit, and whether there are any."""
+    """The strips with a set bit in their counts, and True if such strips exist."""
     fewer = best & bit
     return fewer, bitmaps.or_rows(fewer[None])[0] != 0

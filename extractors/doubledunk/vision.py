@@ -1,4 +1,4 @@
-"""DoubleDunk: the pixels that count for the ball and for a player, from the figures found."""
+"""DoubleDunk: the pixels of the ball and of the players, from the figures found."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,12 +12,12 @@ from ocjax.extractors.doubledunk.figures import ANY_COLOR, NO_FIGURE
 
 @dataclass(frozen=True)
 class BallPixels:
-    """The ball, in its own colour or in that of a player whom it touches.
+    """The ball, in its own colour or in the colour of a player whom it touches.
 
     Args:
         rows: of the screen, as in the search for figures.
-        part: width and height of the smallest part of the ball that is looked for.
-        whole: of a part that is rather the ball than a smaller one elsewhere.
+        part: width and height of the smallest part of the ball in the search.
+        whole: size of a part that has priority over a smaller one elsewhere.
         near: columns and rows around that, or around pixels in its own colour, that belong to it.
         widths: of a ball of at most `low` rows, and of a taller one.
     """
@@ -51,7 +51,7 @@ def _used_edges(pixels: Bitmap) -> tuple[jax.Array, ...]:
 def _whole_ball(
     pixels: Bitmap, shown: Bitmap, low: int, widths: tuple[int, int]
 ) -> tuple[jax.Array, ...]:
-    """The edges of the box of pixels, with columns beside it that figures fill, up to its width."""
+    """The box of pixels, extended at the sides over filled columns, at most to the ball's width."""
     used, left, right, top, bottom = materialize(_used_edges, pixels)
     whole_width = jnp.where(bottom - top < low, *widths)
     row = np.arange(pixels.shape[1])[:, None]
@@ -66,7 +66,7 @@ def _whole_ball(
 
 
 def _near_edges(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
-    """The edges of the box of pixels, and of what is near; where there are no pixels, of all."""
+    """The edges of the box of pixels and their surroundings; without pixels, of all."""
     _, first, last, upper, lower = _used_edges(seed)
     none = last < 0
     left = jnp.where(none, 0, first - across)
@@ -76,7 +76,7 @@ def _near_edges(seed: Bitmap, across: int, down: int) -> tuple[jax.Array, ...]:
 
 
 def _box(edges: Sequence[jax.Array] | jax.Array, height: int, first: int = 0) -> Bitmap:
-    """All pixels of a box, whose rows are counted from a first one on."""
+    """All pixels of a box; its rows count from `first`."""
     left, top, right, bottom = edges
     row = np.arange(-first, height - first)[:, None]
     inside = (row >= top[None]) & (row < bottom[None])
@@ -91,7 +91,7 @@ def _opened(pixels: Bitmap, size: tuple[int, int]) -> Bitmap:
 
 
 def _has_any(pixels: Bitmap) -> jax.Array:
-    """Whether there are any, bool `[1, 1, B]`."""
+    """True if any pixel is set, bool `[1, 1, B]`."""
     return (bitmaps.any_of(bitmaps.or_rows(pixels)) != 0)[None, None]
 
 

@@ -1,27 +1,27 @@
 """Hero: a man with a rotor and a laser flies down mines to miners who are trapped at the bottom.
 
 Screen: a room has three parts, one below the other. Wall and LavaWall have the rocks of the parts,
-without the dark lines between them, and the wall that can be destroyed. Boxes are without what
-rocks cover. Score has Level's box while that is in its place. Seams and edges, rivers, points for
-beings and the maker's name are scenery.
+without the dark lines between them, and the wall that can be destroyed. Boxes exclude columns and
+rows that rocks cover. Score has Level's box while Level replaces it. Seams and edges, rivers,
+points for beings and the maker's name are scenery.
 
-Slots: of Enemy, the tentacle in a river, the beings of the middle and the lower part; of Bomb and
-Explosion, middle, top.
+Slots: Enemy has the tentacle in a river, then the beings of the middle and the lower part. Bomb and
+Explosion have the middle part, then the top.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the bytes are), and the ROM's code;
-the rooms are tables of the second bank. Everything moves before a frame is drawn but the laser and
-the player's legs and rotor, which is taken back.
+RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (meaning of the bytes), and the ROM's
+code; the second bank has tables of the rooms. Everything moves before a frame is drawn, except the
+laser and the player's legs and rotor; `decode` undoes their moves.
 
-Covered: all levels and most rooms (by writing RAM), all modes, the dark, in which walls are not
-valid, deaths, the end. A beam of one column is not valid.
+Covered: all levels and most rooms (by writing RAM), all modes, the dark (walls are not valid in
+it), deaths, the end. A beam of one column is not valid.
 
-Not exact, because it is not in the RAM: whether a beam that begins has just hit something (near a
-wall it is taken for that), where it was when the button was released or the player turned, at times
-if he has just stepped, which moves it by a column.
+Not exact: the RAM does not record whether a beam that begins has just hit something; near a wall,
+REM assumes that it has. The RAM also lacks the beam's position when the button was released or the
+player turned, and at times whether he has just stepped, which moves the beam by a column.
 
-VEM: it misses snakes in green rooms and the dark, enemies that touch rock of their colour, what is
-behind dynamite, the values of a PowerBar that is full (78 or more), and of Score while Level is in
-its place.
+VEM: it misses snakes in green rooms and in the dark, enemies that touch rock of their colour, and
+objects behind dynamite. It cannot read a full PowerBar (78 or more), or Score while Level replaces
+it.
 """
 
 import functools
@@ -83,13 +83,13 @@ MEN = IconRow(left=97, top=152, width=5, height=13, pitch=-8)  # in reserve
 STICKS = IconRow(left=99, top=166, width=3, height=11, pitch=-8)  # of dynamite
 TEXT_LEFT = 59  # of the word before the level
 
-VISIBLE = (8, 20, 160, 137)  # where figures are seen
-FIRST_ROWS = np.array((20, 60, 99))  # likewise, in each part
+VISIBLE = (8, 20, 160, 137)  # area that shows figures
+FIRST_ROWS = np.array((20, 60, 99))  # the same area, by part
 END_ROWS = np.array((60, 99, 137))
 WHOLE_WALL = 78  # rows of the first room's wall, not below rock
-NOWHERE = 147  # from here on, an `x` of no object
+NOWHERE = 147  # least `x` of no object
 GONE = 50  # `being_y` of no object
-HURT_UNTIL = 150  # from here on, `dying` is that of a hit
+HURT_UNTIL = 150  # least `dying` after a hit
 MIRRORED_X = 24  # x of the miner in a mirrored room
 BLANK = 170  # `score_start` while the score is not shown
 LOWEST = ROM.bytes(0x9E9, 3)  # `y` in the parts
@@ -100,7 +100,7 @@ LAVA_HUE = 64  # of a colour
 
 
 class Sprite(NamedTuple):
-    """Low bytes of the addresses of a picture and its colours, of which black ones do not show."""
+    """Low bytes of the addresses of a picture and its colours; black rows are not visible."""
 
     picture: int
     colors: int
@@ -137,14 +137,14 @@ NOTHING = np.zeros(13, np.int32)
 
 
 def _sprite_rows(page: int, sprite: Sprite) -> np.ndarray:
-    """The rows of a sprite that show."""
+    """The visible rows of a sprite."""
     return ROM.rows(page + sprite.picture, 13) * (ROM.rows(0xD00 + sprite.colors, 13) > 1)
 
 
 BEING_INDEX = {sprite.picture: i for i, sprite in enumerate(BEING_SPRITES)}
 KINDS = [BEING_INDEX.get(low, len(BEING_SPRITES)) for low in range(256)]  # by low byte
 BEING_ROWS = [*(_sprite_rows(0xB00, sprite) for sprite in BEING_SPRITES), NOTHING]
-# By columns that rocks cover, -8 to 8: less than 0 on the right, more on the left.
+# By columns that rocks cover, -8 to 8: negative on the right, positive on the left.
 BEING_PICTURES = Pictures.of([rows & cut for cut in EDGE_CUTS[::-1] for rows in BEING_ROWS])
 LOW_ROWS = {sprite.picture: _sprite_rows(0xA00, sprite) for sprite in LOW_SPRITES}
 LOW_PICTURES = Pictures.of(LOW_ROWS.get(low, NOTHING) for low in range(256))
@@ -194,7 +194,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _is_lava(m: Ram) -> jax.Array:
-    """Whether the rocks of the middle part are lava."""
+    """True if the rocks of the middle part are lava."""
     return (m.color[1] & 240) == LAVA_HUE
 
 
@@ -217,7 +217,7 @@ def _power_box(m: Ram) -> Box:
 
 
 def _shows_level(m: Ram) -> jax.Array:
-    """Whether the level is in the score's place."""
+    """True if the level replaces the score."""
     scores = (m.over & 31) >= Over.SCORES
     after = (m.lives == 0) & (m.score_start != BLANK) & scores
     return (m.mode != Mode.NO_LEVELS) & jnp.where(m.waits == 0, m.ready == 0, after)
@@ -237,7 +237,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _being_boxes(m: Ram, room: Box) -> Box:
-    """What is in the upper halves of the parts, without what rocks cover."""
+    """The beings in the upper halves of the parts, without the columns that rocks cover."""
     mirrored = _is_mirrored(m)
     left, right = free(room, m.being_x, m.being_x + 8)
     hidden = jnp.where(left > m.being_x, left - m.being_x, right - m.being_x - 8)
@@ -250,14 +250,14 @@ def _being_boxes(m: Ram, room: Box) -> Box:
 
 
 def _low_boxes(m: Ram) -> Box:
-    """What is in the lower halves of the parts."""
+    """The objects in the lower halves of the parts."""
     y = np.array([125, 86, 47])
     there = m.low_x < NOWHERE
     return LOW_PICTURES.box(m.low, m.low_x, y, valid=there, mirrored=_is_mirrored(m))
 
 
 def _drawn_pose(m: Ram) -> jax.Array:
-    """The player's picture before the next step of his legs or his rotor."""
+    """The player's picture before the next step of his legs or rotor."""
     flight = m.flight + when((m.clock >= 2) & (m.saved == 0), 1)
     step = m.step + when((m.clock == 0) & (m.saved == 0), 1)
     return match(
@@ -270,7 +270,7 @@ def _drawn_pose(m: Ram) -> jax.Array:
 
 
 def _player_box(m: Ram, room: Box) -> Box:
-    """The player, without what rocks cover."""
+    """The player, without the columns and rows that rocks cover."""
     picture = len(SHOWN_ROWS) * _drawn_pose(m) + TALL
     y = 135 - m.y
     left = m.facing != 0
@@ -292,7 +292,7 @@ def _player_box(m: Ram, room: Box) -> Box:
 
 
 def _laser(m: Ram, room: Box) -> Box:
-    """The beam before it flew on, from where the player was; after it has hit, it begins anew."""
+    """The beam before it flew on, from the player's drawn position; after a hit it restarts."""
     left = m.facing != 0
     half = m.hits >= HALF_WALL
     row = 139 - m.y
@@ -319,7 +319,7 @@ def _corridor(m: Ram, room: Box, row: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 
 def _player_moves(m: Ram) -> jax.Array:
-    """Whether the player has just moved to the side."""
+    """True if the player has just moved sideways."""
     at_level = among(m.y - LOWEST, (0, -1)) | among(m.y - HIGHEST, (0, 1))
     by_wall = (m.contact >= Contact.WALL) & (m.wall > 0)
     pushed = jnp.any(jnp.where(m.contact >= Contact.ROCK, ~at_level, by_wall))
@@ -331,7 +331,7 @@ def _player_moves(m: Ram) -> jax.Array:
 HIGH_ROCK = (34, 146, 194, 2)
 MIDDLE_ROCK = (36, 148, 196, 2, 4)
 LOW_ROCK = (38, 150, 198, 2, 6)
-GREY = 4
+GRAY = 4
 YELLOW = 28
 WHITE = 12
 RED = 66
@@ -353,7 +353,7 @@ ROCKS = Runs(
 def without_dots(mask: Bitmap, _: jax.Array) -> Bitmap:
     """The pixels without the face's two dots, which have one blank pixel between them.
 
-    A dot stays if it touches the beam, or if there is a third pixel at the same distance.
+    A dot stays if it touches the beam, or if a third pixel follows at the same distance.
     """
     left = mask & ~shift_left(mask, 1) & shift_left(mask, 2)
     left_dot = left & ~shift_right(left, 2) & ~shift_left(left, 2)
@@ -362,7 +362,7 @@ def without_dots(mask: Bitmap, _: jax.Array) -> Bitmap:
 
 LAVA = Runs((Run((66, 68), 61, left=(8, 159), width=(4, 152), height=37),), MOST)
 figures = functools.partial(Blobs, gap=(1, 1))
-suit = functools.partial(Blobs, (152, WHITE, YELLOW), gap=(2, 5))  # but his face
+suit = functools.partial(Blobs, (152, WHITE, YELLOW), gap=(2, 5))  # except his face
 FEET = suit((8, 20, 160, 31), shapes=Shape(w=(1, 3), h=(1, 10)))
 PLAYER = suit(VISIBLE, shapes=Shape(w=(4, 12), h=(2, 26)), also=(FEET,))
 MINERS_AT = ((24, 85, 34, 98), (127, 85, 138, 98))
@@ -374,9 +374,9 @@ STICK = figures((68, YELLOW), VISIBLE, shapes=Shape(w=3, h=(10, 12)))
 BLAST = Blobs(30, VISIBLE, Shape(w=(5, 8), h=(10, 13)), gap=(3, 3))
 MINER = figures((8, 200, 74, 30), (8, 85, 160, 98), shapes=Shape(w=(6, 7), h=(10, 13)))
 BEAM = Blobs(70, VISIBLE, Shape(w=(2, 12), h=1), filters=(without_dots,))
-LIVES = MEN.rule(GREY, (40, 152, 104, 166), single=2, inverse=True)
-STOCK = STICKS.rule(GREY, (40, 166, 104, 178), inverse=True)
-POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest
+LIVES = MEN.rule(GRAY, (40, 152, 104, 166), single=2, inverse=True)
+STOCK = STICKS.rule(GRAY, (40, 166, 104, 178), inverse=True)
+POWER = Bounds(YELLOW, (49, 145, 128, 150))  # the remaining power, left of the red part
 POWER_BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
 GAME = Game(
     name="Hero",
@@ -384,7 +384,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, attributes=("orientation",), rgb=(84, 138, 210), doc="the man"),
+        Category(
+            "Player",
+            PLAYER,
+            attributes=("orientation",),
+            rgb=(84, 138, 210),
+            role="player",
+            doc="the man",
+        ),
         Category("Enemy", MONSTER, count=3, rgb=(180, 122, 48), doc="tentacle, middle, low"),
         Category("Snake", SNAKE, count=2, rgb=(111, 210, 111), doc="middle, low"),
         Category("Lamp", LANTERN, rgb=(252, 252, 84), doc="out when it is touched"),
@@ -396,9 +403,14 @@ GAME = Game(
         Category("Wall", ROCKS, count=18, doc="rock"),
         Category("LavaWall", LAVA, count=6, doc="lava"),
         display("PowerBar", POWER_BAR, doc="power left"),
-        display("Life", LIVES, rgb=(45, 87, 176), doc="one more than the men"),
+        display("Life", LIVES, rgb=(45, 87, 176), role="lives", doc="one more than the men"),
         display("BombStock", STOCK, rgb=(184, 50, 50), doc="dynamite left"),
-        display("Score", SCORE.rule((WHITE, YELLOW)), doc="points, or the level in their place"),
+        display(
+            "Score",
+            SCORE.rule((WHITE, YELLOW)),
+            role="score",
+            doc="points, or the level in their place",
+        ),
         display("Level", LEVEL.rule(YELLOW, SCORE.area), doc="shown before a life"),
     ),
 )

@@ -1,26 +1,26 @@
 """Name This Game: a diver guards a treasure from an octopus and a shark.
 
-Screen: the octopus, its tentacles, the bars and the ink are drawn by the playfield. The ink, which
-the octopus spreads over the diver and the treasure when a tentacle has reached the ground, hides
-what it covers. The black marks at the left edge and the maker's name are scenery. The shark swims
-behind the octopus to the left and before it to the right, and with it the shot and the pipe. Its
-box holds what the body leaves of it, or all of it where it is hidden.
+Screen: the playfield draws the octopus, its tentacles, the bars and the ink. When a tentacle has
+reached the ground, the octopus spreads the ink, which hides the diver and the treasure. The black
+marks at the left edge and the maker's name are scenery. The shark swims behind the octopus to the
+left and in front of it to the right, and so do the shot and the pipe. The shark's box excludes the
+parts behind the body, or has the complete shark if all of it is hidden.
 
-Slots: of Tentacle, tentacle * 10 + row, the lowest row first: a tentacle has one piece a row.
+Slots: Tentacle has tentacle * 10 + row, the lowest row first: a tentacle has one piece per row.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. What the
-game has changed since the frame was drawn is in `drawn.py`: the shot's place follows from
-the counter that the drawing loop has left, the score from the pointers to its digits. The value of
-Treasure is ALE's lives, that of a bar its steps of 8 pixels.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code. `drawn.py`
+undoes the changes since the frame was drawn. The counter that the drawing loop leaves gives the
+shot's position, and the pointers to its digits give the score. The value of Treasure is ALE's
+lives, a bar's value its steps of 8 pixels.
 
-Covered: all modes, both difficulties, lanes and pictures of the shark, all ways to lose a life,
-the end of the game, the title, the dark screen after nine minutes without the joystick.
+Covered: all modes, both difficulties, lanes and pictures of the shark, all ways to lose a life, the
+end of the game, the title, the dark screen after nine minutes without the joystick.
 
-Not exact, because it is not in the RAM: whether the diver has just moved by a column or turned
+Not exact, because the RAM does not have it: whether the diver has just moved by a column or turned
 (a third of his boxes are a column off), and the column of a shark that has just been shot. On the
-first frame after a lost life the boat is not valid, nor is the shark, and the bars are full.
+first frame after a lost life, the boat and the shark are not valid, and the bars are full.
 
-VEM: it does not see a shot behind the octopus.
+VEM: it misses shots behind the octopus.
 """
 
 import functools
@@ -96,8 +96,8 @@ PIECE_TOPS = 126 - 7 * ROW_OF
 
 OCTOPUS = (20, 29, 140, 62)
 LANE_TOPS = (119, 105, 91, 77, 63, 49, 35)  # of the shark, the lowest lane first
-POINTS = (100, 80, 60, 40, 30, 20)  # of sharks in these lanes, and 10 in the highest one
-BEHIND_LANE = 5  # from this lane on, the octopus hides parts of the shark
+POINTS = (100, 80, 60, 40, 30, 20)  # of sharks in these lanes; the highest lane gives 10
+BEHIND_LANE = 5  # the octopus hides parts of the shark from this lane up
 NARROW_LOOKS = (8, 16)  # values of `lane` for pictures without the last column
 SHOT_TURNS = (19, 32)  # last turns of the drawing loop in its upper parts
 PIPE_TOP = 23
@@ -118,7 +118,7 @@ Extent = tuple[int, int, int, int]  # first column and row of a figure of 16 col
 
 
 def _caught_extent(phase: int, color: int) -> Extent:
-    """Of what the shark that carries the diver, or he, is when he is eaten, by its colour."""
+    """Extent of the diver, or of the shark that carries him away, by its colour."""
     table = ROM.bytes(0xD00 + 8 * phase, 8)
     pointers = (table[::2] + 256 * table[1::2]) & 0xFFF
     left_half, right_half, *colors = ROM.rows(pointers.tolist(), 20)
@@ -136,7 +136,7 @@ BITING = tuple(_caught_extent(phase, GRAY) for phase in range(4))
 
 
 def _body_columns(upper: int, lower: int) -> np.ndarray:
-    """Which columns the octopus covers in a lane, bool `[12, 176]`, by the registers' values."""
+    """Columns of a lane behind the octopus, bool `[12, 176]`, from the two registers' values."""
     left = np.unpackbits(ROM.rows(upper, 13).astype(np.uint8)[:, None], axis=1)
     right = np.unpackbits(ROM.rows(lower, 13).astype(np.uint8)[:, None], axis=1, bitorder="little")
     half = np.repeat(np.concatenate([np.zeros((13, 4), int), left, right], 1), 4, 1)
@@ -144,7 +144,7 @@ def _body_columns(upper: int, lower: int) -> np.ndarray:
 
 
 def _shark_pieces(look: int, body: np.ndarray) -> list[int]:
-    """What the octopus leaves of the shark in each column, packed: x, y, width, height."""
+    """The shark's part outside the octopus by column, packed: x, y, width, height."""
     pointers = ROM.bytes(0xB1D + look, 4)
     halves = ROM.rows(((pointers[::2] + 256 * pointers[1::2]) & 0xFFF).tolist(), 13)[:, :12]
     dots = np.unpackbits(halves.T.astype(np.uint8), axis=1) > 0
@@ -167,7 +167,7 @@ BAR_STEP = 8
 METER_ROWS = (179, 191)
 TIMER_ROWS = (175, 179)
 
-SHARK_LEFT = 4  # `shark_x` of a shark that comes
+SHARK_LEFT = 4  # `shark_x` of a shark that enters
 SHARK_RIGHT = 144
 
 
@@ -189,7 +189,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _on(m: Ram) -> jax.Array:
-    """Whether anything is drawn."""
+    """True if anything is drawn."""
     return m.idle < 128
 
 
@@ -198,7 +198,7 @@ def _compass(leftward: jax.Array) -> jax.Array:
 
 
 def _caught_box(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
-    """What the shark, or the diver in its mouth, looks like now."""
+    """The current look of the shark, or of the diver in its mouth."""
     phase = m.clock >> 3 & 3
     lefts, tops, widths, heights = zip(*extents, strict=True)
     inset = pick(phase, lefts)
@@ -232,7 +232,7 @@ def _shark_box(m: Ram, drawn: Drawn) -> Box:
 def _swimming(
     look: jax.Array, lane: jax.Array, x: jax.Array, leftward: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-    """First column and row, width and height of what is seen of the shark."""
+    """First column and row, width and height of the shark's visible part."""
     index = (2 * ((look >> 2) - 1) + lane - BEHIND_LANE) * 160 + jnp.clip(x, 0, 159)
     seen = lookup(LEFT_OVER.reshape(-1), index)
     narrow = among(look, NARROW_LOOKS)
@@ -254,9 +254,9 @@ def _shot_box(m: Ram, drawn: Drawn) -> Box:
 
 
 def _switched(turn: jax.Array, x: jax.Array) -> jax.Array:
-    """Row from which column x shows what a turn of the drawing loop switches on.
+    """Row of column x that first shows an object switched on in a turn of the drawing loop.
 
-    The beam is further right in the loop's later parts, between which are single rows.
+    The beam is further right in the loop's later parts. Single rows separate these parts.
     """
     low = turn > SHOT_TURNS[1]
     row = turn + match(
@@ -300,7 +300,7 @@ def _bar(rows: tuple[int, int], steps: jax.Array, valid: jax.Array) -> Box:
 
 
 class InLane(Step):
-    """The shark below the octopus has all rows, also where a tentacle hides some."""
+    """Extend the shark below the octopus to all rows; a tentacle may hide some."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
@@ -312,7 +312,7 @@ class InLane(Step):
 
 
 class FirstRow(Step):
-    """The diver's first row, which at the left does not have his colour yet."""
+    """Add the diver's first row, which does not have his colour yet at the left."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
@@ -326,7 +326,7 @@ def _meter(color: int, rows: tuple[int, int]) -> Bounds:
 
 
 def _piece(tentacle: int, row: int) -> Area:
-    """Where a piece of a tentacle may be."""
+    """Area of a piece of a tentacle."""
     left = 16 + 16 * tentacle
     top = 126 - 7 * row
     return left, top, left + 16, top + 6
@@ -342,12 +342,12 @@ FISH = Blobs(
     GRAY, SEA, Shape(w=(3, 18), h=(2, 13)), gap=(8, 2), filters=(ShortRuns(13),), then=(InLane(),)
 )
 BULLET = Bounds((GRAY, VIOLET), WATER, max_size=(1, 3), exclude=("Shark",), filters=(ShortRuns(3),))
-# The end of the pipe has the colour, too.
+# The end of the pipe has the same colour.
 DIVER = Bounds(GREEN, ZONE, ignore=((0, 144, 160, 146),), then=(FirstRow(),))
 HEAP = Bounds(GOLD, (72, 163, 88, TREASURE_END), value=Gauge(2, side="h"))
 BOAT = Bounds((MAUVE, VIOLET, DARK_GREEN), (0, BOAT_TOP, 160, PIPE_TOP))
 
-# Letters in its place begin further left and are wider.
+# Letters that replace it begin further left and are wider.
 POINTS_SHOWN = replace(SCORE.rule(WHITE, required=True), max_size=(46, 8))
 
 GAME = Game(
@@ -356,7 +356,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", DIVER, attributes=("orientation",), doc="the diver"),
+        Category("Player", DIVER, attributes=("orientation",), role="player", doc="the diver"),
         Category("Shark", FISH, attributes=("orientation",), doc="in a lane, or with the diver"),
         Category("Shot", BULLET, doc="the diver's"),
         Category("Octopus", Bounds(BLACK, OCTOPUS), needs=("Oxygen_Boat",), doc="its body"),
@@ -373,7 +373,7 @@ GAME = Game(
         Category("Oxygen_Pipe", Runs(PIPES, most=1), rgb=GRAY_RGB, doc="hangs from the boat"),
         Category("Treasure", HEAP, attributes=("value",), doc="a heap; value: lives"),
         display("Oxygen_Meter", _meter(ORANGE, METER_ROWS), doc="oxygen, 0-16"),
-        display("Timer", _meter(DARK_GREEN, TIMER_ROWS), doc="rest of the wave, 0-16"),
-        display("Score", POINTS_SHOWN, doc="points"),
+        display("Timer", _meter(DARK_GREEN, TIMER_ROWS), role="time", doc="rest of the wave, 0-16"),
+        display("Score", POINTS_SHOWN, role="score", doc="points"),
     ),
 )

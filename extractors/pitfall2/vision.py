@@ -1,4 +1,4 @@
-"""How VEM tells dots of an object from scenery of the same colour."""
+"""Filters that separate objects from scenery of the same colour."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from ocjax.authoring import Bitmap, Context, Detected, Step, bitmaps, boxes
 
 @dataclass(frozen=True)
 class Above:
-    """A filter: of the pixels of one colour, only those count that are just above some others.
+    """A filter that drops pixels of one colour unless other given colours are just below.
 
     Args:
         color: palette index.
@@ -27,7 +27,7 @@ class Above:
 
 @dataclass(frozen=True)
 class Between:
-    """A filter: only those pixels count that have one colour just above and just below.
+    """A filter that keeps only pixels with one colour just above and just below.
 
     Args:
         color: palette index.
@@ -43,7 +43,7 @@ class Between:
 
 @dataclass(frozen=True)
 class Rungs:
-    """A filter: pixels count that are in no run of more columns than a rung, and not above a face.
+    """A filter that drops pixels above a face, and runs wider than a rung.
 
     Args:
         width: columns of a rung.
@@ -61,12 +61,12 @@ class Rungs:
 
 @dataclass(frozen=True)
 class Completed(Step):
-    """Boxes of one height get another row, for dots in the colour of scenery or of other objects.
+    """Extend boxes of one height by a row, which has the colour of scenery or other objects.
 
     Args:
         height: without the row.
-        above: whether it is the first one; otherwise it is the last one.
-        edge: of the view, where boxes that touch it stay as they are.
+        above: whether it is the first row; otherwise it is the last one.
+        edge: of the view; boxes that touch it stay as they are.
     """
 
     height: int

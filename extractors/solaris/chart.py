@@ -16,18 +16,18 @@ SECTORS = SECTORS_ACROSS * SECTORS_DOWN
 SECTOR_X = 36 + 16 * np.tile(np.arange(SECTORS_ACROSS), SECTORS_DOWN)  # of each sector's symbol
 SECTOR_Y = 46 + 13 * np.repeat(np.arange(SECTORS_DOWN), SECTORS_ACROSS)
 SYMBOL_SIZE = 8  # pixels each way
-EMPTY = 0  # symbol of a sector that has nothing
+EMPTY = 0  # symbol of an empty sector
 SYMBOL_PICTURES = ROM.pictures([0x1100 + SYMBOL_SIZE * symbol for symbol in range(16)], SYMBOL_SIZE)
 
-BRIGHTEST = 0x0E  # of a hue
+BRIGHTEST = 14  # of a hue
 SYMBOL_COLORS = ROM.bytes(0x37F0, 16) | BRIGHTEST  # by quadrant
-TIMER_COLORS = SYMBOL_COLORS - BRIGHTEST + 0xC8 & 0xFE  # likewise
+TIMER_COLORS = SYMBOL_COLORS - BRIGHTEST + 0xC8 & 0xFE  # by quadrant
 TIMER = NumberDisplay(FONT, right=105, top=152, digits=2, leading_zeros=True)
-JUST_OPENED = 64  # `frame` while the chart is not drawn yet
+JUST_OPENED = 64  # `frame` before the chart is drawn
 
 
 def symbol_boxes(m: Ram) -> Box:
-    """The symbols of the sectors, row by row from the upper left one on."""
+    """The symbols of the sectors, row by row from the upper left one."""
     from_upper_left = m.sectors[::-1]
     symbols = jnp.stack([from_upper_left >> 4, from_upper_left & 15], axis=-1).reshape(-1)
     return SYMBOL_PICTURES.box(

@@ -1,8 +1,8 @@
-"""What stands on Zaxxon's ground or flies above it: pictures and boxes.
+"""Things on Zaxxon's ground or above it: pictures and boxes.
 
-Three pictures are far away, where a row takes one line and a turn of the drawing loop shows two.
-The second row of a turn is written in the middle of the first one's line. The other pictures are
-near, twice as wide and twice as high.
+Three pictures are far away. Their rows take one line each, and a turn of the drawing loop shows two
+rows: it writes the second one in the middle of the first one's line. The other pictures are near,
+twice as wide and twice as high.
 """
 
 import functools
@@ -28,10 +28,10 @@ KINDS = 12  # by their high digit
 STEPS = 8
 FAR_SLOTS = 3
 KIND_ROWS = 16
-SHOWN_ROWS = 15  # of a far picture; the last one is drawn at the next picture's place
-FAR_LATE = 103  # column from which the first row of two does not show
+SHOWN_ROWS = 15  # of a far picture; the last one is drawn at the next picture's position
+FAR_LATE = 103  # from this column, the first row of each pair is not visible
 LATE_COLUMNS = 9  # 0 to 8 columns of a picture are right of it
-FAR_X = 11  # less the position of a register
+FAR_X = 11  # minus the position of a register
 NEAR_X = 12
 
 
@@ -48,13 +48,13 @@ def _colored_rows() -> np.ndarray:
 
 
 def _late_rows(rows: np.ndarray, late: int) -> np.ndarray:
-    """The rows of a far picture, whose right columns show the second one of two only."""
+    """The rows of a far picture; its right columns show only the second row of each pair."""
     right = (1 << late) - 1
     return rows & ~right | np.repeat(rows[1::2], 2) & right
 
 
 def _shown_far(skipped: int) -> np.ndarray:
-    """Which rows of a far picture show, if some turns of it are above the ground."""
+    """Visible rows of a far picture if `skipped` turns of it are above the ground."""
     row = np.arange(KIND_ROWS)
     return (row >= 2 * skipped) & (row < SHOWN_ROWS)
 
@@ -81,7 +81,7 @@ FAR_PICTURES = Pictures.of(
 
 
 def by_slot(d: Drawn, values: jax.Array) -> jax.Array:
-    """Values of all records, by the slots that things keep when they change their records."""
+    """Reorder values of all records by the slots that things keep when they change records."""
 
     def rolled(slots: jax.Array, bit: int) -> jax.Array:
         return jnp.where((d.shifts >> bit & 1) == 1, jnp.roll(slots, 1 << bit), slots)
@@ -90,7 +90,7 @@ def by_slot(d: Drawn, values: jax.Array) -> jax.Array:
 
 
 def thing_boxes(m: Ram, d: Drawn) -> Box:
-    """What stands on the ground or flies."""
+    """Boxes of the things on the ground or in flight."""
     slot = by_slot(d, jnp.arange(RECORDS))
     far = slot < FAR_SLOTS
     bank = when(d.space, 1)
@@ -118,7 +118,7 @@ def thing_boxes(m: Ram, d: Drawn) -> Box:
 
 
 def missile_color(m: Ram, d: Drawn) -> jax.Array:
-    """That of the picture beside it, or of what would be there, in its middle."""
+    """The color of the picture beside the missile, at its middle, even if none is drawn there."""
     from_count = FIRST_COUNT + 2 - (m.missile_y | 3)
     past_far = from_count - when(from_count > d.step + FAR_TURNS - 1, 1)
     turn = past_far - when(past_far > d.place_turn, 1)
@@ -141,7 +141,7 @@ def fighters(m: Ram, d: Drawn) -> jax.Array:
 
 
 def the_one(boxes: Box, chosen: jax.Array, color: jax.Array) -> Box:
-    """The one box that is chosen, if it is valid."""
+    """The single chosen box, if it is valid."""
     found = chosen & boxes.valid
     x = only(found, boxes.x)
     y = only(found, boxes.y)

@@ -13,9 +13,10 @@ from ocjax.console import palette
 from ocjax.extraction.html import table
 from ocjax.vision.rules import Bounds, Cells, Rule
 
-__all__ = ["ATTRIBUTES", "HEADER", "Category", "display", "names_by_alias"]
+__all__ = ["ATTRIBUTES", "HEADER", "ROLES", "Category", "display", "names_by_alias", "with_role"]
 
 ATTRIBUTES = ("orientation", "value")
+ROLES = ("player", "score", "opponent_score", "lives", "time")
 HEADER = "category", "slots", "attributes", "what it is"  # of tables of categories
 
 
@@ -38,6 +39,11 @@ class Category:
         rule: the rule with which VEM finds the objects.
         count: number of slots.
         hud: whether it belongs to the display (score, lives, ...) rather than to the game.
+        role: the purpose of the objects, one of `ROLES`, or "" for any other. "player": the agent
+            controls them. "score": the value is the sum of the rewards since the episode began, or
+            exceeds it by the value of the category with the role "opponent_score"; of several
+            slots, the first. "lives": the value is the emulator's number of lives, or each life has
+            an icon. "time": a clock.
         attributes: the meaningful ones of "value" and "orientation". VEM does not read
             orientations; it reports -1.
         rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With
@@ -64,6 +70,7 @@ class Category:
     rule: Rule
     count: int = 1
     hud: bool = False
+    role: str = ""
     attributes: tuple[str, ...] = ()
     rgb: tuple[Any, ...] | None = None
     color_row: int = 0
@@ -76,7 +83,7 @@ class Category:
 
     def __repr__(self) -> str:
         return (
-            f"Category({self.name!r}, count={self.count}, hud={self.hud}, "
+            f"Category({self.name!r}, count={self.count}, hud={self.hud}, role={self.role!r}, "
             f"attributes={self.attributes}, doc={self.doc!r})"
         )
 
@@ -137,6 +144,11 @@ def display(name: str, rule: Rule, **options: Any) -> Category:
             value.
     """
     return Category(name, rule, **{"hud": True, "attributes": ("value",), **options})
+
+
+def with_role(categories: Iterable[Category], role: str) -> tuple[str, ...]:
+    """Return the names of the categories with a role."""
+    return tuple(c.name for c in categories if c.role == role)
 
 
 def names_by_alias(categories: Iterable[Category]) -> dict[str, str]:

@@ -294,6 +294,26 @@ def test_value_shares():
     assert wrong["P1Score"] == pytest.approx(0.5, abs=0.05)
 
 
+def test_of_several_scores_the_first_is_the_agents():
+    game = ocjax.load("Freeway")
+    objects = game.rem(excerpt("Freeway")["rams"])
+    first = np.asarray(objects.value)[:, game.slices["Score"].start]
+    none = np.zeros(len(first))
+    assert metrics.value_shares(objects, first, none)["Score"] == 1
+    assert metrics.value_shares(objects, first + 1, none)["Score"] == 0
+
+
+def test_an_opponents_score_is_subtracted():
+    game = ocjax.load("FishingDerby")
+    objects = game.rem(excerpt("FishingDerby")["rams"])
+    own, other = (
+        np.asarray(objects.value)[:, game.slices[name].start]
+        for name in ("ScorePlayerOne", "ScorePlayerTwo")
+    )
+    shares = metrics.value_shares(objects, own - other, np.zeros(len(own)))
+    assert shares == {"ScorePlayerOne": 1}
+
+
 def test_average_precision_is_that_of_pycocotools():
     """Random boxes, of which some hit, with distinct confidences: pycocotools ranks equal ones in
     the order in which they come."""

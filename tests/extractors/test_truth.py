@@ -126,6 +126,7 @@ READ_AT_EDGES = {
     "WizardOfWor": {"Score": (99_900, 0, 15_000)},
 }
 
+UNSCORED = {"Enduro"}  # shows the cars left of a day, while rewards count the cars of all days
 # Categories with an object for each life, and how many lives have none.
 ICONS = {
     "Atlantis": (
@@ -139,7 +140,6 @@ ICONS = {
     "Centipede": (("Life",), 1),
     "CrazyClimber": (("Life",), 0),
     "Gopher": (("Carrot",), 0),
-    "KeystoneKapers": (("BonusKops",), 0),
     "KingKong": (("Life",), 1),
     "Krull": (("Life_HUD",), 1),
     "UpNDown": (("Life",), 1),
@@ -149,7 +149,6 @@ SHOWN_BEFORE_A_LIFE = {"KingKong"}  # and not while it is played
 NUMBERS = {
     "Krull": ("Life_HUD", 1, 0),
     "NameThisGame": ("Treasure", 1, 0),
-    "Pitfall": ("LifeCount", 1, 0),
     "VideoPinball": ("LifeUsed", -1, 4),  # the number of the ball
 }
 # Samples in which the game has changed the display and the emulator not yet counted the life.
@@ -312,6 +311,12 @@ def test_score_and_lives_follow_the_emulator(truth, detected):
     )  # nan: never shown
 
 
+def test_rewards_are_checked(game, truth):
+    """In every game that gives rewards and shows a score."""
+    scores = [c for c in game.categories if c.role == "score" and "value" in c.attributes]
+    assert bool(scores) or not truth["rewards"].any() or game.name in UNSCORED
+
+
 def test_icons_show_the_lives(game, truth, detected):
     """And so do numbers of other names, and the objects that a game counts as lives."""
     rem = detected[0]
@@ -335,9 +340,7 @@ def test_icons_show_the_lives(game, truth, detected):
 def test_lives_are_checked(game, truth):
     """In every game in which the emulator counts them; in Surround it has a single one."""
     lives = [
-        c
-        for c in game.categories
-        if c.name in metrics.LIVES_NAMES and c.count == 1 and "value" in c.attributes
+        c for c in game.categories if c.role == "lives" and c.count == 1 and "value" in c.attributes
     ]
     assert bool(lives) + (game.name in ICONS.keys() | NUMBERS.keys()) == bool(
         (truth["lives"] > 1).any()
