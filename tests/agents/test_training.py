@@ -16,7 +16,7 @@ sb3 = pytest.importorskip("stable_baselines3", reason="the extra `sb3` is not in
 
 
 def check_learning(model, steps):
-    """It takes that many steps, which change the policy, and its numbers stay finite."""
+    """The training takes that many steps, changes the policy, and keeps finite numbers."""
     before = [p.detach().clone() for p in model.policy.parameters()]
     model.learn(steps)
     assert model.num_timesteps == steps
@@ -67,7 +67,7 @@ def test_torch_shares_the_tensors():
 
 
 def test_cleanrl(request, tmp_path):
-    """CleanRL's ppo.py runs with only the call that makes the environments replaced."""
+    """CleanRL's ppo.py runs with another call to make the environments, and no further change."""
     checkout = request.config.getoption("--cleanrl")
     if checkout is None:
         pytest.skip(
