@@ -25,7 +25,7 @@ STALE = {
     ("Berzerk", "last"): 0.91,
     ("Berzerk", "lost"): 0.87,
     ("Bowling", "last"): 0.9,
-    ("Defender", "last"): 0.68,  # all records are those of the next game
+    ("Defender", "last"): 0.68,  # all records belong to the next game
     ("Gravitar", "last"): 0.95,
     ("Gravitar", "lost"): 0.96,
     ("KeystoneKapers", "lost"): 0.6,  # the scene's records belong to the next life
@@ -34,7 +34,7 @@ STALE = {
     ("Qbert", "last"): 0.96,
     ("Robotank", "last"): 0.93,
     ("Robotank", "lost"): 0.96,
-    ("Solaris", "last"): 0.3,  # all records are those of the next game
+    ("Solaris", "last"): 0.3,  # all records belong to the next game
     ("Solaris", "lost"): 0.96,  # fuel, ships left and the target belong to the next life
     ("Venture", "lost"): 0.75,
 }
@@ -115,9 +115,9 @@ EDGES = {
         "PlayerScore": (100_000, 123_450, 999_990)
     },  # the game also shows other things in its place
     "Boxing": {"PlayerScore": (100,)},  # shown as KO
-    "Pacman": {"Score": (99_999, 100_000, 123_456)},  # of which the display shows five digits
+    "Pacman": {"Score": (99_999, 100_000, 123_456)},  # the display shows five of its digits
     "RoadRunner": {"Lives": (4, 5, 6, 7, 3), "Bonus": (0, 0, 0, 0, 1000)},  # the ROM gives no more
-    "WizardOfWor": {"Score": (99_900, 100_000, 115_000)},  # of which the display shows five digits
+    "WizardOfWor": {"Score": (99_900, 100_000, 115_000)},  # the display shows five of its digits
 }
 # VEM's values, if they differ.
 READ_AT_EDGES = {
@@ -184,7 +184,7 @@ NEVER_KNOWN = {
     ),  # the value of a cannon is on the screen before a life begins, in Lives
     "WizardOfWor": (
         "Lives",
-    ),  # enemies in the dungeon count, too, but are drawn on every other frame
+    ),  # the figure in the dungeon counts, too, but is drawn on every other frame
 }
 
 # Share of moved boxes on detections in games with many walls on the screen.
