@@ -30,7 +30,7 @@ BROKEN = (
     ("choppercommand", "delay_shots"),
 )
 SPEC = importlib.util.find_spec("hackatari")  # without an import of it
-FRAMES = 700  # whose bytes the test compares
+FRAMES = 700  # for the comparison of bytes
 OWN = {
     "Alien:no_alien",
     "Freeway:stopped_cars",
