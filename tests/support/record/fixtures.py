@@ -72,9 +72,11 @@ def record(
     samples are from later in play. Equal arguments give equal recordings.
 
     Args:
-        game: the game. samples: number of samples. There is at least one for each mode and
-        difficulty. seeds: seeds of the emulators. Together they also seed the actions. modes: as
-        ale-py numbers them; default: all modes of the game. difficulties: as ale-py numbers them.
+        game: the game.
+        samples: number of samples. There is at least one for each mode and difficulty.
+        seeds: seeds of the emulators. Together they also seed the actions.
+        modes: as ale-py numbers them, or None for all modes of the game.
+        difficulties: as ale-py numbers them.
 
     Returns:
         A recording with `screens`, `previous`, `rewards` and `lives`. Its samples are not
