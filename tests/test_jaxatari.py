@@ -159,8 +159,8 @@ def test_fewer_slots():
 
 
 def test_objects_are_whole_and_somewhere():
-    """Objects have JAXAtari's boxes, even if the wall of the court covers a part, and positions
-    before the first ball."""
+    """Boxes are JAXAtari's, even if the wall of the court covers a part. Objects also have
+    positions before the first ball."""
     pong = ocjax.load("Pong")
     boxes = {
         "Player": [(140, 34, 4, 6), (140, 190, 4, 4), (140, 90, 4, 16)],

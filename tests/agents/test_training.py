@@ -46,8 +46,8 @@ def test_stable_baselines3_on_objects():
 
 @pytest.mark.filterwarnings("default")  # warnings of other projects
 def test_stable_baselines3_with_its_atari_wrapper():
-    """Stable-Baselines3's wrappers, which use the emulator, add no-ops, frame skip, lives, FIRE and
-    grey frames."""
+    """Stable-Baselines3's wrappers use the emulator to add no-ops, frame skip, lives, FIRE and grey
+    frames."""
     pytest.importorskip("cv2", reason="Stable-Baselines3's Atari wrapper needs OpenCV")
     from stable_baselines3.common.env_util import make_atari_env
 

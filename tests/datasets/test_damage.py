@@ -355,7 +355,7 @@ def test_steps_of_shards(dataset, name, value, monkeypatch, tmp_path):
 
 
 def test_objects_of_other_decoders_are_written_again(dataset, made):
-    """Their categories may have had other names."""
+    """The categories of another decoder may have other names."""
 
     def change(table):
         rows = [

@@ -303,7 +303,7 @@ def is_timed(v):
 
 
 def test_wind():
-    """In half of the frames the ball and its shadow move by a pixel, while the ball is over the
+    """The ball and its shadow move by a pixel in half of the frames, while the ball is over the
     court."""
     wind = variations.find("Tennis:wind_effect")
     for shadow, moves in ((60, True), (150, False)):

@@ -259,8 +259,8 @@ def test_presets_equal_gymnasiums_environments(preset, actions):
 
 
 def test_dqn_preset_by_hand(actions):
-    """No-op starts, FIRE, episodes of one life and clipped rewards equal the usual wrappers,
-    applied by hand to ale-py's environment."""
+    """No-op starts, FIRE, episodes of one life and clipped rewards match the usual wrappers on
+    ale-py's environment."""
     reference = gymnasium.make(
         "ALE/Breakout-v5", obs_type="ram", frameskip=1, repeat_action_probability=0.0
     ).unwrapped

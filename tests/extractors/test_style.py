@@ -121,8 +121,8 @@ def _target_names(target):
 
 
 def test_a_name_means_one_thing(tree):
-    """No two names differ by case or underscores alone, and no local has the name of a constant or
-    a function.
+    """Two names never differ by case or underscores alone, and a local never has the name of a
+    constant or a function.
 
     A local may have the name of a class: `state` is a `State`.
     """

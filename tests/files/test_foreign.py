@@ -89,8 +89,8 @@ def test_every_reader_reads(source, rows):
 
 
 def test_outputs_on_top_of_inputs_are_refused(source, tmp_path):
-    """Each file of the input as output: by its name, by a link, by another name of the same file,
-    and through a link to its folder."""
+    """The test names each input file as output: by its name, by a link, by a hard link, and through
+    a link to its folder."""
     before = {path: path.read_bytes() for path in parts(tmp_path)}
     (tmp_path / "folder").symlink_to(tmp_path / "input")
     for k, path in enumerate(before):
@@ -153,7 +153,7 @@ def test_pipes_are_refused(source, read):
 
 
 def test_damaged_inputs_are_refused_or_read(source, tmp_path, read):
-    """Each file is cut off, or filled with other bytes from some place on.
+    """The test cuts each file off, or overwrites it with other bytes from some offset on.
 
     Nothing crashes, hangs or raises another error.
     """

@@ -194,7 +194,7 @@ def rows(f, *batches):
     radius=st.sampled_from([0, 2.5, 5, 16, float("inf")]),
 )
 def test_reference(seed, density, span, radius):
-    """Objects have few positions, with many ties, up to many positions."""
+    """The number of positions ranges from few, with many ties, to many."""
     rng = np.random.default_rng(seed)
     a, b = (
         some(rng, (12,), density=density, span=span),
