@@ -27,7 +27,7 @@ OUTPUTS = {
     "--plots",
 }
 HEADER = "frame_id,episode_id,score,duration(ms),unclipped_reward,action,gaze_positions"
-# Each output with arguments that read files. IN is the input, and OUT is put on top of it.
+# Each output with arguments that read files. IN is the input, and OUT names the same file.
 CASES = {
     ("render", "--out"): ("render IN --out OUT.png", "render IN --out OUT.gif"),
     ("evaluate", "--markdown"): (

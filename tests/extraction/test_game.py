@@ -1,4 +1,4 @@
-"""Declarations of game files, and the errors of wrong ones."""
+"""Declarations of game files, and the errors of wrong declarations."""
 
 import dataclasses
 import functools
@@ -63,7 +63,7 @@ def test_boxes_are_clipped_and_zeroed():
 
 
 class Tensor:
-    """What PyTorch's tensors share with others of their kind."""
+    """The common interface of PyTorch's tensors and similar arrays."""
 
     def __init__(self, array):
         self.array, self.dtype, self.shape, self.ndim = (
@@ -218,7 +218,7 @@ def test_aliases():
     ],
 )
 def test_wrong_games(change, message):
-    """A decoder is checked before its first use, all else on construction."""
+    """A decoder is checked before its first use, everything else on construction."""
     with pytest.raises(GameError, match=message) as caught:
         GAME.replaced(**change).rem(np.zeros(128, np.uint8))
     if change.get("name") is None:

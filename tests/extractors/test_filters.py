@@ -1,4 +1,4 @@
-"""Filters and steps that single games define."""
+"""Filters and steps of single games."""
 
 import jax
 import numpy as np
@@ -25,7 +25,7 @@ def found(frame, *categories):
 def test_a_beam_beside_two_dots():
     rule = Blobs(14, None, Shape(w=(2, None)), filters=(without_dots,))
     frame = np.zeros((210, 160), np.uint8)
-    # The dots are as far from the beam as from each other.
+    # The distances between dots and beam are equal.
     frame[20, 30:38] = frame[20, 28] = frame[20, 26] = 14
     # One of the dots touches the beam, across the edge of a word.
     frame[40, 60:68] = frame[40, 68] = frame[40, 70] = 14
@@ -49,7 +49,7 @@ def test_objects_that_an_edge_cuts_off():
     rule = Blobs(14, VIEW, Shape(w=(1, 8), h=(1, CUT_ROWS)), gap=(1, 0), filters=(cut_off,))
     frame = np.zeros((210, 160), np.uint8)
     frame[[end - 3, end - 2, end - 1], [30, 31, 32]] = 14
-    frame[end - 2 : end + 3, 60:68] = 14  # goes on below the edge
+    frame[end - 2 : end + 3, 60:68] = 14  # continues below the edge
     frame[end - 5 : end - 1, 100:104] = 14  # ends above the last row
     frame[end - 12 : end, 31] = 14  # higher than an object
     boxes = found(frame, Category("Creature", rule, count=3))

@@ -1,4 +1,4 @@
-"""How game files are written, as far as a program can check it; CONTRIBUTING says why."""
+"""Style rules of game files that a program can check; CONTRIBUTING explains them."""
 
 import ast
 from collections import Counter, defaultdict
@@ -45,14 +45,14 @@ def test_imports(tree):
 
 
 def _modules(node):
-    """The absolute names of the modules from which a statement imports."""
+    """The absolute names of the modules in an import statement."""
     if isinstance(node, ast.Import):
         return [alias.name for alias in node.names]
     return [] if node.level else [node.module]
 
 
 def test_functions_are_short(tree):
-    """But for `decode`, which is one call a category."""
+    """`decode` is exempt: it is one call a category."""
     long = {
         f.name: _lines(f)
         for f in ast.walk(tree)
@@ -62,7 +62,7 @@ def test_functions_are_short(tree):
 
 
 def _lines(function):
-    """The lines of a function without those of its docstring."""
+    """The lines of a function without its docstring."""
     docstring = ast.get_docstring(function) is not None and function.body[0]
     return (
         function.end_lineno
@@ -73,7 +73,7 @@ def _lines(function):
 
 
 def test_one_name_a_statement(tree):
-    """Several names are bound at once only to the results of a call or the entries of an array."""
+    """A statement binds several names only to the results of a call or the entries of an array."""
     assert not [
         node.lineno
         for node in ast.walk(tree)
@@ -84,7 +84,7 @@ def test_one_name_a_statement(tree):
 
 
 def test_nothing_is_bound_twice(tree):
-    """Neither in the module nor in a function, which binds its parameters, too."""
+    """The rule holds in the module and in each function, including its parameters."""
     assert not _bound_twice(tree.body)
     twice = {
         function.name: _bound_twice(ast.walk(function), _parameters(function))
@@ -95,7 +95,7 @@ def test_nothing_is_bound_twice(tree):
 
 
 def _bound_twice(statements, parameters=()):
-    """The names that statements bind or change after they have been bound."""
+    """The names that statements bind again or change."""
     bound = Counter(parameters)
     for node in statements:
         if isinstance(node, ast.Assign):
@@ -121,8 +121,8 @@ def _target_names(target):
 
 
 def test_a_name_means_one_thing(tree):
-    """No two names differ by case or underscores alone, and no local has the name of a constant or
-    a function.
+    """Two names never differ by case or underscores alone, and a local never has the name of a
+    constant or a function.
 
     A local may have the name of a class: `state` is a `State`.
     """
@@ -142,7 +142,7 @@ def test_a_name_means_one_thing(tree):
 
 
 def _by_letters(names):
-    """Names by what they have in common with those that differ by case or underscores alone."""
+    """Names by their lower-case letters, without underscores."""
     groups = defaultdict(set)
     for name in names - {"_"}:
         groups[name.replace("_", "").lower()].add(name)
@@ -159,7 +159,7 @@ def _imported(tree):
 
 
 def _is_class(name):
-    """Whether an imported name is that of a class."""
+    """True if an imported name belongs to a class."""
     return name[0].isupper() and not name.isupper()
 
 
@@ -169,14 +169,14 @@ def _classes(tree):
 
 
 def _of_module(tree):
-    """Constants, functions, and what is imported but classes."""
+    """Constants, functions, and imported names except classes."""
     functions = {n.name for n in tree.body if isinstance(n, ast.FunctionDef)}
     targets = (target for n in tree.body if isinstance(n, ast.Assign) for target in n.targets)
     return functions | _stored(*targets) | {name for name in _imported(tree) if not _is_class(name)}
 
 
 def _locals(tree):
-    """Parameters, and what functions bind."""
+    """Parameters and local names of functions."""
     functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.Lambda)]
     inner = (n for f in functions for n in ast.walk(f) if n is not f)
     return (
@@ -196,8 +196,7 @@ def _stored(*nodes):
 
 
 def test_conditions_stand_in_one_direction(tree):
-    """No `where` inside `where` inside `where`, and no name that one `where` after the other
-    overwrites."""
+    """`where` nests at most twice, and no series of `where` overwrites the same name."""
     for function in (n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)):
         assert max((_depth(n) for n in ast.walk(function)), default=0) <= NESTED, function.name
         overwritten = Counter(n.targets[0].id for n in ast.walk(function) if _overwrites(n))
@@ -214,12 +213,12 @@ def _is_where(node):
 
 
 def _depth(node):
-    """How many calls of `where` are inside each other."""
+    """The depth of nested calls of `where`."""
     return (1 + max((_depth(a) for a in node.args), default=0)) if _is_where(node) else 0
 
 
 def _overwrites(node):
-    """Whether a statement is `name = where(condition, value, name)`."""
+    """True for a statement `name = where(condition, value, name)`."""
     return (
         isinstance(node, ast.Assign)
         and isinstance(node.targets[0], ast.Name)

@@ -1,4 +1,4 @@
-"""Work that is spread over a Ray cluster of several nodes, one of which is lost."""
+"""Work on a Ray cluster of several nodes; one node is lost."""
 
 import dataclasses
 import shutil
@@ -89,7 +89,7 @@ def test_extraction_and_errors(nodes, tmp_path, monkeypatch):
     assert (tmp_path / "cluster.npz").read_bytes() == (tmp_path / "local.npz").read_bytes()
     (tmp_path / "Pong.npy").write_bytes(
         (tmp_path / "Pong.npy").read_bytes()[: 128 + 36 * 128]
-    )  # in the last block: of several damaged ones, any may come first
+    )  # in the last block: any of several damaged blocks may come first
     with pytest.raises(InputError, match="ends in row 36"):
         files.extract(tmp_path / "Pong.npy", tmp_path / "damaged.npz", ray=address)
 

@@ -1,4 +1,4 @@
-"""The reverse-engineering tools must find the known bytes of games whose decoders are written."""
+"""The reverse-engineering tools find the known bytes of games with finished decoders."""
 
 import contextlib
 import dataclasses
@@ -78,7 +78,7 @@ def test_correlate_finds_values_and_presence(pong_findings):
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("span", [3, 90, 100_000, 2**31 - 1])
 def test_values_that_are_unknown_in_some_samples(share, span):
-    """They are left out, and large values take no memory."""
+    """The search drops unknown values, and large values take no memory."""
     rng = np.random.default_rng(0)
     rams = rng.integers(0, 256, (400, 128), np.uint8)
     tape = recordings.Recording(ocjax.load("Pong"), rams, resets=np.arange(400) % 100 == 0)
@@ -119,7 +119,7 @@ def test_values_that_are_unknown_for_some_values_of_a_byte():
 
 @pytest.mark.slow
 def test_correlate_of_tennis():
-    """Its score is unknown while the screen shows none."""
+    """The score of Tennis is unknown while the screen hides it."""
     result = run("ram", "correlate", "Tennis", "--samples", 400)
     assert result.exit_code == 0, result.output
 
@@ -138,7 +138,7 @@ def test_correlate_finds_freeway():
 
 @pytest.mark.slow
 def test_correlate_with_what_the_chip_drew():
-    """Without vision rules, on a recording that says that the ball was drawn and nothing else."""
+    """The search needs no vision rules; the ball is the only drawn object of this recording."""
     game = ocjax.load("Pong")
     tape = rollouts.rollout(game, 800, seed=4)
     ball = game.rem(tape.rams).of("Ball")
@@ -219,7 +219,7 @@ def test_no_row_in_noise():
 
 
 def test_proposed_class():
-    """It reads every kind of field, and Python accepts it."""
+    """The class has every type of field, and Python accepts it."""
     byte, part = fits.Source, fits.Fit
     moving = rows.Row(16, 6, byte(26), 1, -1, 0.99, 1)
     found = [
@@ -271,13 +271,13 @@ def test_proposal_of_nothing():
 
 
 def test_residual(pong):
-    """The bit by which a decoder is wrong is found; a right decoder leaves nothing."""
+    """The command finds the bit that explains a wrong decoder, and nothing for a right decoder."""
     right = residual.residual(pong, "Player", "y")
     assert right.exact > 0.999
     assert right.bits == ()
     odd = np.random.default_rng(0).integers(
         2, size=len(pong)
-    )  # the decoder is one column off where bit 3 of byte 127 is set
+    )  # the decoder is one column off if bit 3 of byte 127 is set
     rams = pong.rams.copy()
     rams[:, 49] += odd.astype(np.uint8)
     rams[:, 127] = 8 * odd
@@ -298,7 +298,7 @@ def test_residual(pong):
     ],
 )
 def test_residual_of_a_constant_offset(pong, shift, message):
-    """The usual mistake of a new decoder: no box is close enough to match."""
+    """A new decoder often has this error: no box is close enough to match."""
     rams = pong.rams.copy()
     rams[:, 49] += np.uint8(shift)
     tape = recordings.Recording(pong.game, rams, pong.screens, resets=pong.resets)

@@ -1,5 +1,4 @@
-"""VEM's rules for colours that change, for objects side by side, and for cells that others
-cover."""
+"""VEM's rules for changing colours, for objects side by side, and for covered cells."""
 
 import jax
 import jax.numpy as jnp
@@ -140,7 +139,7 @@ def test_wrong_declarations():
 
 
 def test_objects_of_known_pictures_that_overlap():
-    """A triangle that overlaps a wide bar; the bar's edges cut it, so that what shows of it is 12
+    """A triangle that overlaps a wide bar; the bar's edges cut it, so its visible part is 12
     columns wide."""
     triangle, bar = np.tri(8, 8, dtype=int), np.ones((3, 16), int)
     frame = np.zeros((210, 160), np.uint8)

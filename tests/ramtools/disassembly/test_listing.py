@@ -1,4 +1,4 @@
-"""Listings of a program that was written by hand, and of real games."""
+"""Listings of a hand-written program and of real games."""
 
 import re
 
@@ -9,7 +9,7 @@ from ocjax.ramtools import disassembly, roms
 from ocjax.ramtools.disassembly import cartridge, code, listing, tracing
 from tests.support.command import run
 
-# One turn of the main loop is a frame of two scan lines, with one picture and one subroutine.
+# One iteration of the main loop is a frame of two scan lines, with one picture and one subroutine.
 PROGRAM = """
     78 A2 FF 9A
     A9 02 85 00 85 02 85 02 A9 00 85 00
@@ -72,7 +72,7 @@ F042 60 RTS ; 21"""
 
 
 def test_times_of_writes(program):
-    """Only what is written after the picture is not visible on its frame."""
+    """Only writes after the picture are invisible on its frame."""
     assert listing.write_table(program).rows == [
         ["0", "", "F010 (0)", "", ""],
         ["1", "", "", "", "F01F (1)"],

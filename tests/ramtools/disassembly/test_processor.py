@@ -1,4 +1,4 @@
-"""Programs that were followed by hand, and the RAM that the emulator has after the same frames."""
+"""Hand-traced programs, and the emulator's RAM after the same frames."""
 
 import ale_py
 import numpy as np

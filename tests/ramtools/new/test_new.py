@@ -84,7 +84,7 @@ def test_survey(screens):
 
 
 def test_source_is_a_game(screens):
-    """For every combination of facts, the file is a declaration that the library accepts."""
+    """The library accepts the file for every combination of facts."""
     found = tuple(colors.survey(screens))
     facts = new.NewGame("Kaboom", "kaboom", "0" * 32, 210, False, (0,), (0, 1), 20, (), found, ())
     font = fonts.FoundFont(0x74B, 5, 8, 3, 5, True, 0.5)
