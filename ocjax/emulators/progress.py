@@ -34,7 +34,8 @@ def progress(items: Sequence[_Item], action: str) -> Iterator[_Item]:
         yield item
         if sys.stderr is not None and time.monotonic() >= shown + SECONDS:
             shown = time.monotonic()
-            print(f"{action}: {100 * (i + 1) // len(items)} %", file=sys.stderr, flush=True)  # noqa: T201
+            percent = 100 * (i + 1) // len(items)
+            print(f"{action}: {percent} %", file=sys.stderr, flush=True)  # noqa: T201
 
 
 @contextmanager
