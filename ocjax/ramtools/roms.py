@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ale_py.roms import get_all_rom_ids
 
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import UnknownGameError

@@ -4,7 +4,7 @@ import ale_py
 import numpy as np
 import pytest
 
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 from ocjax.emulators.start import log_errors_only
 from ocjax.ramtools.disassembly import cartridge
 from ocjax.ramtools.disassembly.machine import Machine

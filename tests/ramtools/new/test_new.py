@@ -9,7 +9,7 @@ import pytest
 import ocjax
 from ocjax import extractors
 from ocjax.console.fonts import DIGITS_3X5
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 from ocjax.extraction import names
 from ocjax.ramtools import new, play, roms
 from ocjax.ramtools.new import colors, fonts
