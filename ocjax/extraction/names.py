@@ -1,7 +1,7 @@
 """The names of the games. Every file and folder in `ocjax/extractors` is a game.
 
-The names come from the names of these files and of ale-py's ROM files. Neither the games nor
-ale-py nor JAX are imported, to keep `import ocjax` and `ocjax --help` fast.
+This module reads the names of these files and of ale-py's ROM files. It imports no game, JAX or
+ale-py, so `import ocjax` and `ocjax --help` stay fast.
 """
 
 import functools

@@ -69,7 +69,7 @@ def _entries(finding: Finding) -> Iterator[_Entry]:
 
 
 def _meaning(fit: Fit | Row, field: str) -> str:
-    """What the number in RAM is, as a function of the field."""
+    """The number in RAM as a function of the field."""
     if isinstance(fit, Row):
         if fit.source is None:
             return f"{field} = {fit}"

@@ -88,10 +88,10 @@ def _order(row: Row) -> tuple[float, int, int]:
 
 
 def _pitch(present: np.ndarray) -> int | None:
-    """The widest pitch of which most distances between neighbours are multiples.
+    """The widest pitch that divides most distances between neighbours.
 
-    If there is none, the widest pitch of which they are multiples up to one pixel: boxes around
-    different pictures begin in different rows.
+    Boxes around different pictures begin in different rows. If no pitch divides the distances
+    exactly, one pixel of remainder is allowed.
     """
     n, at = np.nonzero(present)
     distances = np.diff(at)[n[1:] == n[:-1]]

@@ -74,7 +74,7 @@ def test_compiled_program(name, batch):
 @pytest.mark.slow
 @pytest.mark.skipif(
     not os.access(RESET, os.W_OK) or "VmHWM" not in STATUS.read_text(),
-    reason="the system does not tell a process's peak",
+    reason="the system does not report the peak memory of a process",
 )
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)

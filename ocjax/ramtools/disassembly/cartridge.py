@@ -60,7 +60,7 @@ class Cartridge:
         return slots[address >> 10 & 3] + (address & KIB - 1)
 
     def after(self, address: int, slots: Slots) -> Slots:
-        """What the processor sees after an access to an address."""
+        """The visible slots after an access to an address."""
         changed = self.hotspots.get(address & LAST) if address & 0x1000 else None
         if not changed:
             return slots

@@ -37,7 +37,7 @@ class Instruction(NamedTuple):
 
 
 def decode(cartridge: Cartridge, address: int, slots: Slots) -> Instruction | None:
-    """The instruction at an address. None if there is no documented one."""
+    """The instruction at an address. None for an undocumented opcode."""
     offset = cartridge.offset(address, slots)
     opcode = OPCODES.get(cartridge.data[offset])
     if opcode is None:
@@ -51,7 +51,7 @@ def decode(cartridge: Cartridge, address: int, slots: Slots) -> Instruction | No
 
 
 def switched(cartridge: Cartridge, instruction: Instruction) -> Slots:
-    """What the processor sees of the cartridge after an instruction and its access."""
+    """The visible slots of the cartridge after an instruction and its memory access."""
     slots = instruction.slots
     for i in range(len(instruction.data)):
         slots = cartridge.after(instruction.address + i, slots)
