@@ -18,7 +18,8 @@ one object of the chip, counted in steps of three rows. Therefore the shooter is
 completely missing just after a shot.
 
 Covered: both modes, all eight sets of colours, all creatures, deaths, the count of mushrooms, new
-centipedes, the end of the game. CCGameObject is OCAtari's base class.
+centipedes, the end of the game. OCAtari also lists CCGameObject, the base class of its objects,
+which is no object.
 
 Not exact: the RAM lacks these facts: the shot on the frame on which it hits; its target then; a
 turn of the last segment of a chain (assumed next to a mushroom in its last row).

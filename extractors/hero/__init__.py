@@ -274,7 +274,7 @@ def _player_box(m: Ram, room: Box) -> Box:
     picture = len(SHOWN_ROWS) * _drawn_pose(m) + TALL
     y = 135 - m.y
     left = m.facing != 0
-    facing = jnp.where(m.facing != 0, WEST, EAST)
+    facing = jnp.where(left, WEST, EAST)
     whole = PLAYERS.box(picture, m.x, y, mirrored=left)
     upper = jnp.maximum(y, VISIBLE[1])
     lower = jnp.minimum(y + TALL, VISIBLE[3])

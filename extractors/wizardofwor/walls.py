@@ -27,8 +27,7 @@ class Walls(NamedTuple):
 
     x: tuple[int, ...]
     y: tuple[int, ...]
-    mazes: np.ndarray
-    """Which of them are in each maze, bool `[maze, wall]`."""
+    mazes: np.ndarray  # True for the walls of each maze, bool `[maze, wall]`
 
 
 def _exits(maze: int) -> np.ndarray:

@@ -6,7 +6,7 @@ import importlib.util
 import os
 from pathlib import Path
 
-__all__ = ["RomError", "read_rom", "rom_names", "rom_path"]
+__all__ = ["RomError", "game_name", "read_rom", "rom_names", "rom_path"]
 
 
 class RomError(ValueError):
@@ -20,6 +20,11 @@ def rom_names() -> tuple[str, ...]:
         RomError: a ValueError; ale-py is not installed.
     """
     return tuple(sorted(path.stem for path in _installed().glob("*.bin")))
+
+
+def game_name(rom: str) -> str:
+    """Return the game of a ROM as in ale-py's ids: "air_raid" is the ROM of "ALE/AirRaid-v5"."""
+    return rom.title().replace("_", "")
 
 
 def _installed() -> Path:

@@ -8,7 +8,7 @@ import functools
 import importlib
 import pkgutil
 
-from ocjax.console.rom_files import rom_names
+from ocjax.console.rom_files import game_name, rom_names
 from ocjax.extraction.suites import SUITES, Suite
 
 __all__ = ["ENDINGS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
@@ -42,10 +42,8 @@ def games(suite: str | None = None) -> tuple[str, ...]:
     Raises:
         ValueError: the suite does not exist.
     """
-    # As in ale-py: "air_raid" is the ROM of "ALE/AirRaid-v5". Modules have the same name in lower
-    # case.
-    titles = [rom.title().replace("_", "") for rom in rom_names()]
-    by_module = {title.lower(): title for title in titles}
+    # Modules have the names of games in lower case.
+    by_module = {name.lower(): name for name in map(game_name, rom_names())}
     supported = tuple(by_module.get(module, module) for module in modules())
     return (
         supported

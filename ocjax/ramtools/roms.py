@@ -4,9 +4,7 @@ import difflib
 import re
 from typing import NamedTuple
 
-from ale_py.roms import get_all_rom_ids
-
-from ocjax.console.rom_files import rom_path
+from ocjax.console.rom_files import game_name, rom_names, rom_path
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.extraction.registry import UnknownGameError
@@ -38,7 +36,7 @@ def find(name: str) -> Named:
         UnknownGameError: a ValueError; ale-py has no such game.
         RomError: a ValueError; the ROM is missing.
     """
-    roms = {rom.replace("_", ""): rom for rom in get_all_rom_ids()}
+    roms = {rom.replace("_", ""): rom for rom in rom_names()}
     letters = re.sub(r"^ALE/|-v\d+$|[\W_]", "", name).lower()
     try:
         game = registry.load(name)
@@ -48,5 +46,5 @@ def find(name: str) -> Named:
             hint = f": did you mean {' or '.join(roms[c] for c in close)}?" if close else ""
             raise UnknownGameError(f"ale-py has no game {name!r}{hint}") from None
         rom = roms[letters]
-        return Named(rom.title().replace("_", ""), rom, str(rom_path(rom)), None)
+        return Named(game_name(rom), rom, str(rom_path(rom)), None)
     return Named(game.name, game.rom, str(rom_path(game.rom)), game)
