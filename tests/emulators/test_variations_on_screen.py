@@ -11,8 +11,9 @@ from ocjax.emulators import variations
 from ocjax.envs import make
 
 STEPS, LONG, HOLD = 150, 1200, 8
-LATE = {  # rare in random play
+LATE = {  # rare in random play, or (Donkey Kong) as usual in the first life
     "Atlantis:no_last_line",
+    "DonkeyKong:random_start",
     "Frostbite:few_enemies",
     "Frostbite:many_enemies",
     "Frostbite:no_birds",
