@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.options import RAY, START_HELP
+from ocjax.cli.options import RAY, START_HELP, count_option
 from ocjax.datasets import exports, generation
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
@@ -19,9 +19,7 @@ from ocjax.files import writing
 def dataset(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     out: Annotated[Path, typer.Option(help="Folder of the dataset.")],
-    states: Annotated[
-        int, typer.Option(min=1, help="States to play, of all seeds together.")
-    ] = 10_000,
+    states: Annotated[int, count_option("States to play, of all seeds together.")] = 10_000,
     seed: Annotated[
         list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")
     ] = None,
@@ -48,7 +46,8 @@ def dataset(
 ) -> None:
     """Make a dataset of frames and RAM with the objects of both methods.
 
-    The same command gives the same bytes. To resume after an interruption, repeat the command.
+    The same command gives the same bytes. To resume after an interruption,
+    repeat the command.
     """
     with errors_in_one_line():
         spec = registry.load(game)

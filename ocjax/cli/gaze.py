@@ -10,7 +10,7 @@ import numpy as np
 import typer
 from PIL import Image, ImageDraw
 
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console, errors_in_one_line, warn
 from ocjax.emulators.progress import progress_bar
 from ocjax.evaluation import tables
 from ocjax.extraction import registry
@@ -69,6 +69,8 @@ def gaze(
         writing.write_text(out, _to_csv(found))
         if picture is not None:
             writing.write_picture(picture, _drawn(known, folder, _first_look(found)))
+    if not any(look.objects.valid.any() for look in found):
+        warn(f"no object of {known.name} is in {folder}: are these pictures of another game?")
     tables.show(_to_table(known, found), console)
     for path in (out, picture):
         if path is not None:

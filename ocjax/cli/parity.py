@@ -26,7 +26,9 @@ def parity(
             metavar="GAME", help="Name of the game, or all: a line for each common game."
         ),
     ],
-    against: Annotated[str, typer.Option(help="The other implementation: jaxtari.")] = "jaxtari",
+    against: Annotated[
+        str, typer.Option(metavar="jaxtari", help="The other implementation.")
+    ] = "jaxtari",
     seeds: Annotated[
         int, typer.Option(min=1, help="Number of runs; their seeds are 0, 1, 2, ...")
     ] = 3,
