@@ -1,8 +1,6 @@
 """The commands `ocjax train` and `ocjax play`."""
 
-import csv as csv_format
 import dataclasses
-import io
 import json as json_format
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,6 +12,7 @@ from ocjax._extras import extras
 from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.options import START_HELP, count_option, fields_as_options
+from ocjax.cli.outputs import write_csv, write_markdown, write_text
 from ocjax.cli.render import extract, pictures, save
 from ocjax.emulators import ram_starts
 from ocjax.emulators.settings import PRESETS
@@ -260,8 +259,7 @@ def play(
             "frame_skip": frame_skip,
             "repeat_action_probability": repeat_action_probability,
         }
-        if gif is not None:
-            writing.check_suffix(gif, (".gif",))
+        writing.check_suffix(gif, (".gif",))
         if human:
             plays = (
                 csv is not None
@@ -301,9 +299,7 @@ def play(
         writing.check(csv, gif, reads=[policies.file_of(policy)])
         played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None, **protocol)
         tables.show(_table(spec, played), console)
-        if csv is not None:
-            writing.write_text(csv, _to_csv(played))
-            writing.announce(console, "Written", csv)
+        write_csv(csv, ("episode", "return", "frames"), _csv_rows(played))
         if gif is not None:
             save(played.pictures, gif, frame_time=FRAME_TIME)
             writing.announce(console, "The first game", gif)
@@ -315,23 +311,19 @@ def _show_rows(
     """Show the comparison of the original and variations, and write it."""
     table = varied.table(game, policy, rows)
     tables.show(table, console)
-    if markdown is not None:
-        writing.write_text(markdown, tables.to_markdown([table]))
-        writing.announce(console, "Written", markdown)
-    if json is not None:
-        about = {
-            "game": game.name,
-            "policy": policy,
-            "variations": [dataclasses.asdict(row) for row in rows],
-        }
-        writing.write_text(json, json_format.dumps(about, indent=2) + "\n")
-        writing.announce(console, "Written", json)
+    write_markdown(markdown, [table])
+    about = {
+        "game": game.name,
+        "policy": policy,
+        "variations": [dataclasses.asdict(row) for row in rows],
+    }
+    write_text(json, json_format.dumps(about, indent=2) + "\n")
 
 
 def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
     """Let a person play, and write the recording and an animation of its first steps."""
-    writing.check_suffix(out, (".npz",))
-    writing.check(out, gif)
+    writing.check(out, suffixes=(".npz",))
+    writing.check(gif)
     playing = human_play.HumanGame(game, seed)
     try:
         human_play.play(playing)
@@ -374,12 +366,6 @@ def _table(game: Game, played: Played) -> Table:
     )
 
 
-def _to_csv(played: Played) -> str:
-    text = io.StringIO()
-    out = csv_format.writer(text, lineterminator="\n")
-    out.writerow(("episode", "return", "frames"))
-    for i, (total, frames) in enumerate(
-        zip(played.returns.tolist(), played.frames.tolist(), strict=True)
-    ):
-        out.writerow((i, f"{total:g}", frames))
-    return text.getvalue()
+def _csv_rows(played: Played) -> list[tuple[int, str, int]]:
+    games = zip(played.returns.tolist(), played.frames.tolist(), strict=True)
+    return [(i, f"{total:g}", frames) for i, (total, frames) in enumerate(games)]

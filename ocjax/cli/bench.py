@@ -11,9 +11,10 @@ import typer
 
 from ocjax._extras import require
 from ocjax.cli.gallery import states
-from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.options import OCATARI_ENV
+from ocjax.cli.outputs import write_text
+from ocjax.emulators.start import load_playable
 from ocjax.evaluation import ocatari_peer, tables, time_plots, timing
 from ocjax.evaluation.timing import Measurement
 from ocjax.extraction.game import Game
@@ -83,11 +84,9 @@ def _measurements(
 
 
 def _write(found: list[Measurement], out: Path | None, plots: Path | None) -> None:
-    if out is not None:
-        machine = timing.machine()
-        lines = [json.dumps(dataclasses.asdict(m) | machine) for m in found]
-        writing.write_text(out, "\n".join(lines) + "\n")
-        writing.announce(console, f"{len(lines)} measurements", out)
+    machine = timing.machine()
+    lines = [json.dumps(dataclasses.asdict(m) | machine) for m in found]
+    write_text(out, "\n".join(lines) + "\n", f"{len(lines)} measurements")
     if plots is not None:
         for name, draw in (
             ("steps.png", time_plots.steps_figure),

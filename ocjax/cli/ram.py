@@ -9,6 +9,7 @@ import typer
 
 from ocjax import recordings
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.outputs import write_markdown, write_picture, write_text
 from ocjax.evaluation import tables
 from ocjax.extraction import names, registry
 from ocjax.files import jobs, writing
@@ -59,10 +60,8 @@ def _read_files(what: str, policy: str) -> list[Path | None]:
 def _give(found: list[tables.Table], markdown: Path | None) -> None:
     for table in found:
         tables.show(table, console)
-    if markdown is not None:
-        with errors_in_one_line():
-            writing.write_text(markdown, tables.to_markdown(found))
-        writing.announce(console, "Written", markdown)
+    with errors_in_one_line():
+        write_markdown(markdown, found)
 
 
 def _named(out: Path | None) -> list[Path]:
@@ -76,8 +75,7 @@ def _write(out: Path, text: str, what: str) -> None:
         typer.echo(text, nl=False)
         return
     with errors_in_one_line():
-        writing.write_text(out, text)
-    writing.announce(console, what, out)
+        write_text(out, text, what)
 
 
 @ram.command()
@@ -153,8 +151,8 @@ def causes(
     with errors_in_one_line():
         game = registry.load(name)
         out = out or writing.unnamed(Path(f"ocjax-causes-{game.name}.png"))
-        writing.check_suffix(out, (".png",))
-        writing.check(markdown, out)
+        writing.check(markdown)
+        writing.check(out, suffixes=(".png",))
         found = causal.causes(
             game,
             steps=steps,
@@ -168,8 +166,7 @@ def causes(
     for note in causal.notes(found):
         console.print(note, markup=False, soft_wrap=True)
     with errors_in_one_line():
-        writing.write_picture(out, causal.picture(found))
-    writing.announce(console, "Map of all bytes, changed pixels in red", out)
+        write_picture(out, causal.picture(found), "Map of all bytes, changed pixels in red")
 
 
 @ram.command()

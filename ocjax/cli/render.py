@@ -40,8 +40,7 @@ def render(
     if method not in METHODS:
         raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
     with errors_in_one_line():
-        writing.check_suffix(out, (".png", ".gif"))
-        writing.check(out, reads=[recording])
+        writing.check(out, suffixes=(".png", ".gif"), reads=[recording])
         tape = recordings.read(recording, game)
     if tape.screens is None:
         raise typer.BadParameter(f"{recording} has no frames (an array 'screens') to draw on")

@@ -83,17 +83,10 @@ def show(table: Table, console: Console) -> None:
         out.add_column(escape(heading), justify="left" if is_text else "right", min_width=longest)
     for row in cells:
         out.add_row(*row)
-    print_whole(out, console)
-
-
-def print_whole(table: RichTable, console: Console) -> None:
-    """Print a table without cutting off words.
-
-    In a file or a pipe, each cell also stays on one line.
-    """
-    size = Measurement.get(console, console.options.update(max_width=WIDEST), table)
-    table.width = max(console.width, size.minimum) if console.is_terminal else size.maximum
-    console.print(table, crop=False)
+    # In a file or a pipe, each cell stays on one line.
+    size = Measurement.get(console, console.options.update(max_width=WIDEST), out)
+    out.width = max(console.width, size.minimum) if console.is_terminal else size.maximum
+    console.print(out, crop=False)
 
 
 def to_markdown(tables: Sequence[Table]) -> str:

@@ -1,7 +1,5 @@
 """`Game`: a declared game and its two extraction methods."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass

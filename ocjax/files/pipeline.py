@@ -129,7 +129,7 @@ def extract(
         spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes
     )
     target.write(found)
-    if not any(len(block.row) for _, _, block in found):
+    if found.rows and not any(len(block.row) for _, _, block in found):
         warnings.warn(
             f"no object of {spec.name} is in {source}: is it a recording of another game?",
             stacklevel=2,

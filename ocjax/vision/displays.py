@@ -1,7 +1,5 @@
 """Displays of numbers and icons, declared once for REM's boxes and VEM's rules."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

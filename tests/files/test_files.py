@@ -98,7 +98,8 @@ def expect(path, game, source):
 
 @pytest.mark.parametrize("suffix", ["npy", "npz", "hdf5", "zarr"])
 def test_arrays(tmp_path, pong, rams, frames, suffix):
-    for name, data in (("rams", rams), ("screens", frames), ("screens", frames[..., 0] * 0)):
+    screens = excerpt("Pong")["screens"][:10]
+    for name, data in (("rams", rams), ("screens", frames), ("screens", screens)):
         path = tmp_path / f"Pong{data.ndim}.{suffix}"
         if suffix == "npy":
             np.save(path, data)
