@@ -1,5 +1,7 @@
 """`Box`: a decoder's result for a category, before batching and packing into `Objects`."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -52,7 +54,7 @@ class Box:
     orientation: jax.Array  # int32
     color: jax.Array | None  # int32: palette index; None: the category's colour
 
-    def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> "Box":
+    def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
         """Clip the boxes to an area; `right` and `bottom` are exclusive.
 
         Boxes outside the area become invalid.
@@ -71,13 +73,13 @@ class Box:
 
     def trimmed(
         self, left: Number = 0, top: Number = 0, right: Number = 0, bottom: Number = 0
-    ) -> "Box":
+    ) -> Box:
         """Remove this many pixels at each edge; a negative number adds pixels."""
         return replace(
             self, x=self.x + left, y=self.y + top, w=self.w - left - right, h=self.h - top - bottom
         )
 
-    def __getitem__(self, slots: int | slice) -> "Box":
+    def __getitem__(self, slots: int | slice) -> Box:
         """Index the slots; scalar fields, which all slots share, stay the same."""
 
         def part(values: jax.Array | None) -> jax.Array | None:
@@ -85,7 +87,7 @@ class Box:
 
         return Box(*(part(getattr(self, f.name)) for f in fields(self)))  # pyright: ignore
 
-    def where(self, condition: Number) -> "Box":
+    def where(self, condition: Number) -> Box:
         """Keep the boxes valid only where the condition also holds."""
         return replace(self, valid=self.valid & condition)
 
@@ -94,7 +96,7 @@ class Box:
         found = self.valid & chosen
         others = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "valid"}
         one = {name: v if v is None else only(found, v) for name, v in others.items()}
-        return Box(**one, valid=jnp.any(found))
+        return Box(**one, valid=jnp.any(found))  # pyright: ignore
 
     @property
     def slots(self) -> int:
