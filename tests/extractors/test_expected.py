@@ -3,7 +3,7 @@ holds."""
 
 import pytest
 
-from tests.support.record import expected
+from tests.support.record import excerpts, expected
 from tests.support.states import DATA
 
 
@@ -11,9 +11,10 @@ def test_objects_are_as_expected(game, thorough):
     path = DATA / "expected" / f"{game.name}.txt"
     command = f"python -m tests.support.record {game.name} expected"
     assert path.exists(), f"{path} is missing: `{command}` makes it"
-    assert (DATA / "limits" / path.name).exists(), (
-        f"`python -m tests.support.record {game.name} limits` makes it"
-    )
+    for part in ("limits", "edits"):
+        assert (DATA / part / path.name).exists(), (
+            f"`python -m tests.support.record {game.name} {part}` makes it"
+        )
     text = path.read_text(encoding="utf-8")
     if not thorough:
         text = text[: text.index(f"{expected.ARBITRARY}\n")]
@@ -24,7 +25,7 @@ def test_objects_are_as_expected(game, thorough):
 
 def test_all_recordings_are_compared():
     folders = {path.parent.relative_to(DATA).as_posix() for path in DATA.rglob("*.npz")}
-    assert folders == {folder or "." for folder in expected.FOLDERS}
+    assert folders == {folder or "." for folder in excerpts.FOLDERS}
 
 
 def test_differences_name_state_and_slot():

@@ -1,10 +1,11 @@
-"""Expected objects: all that REM and VEM report on a game's excerpts, as text that a reviewer reads
-as a diff.
+"""The objects that REM and VEM find on a game's excerpts, as text whose changes a reviewer reads.
 
     Ball usually #ececec
     [ends/Pong.npz]
     0 rem: Player 140,99,4,16; Ball 78,60,2,4; PlayerScore 116,1,12,20=0
     0 vem: Ball -
+    [edited]
+    0 rem: Player 140,99,4,16; Ball 78,60,2,4; PlayerScore 104,1,24,20=19
     [arbitrary]
     all rem: Player 871/9f86d081; Ball 655/60303ae2; PlayerScore 1024/d7a8fbb3
 
@@ -14,9 +15,9 @@ colour. `-` is a slot without an object; such slots at the end are left out. The
 only the categories in which it differs from REM, and is left out if there are none. Equal texts
 mean equal fields.
 
-The last section is of states and frames that no game shows (`arbitrary`), and of frames with
-objects at the limits of the vision rules (`limits`): by category the number of objects, and a
-checksum of all their fields.
+The edited states are those of `edits`; they have no frames. The last section is of states and
+frames that no game shows (`arbitrary`), and of frames with objects at the limits of the vision
+rules (`limits`): by category the number of objects, and a checksum of all their fields.
 """
 
 import re
@@ -33,28 +34,15 @@ from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
-from tests.support.record import arbitrary, limits
+from tests.support.record import arbitrary, edits, excerpts, limits
 from tests.support.record.deciding import in_batches
 
-FOLDERS = (
-    "",
-    "ends",
-    "modes",
-    "rare",
-    "edges",
-    "savers",
-)  # of `tests/data`, in which games have their excerpts
+EDITED = "[edited]"  # the heading of the section of edited states
 ARBITRARY = "[arbitrary]"  # the heading of the last section
 NOTHING = "-"
 ABSENT = 1000.0  # the distance of a missing box; boxes that overlap are nearer
 
 Slots = dict[str, tuple[str, ...]]  # the texts of a state's slots by category
-
-
-def paths(data: Path, game: Game, other_than: Path | None = None) -> list[Path]:
-    """The excerpts of a game under `tests/data`, but for one."""
-    every = [data / folder / f"{game.name}.npz" for folder in FOLDERS]
-    return [path for path in every if path.exists() and path != other_than]
 
 
 def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
@@ -65,7 +53,7 @@ def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
         data: the folder `tests/data`.
         arbitrary_too: whether the last section is there, which takes most of the time.
     """
-    tapes = {path: recordings.read(path, game.name) for path in paths(data, game)}
+    tapes = {path: recordings.read(path, game.name) for path in excerpts.paths(data, game)}
     found = {
         path: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape)))
         for path, tape in tapes.items()
@@ -78,9 +66,19 @@ def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
             lines += _lines_of_state(
                 str(i), slots_of(game, rem[i], usual), slots_of(game, vem[i], usual)
             )
+    lines += [EDITED, *_edited_states(game, data, usual)]
     if arbitrary_too:
         lines += [ARBITRARY, *_checksums(game, data, list(tapes.values()))]
     return "\n".join(lines) + "\n"
+
+
+def _edited_states(game: Game, data: Path, usual: Mapping[str, str]) -> Iterator[str]:
+    """The lines about edited states."""
+    text = edits.path(game, data).read_text(encoding="utf-8")
+    rams = edits.states(text, edits.recorded(game, data))
+    for i, objects in enumerate(in_batches(game.rem, rams) if len(rams) else ()):
+        there = _there(slots_of(game, objects, usual))
+        yield f"{i} rem: {_join(there)}".rstrip()
 
 
 def _frames(tape: Recording) -> np.ndarray:
@@ -153,11 +151,15 @@ def _text(state: Objects, k: int, attributes: tuple[str, ...], usual: str | None
 
 
 def _lines_of_state(number: str, rem: Slots, vem: Slots) -> Iterator[str]:
-    there = {c: texts for c, texts in rem.items() if texts != (NOTHING,)}
-    yield f"{number} rem: {_join(there)}".rstrip()
+    yield f"{number} rem: {_join(_there(rem))}".rstrip()
     different = {c: texts for c, texts in vem.items() if texts != rem[c]}
     if different:
         yield f"{number} vem: {_join(different)}"
+
+
+def _there(slots: Slots) -> Slots:
+    """The categories that have objects."""
+    return {category: texts for category, texts in slots.items() if texts != (NOTHING,)}
 
 
 def _join(slots: Slots) -> str:
