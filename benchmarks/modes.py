@@ -25,6 +25,7 @@ import ocjax
 from ocjax.emulators.start import variants
 from ocjax.evaluation import matching, metrics, tables
 from ocjax.evaluation.report import percent
+from ocjax.extraction.categories import with_role
 from ocjax.play.rollouts import rollout
 
 if TYPE_CHECKING:
@@ -65,9 +66,8 @@ def measure(
     by_category = metrics.agreement(left, right, earlier).sum(axis=0)
     whole = by_category.sum()
     shares = metrics.value_shares(rem, rewards, lives)
-    score = next(
-        (percent(share) for name, share in shares.items() if name in metrics.SCORE_NAMES), None
-    )
+    names = with_role(game.categories, "score")
+    score = next((percent(share) for name, share in shares.items() if name in names), None)
     scores = [percent(whole.f1), percent(whole.exact_rate), score]
     return [
         game.name,

@@ -69,13 +69,14 @@ def percent(share: float | np.ndarray | None) -> str:
 
 def agreement_cells(e: "Evaluation") -> list[str]:
     """F1, IoU, exact, score, lives and OCAtari's F1."""
-    from ocjax.evaluation import metrics, report, tables
+    from ocjax.evaluation import report, tables
+    from ocjax.extraction.categories import with_role
 
     counts = e.flicker_aware.sum()
     cells = [percent(counts.f1), percent(counts.mean_iou), percent(counts.exact_rate)]
     cells += [
-        tables.text(report.value_accuracy(e, names))
-        for names in (metrics.SCORE_NAMES, metrics.LIVES_NAMES)
+        tables.text(report.value_accuracy(e, with_role(e.game.categories, role)))
+        for role in ("score", "lives")
     ]
     return [*cells, percent(None if e.ocatari_agreement is None else e.ocatari_agreement.sum().f1)]
 

@@ -42,7 +42,6 @@ PUBLIC = (
         "ocjax.files.atari_head",
         "ocjax.datasets",
         "ocjax.errors",
-        "ocjax.annotations",
         "ocjax.authoring",
     ),
     *("ocjax.evaluation", "ocjax.evaluation.parity", "ocjax.ocatari", "ocjax.jaxatari"),

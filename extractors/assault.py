@@ -1,23 +1,24 @@
 """Assault: a cannon below a mother ship that sends enemies down in three rows.
 
-Screen: While the mother ship opens its bay, that is part of its box. The rows of an enemy have
-colours of their own; its colour is the last row's. The gauge is not valid until a new game colours
-it. The ground's line is scenery.
+Screen: the mother ship's box includes its open bay. The rows of an enemy have different colours;
+its colour is the last row's. The gauge is not valid until a new game colours it. The ground's line
+is scenery.
 
-Slots: Enemy is row * 2 + half, rows from the bottom; one that comes down changes its row. One that
-is whole, or is hit whole, has the slot of its left half and a box around both halves; one that was
-split has a box for each half. It stays valid while it explodes, but not while its level hides it.
+Slots: Enemy is row * 2 + half, rows from the bottom; an enemy that comes down changes its row. An
+intact enemy, also on a hit, has the slot of its left half and a box around both halves. A split
+enemy has a box for each half. An enemy stays valid while it explodes, but not while its level hides
+it.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, flags), and the ROM's code. Positions are
-in the chip's coding. What moves in the overscan (shots, cannon) lags behind the RAM on the screen;
-the last return address on the stack tells which of them the program has just moved or fired. A row
-without enemies takes a line less, an explosion one more.
+in the chip's coding. The game moves shots and cannon in the overscan, so the screen lags behind the
+RAM. The last return address on the stack shows which of them the program has just moved or fired. A
+row without enemies takes a line less, an explosion one more.
 
 Covered: levels 1 to 24 (four kinds of enemies and shots), splits, explosions, deaths, overheating,
 game over.
 
-Not exact, as it is not in the RAM: a shot on the frame on which it hits; one fired before the heat
-changed (every 32nd frame) that is gone; the mother ship's row as its bay opens.
+Not exact: the RAM lacks these facts: a shot on the frame on which it hits; a vanished shot that was
+fired before the heat changed (every 32nd frame); the mother ship's row as its bay opens.
 
 VEM: the box of a side shot that touches the cannon spans both.
 """
@@ -28,15 +29,36 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, lookup, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import COARSE, packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    COARSE,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Run,
+    Runs,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    edges,
+    lookup,
+    match,
+    mod,
+    packed_position,
+    pick,
+    when,
+)
 
 ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
@@ -44,7 +66,7 @@ FONT = ROM.font(0xE00, rows=8)
 SCORE = NumberDisplay(FONT, right=103, top=2, digits=6, leading_zeros=True)
 
 NO_ENEMY = (0xFD, 0xFF)  # `drawn_last`: pages of the empty picture, of explosions
-NO_CANNON = 0xFD  # page of `picture`, the empty one
+NO_CANNON = 0xFD  # page of `picture`: empty
 SMALL_CANNON = 0xFFE2  # `picture`
 
 
@@ -60,7 +82,7 @@ class SideWay:  # of `Ram.side_way`
     RIGHT = 2
 
 
-class Call:  # of `Ram.last_call`: what the program did last of all after it had drawn the frame
+class Call:  # of `Ram.last_call`: the program's last action after it drew the frame
     FIRED_RIGHT = 0xF771
     FIRED_LEFT = 0xF786
     CANNON_RIGHT = 0xF7A8
@@ -68,7 +90,7 @@ class Call:  # of `Ram.last_call`: what the program did last of all after it had
 
 
 SIDE_SHOT = 88  # `side_shot` while it is drawn
-# Of a shot to the side, in steps.
+# Steps of a shot to the side.
 LEFT_END = 32
 RIGHT_END = 181
 SIDE_STEP = 3
@@ -83,35 +105,35 @@ HALF_BIT = np.where(RIGHT_HALF, 1, 2)
 ROW_HEIGHT = 25  # lines
 LOWEST_ROW = 94  # its first line
 
-# Shots upwards and beams begin and end at counts of lines: 18 of each row of enemies and all below.
-# The chip gets them at some column of a line; left of it, they begin and end a line later.
+# Shots upwards and beams begin and end at counts of lines: 18 per row of enemies and all lines
+# below. The chip gets them at a certain column; left of it, they begin and end a line later.
 ROW_COUNTS = 18  # counts of a row of enemies
-ROW_LINES = 8  # lines that draw it
+ROW_LINES = 8  # drawn lines
 FIRST_COLUMN = 5  # of a row
 ROW_COLUMN = 56  # of its next lines
 CANNON_COLUMN = 26  # below
-LAST_BLOCK = 13  # of `BLOCK_LINES` counts each, in which the cannon's shot goes up
+LAST_BLOCK = 13  # `BLOCK_LINES` counts each; the cannon's shot rises in them
 BLOCK_LINES = 8
 CANNON_COUNT = 106  # of the cannon's first line
 GROUND_TOP = 186  # a row
-SHOT_SOUND_END = 15  # least `shot_sound` when no shot sounds
-COLD = 2  # the least heat, which does not change
+SHOT_SOUND_END = 15  # least `shot_sound` without a shot's sound
+COLD = 2  # the least heat, which is constant
 HOT = 16  # the most heat
 BEAM_STARTS = 60  # `beam_y` above this: the beam has left the enemy
-HIGH_STARTS = 4  # `fireball_y`, likewise
-LOW_STARTS = 84  # in the last level
+HIGH_STARTS = 4  # `fireball_y` above this: the fireball has left the enemy
+LOW_STARTS = 84  # the same in the last level
 
 COLORS = ROM.bytes(0xF00, 256)  # of the last rows of enemies
 SHIP_ROW = 4  # of the mother ship: a row of its main colour
-SHIP_COLORS = (198, 86)  # in turn
+SHIP_COLORS = (198, 86)  # alternating
 WHITE = 14
 GOLD = 40
-GREY = 8
+GRAY = 8
 HEAT_COLORS = (198, 70)
 SHIP = (198, 38, 24, 146, 114, 214, 150, 148, 82, 86, 194, 196, WHITE)
 CANNON_COLORS = (12, 22, 134)
 ENEMY_SHOTS = (24, 152, 200, 72)
-CANNON_RGB = (214, 214, 214)  # of most pixels of its usual picture
+CANNON_RGB = (214, 214, 214)  # colour of most pixels of its usual picture
 ENEMIES = (38, 52, 66, 198, 214, 146, 24, 72, 70, 22, 20, 148, 150, 152, 18, 242, 244, 246, 248)
 ROWS = (0, 45, 160, 120)
 BELOW = (0, 120, 160, 186)
@@ -128,11 +150,11 @@ class Ram(RamMap):
     rolls = bits(22, first=7)  # a fireball rolls along the ground
     side_shot = byte(24)
     side_way = bits(26, first=6, count=2)
-    heat = byte(28, 29)  # a bit a unit
+    heat = byte(28, 29)  # a bit per unit
     picture = byte((31, 30))  # of the cannon, a pointer
     enemy_x = byte(33, 36, 34, 37, 35, 38)  # x + 22 in the chip's coding, by slot
     missile_x = byte(39)  # x + 23 in the chip's coding
-    enemy_colors = byte(40)  # place in `COLORS` of this level's
+    enemy_colors = byte(40)  # index in `COLORS` for this level
     hides = bits(42, first=7)
     bob = bits(43, count=4)  # rows
     drawn_last = byte(47)  # page of the picture of the lowest enemy's right half
@@ -150,7 +172,7 @@ class Ram(RamMap):
     lives = byte(101)
     frame = byte(103)  # of the next frame
     level = bits(104, count=2)
-    to_come = bits(105, count=4)  # enemies that the mother ship will set off
+    to_come = bits(105, count=4)  # enemies that the mother ship will still set off
     opens = bits(105, first=7)  # the bay
     blast_row = bits(106, count=2)
     blast_time = bits(106, first=2, count=4)
@@ -190,18 +212,19 @@ def _mother_ship(m: Ram) -> Box:
     has_bay = ((m.opens == 1) & (m.open_time > 0)) | has_closed
     has_opened = (m.opens == 1) & (m.open_time == 0)
     y = 15 + jnp.where(has_opened, 3, m.ship_y)
-    height, color = jnp.where(has_bay, 21, 16), pick(m.level & 1, SHIP_COLORS)
+    height = jnp.where(has_bay, 21, 16)
+    color = pick(m.level & 1, SHIP_COLORS)
     return box(packed_position(m.ship_x) - 21, y, 32, height, color=color)
 
 
 def _has_been_hit(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Whether an enemy is hit, and whether it was on this very frame."""
+    """True if an enemy is hit; True if the hit is on this very frame."""
     hit = m.blast_halves > 0
     return hit, hit & (m.blast_time == 0) & (m.sound == HIT_SOUND)
 
 
 def _new_enemy(m: Ram) -> jax.Array:
-    """Whether the mother ship has set off an enemy after the frame was drawn."""
+    """True if the mother ship has set off an enemy after the frame was drawn."""
     return (m.open_time == 0) & (m.opens == 1)
 
 
@@ -223,9 +246,10 @@ def _enemy_boxes(m: Ram) -> Box:
 
 
 def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax.Array, ...]:
-    """Left, first row, width and height of what the enemies' two pictures show."""
+    """Left, first row, width and height of the enemies' two pictures together."""
     clock = m.frame - 1
-    second, narrow_burst = (clock & 16) != 0, bursts & ((clock & 4) == 0)
+    second = (clock & 16) != 0
+    narrow_burst = bursts & ((clock & 4) == 0)
     narrow = narrow_burst | (~is_split & ~bursts & second & (m.level >= Level.FIREBALLS))
     inset = when(narrow, 2)
     whole_kind = (m.level == Level.SHORT_BEAMS) | (m.level == Level.FIREBALLS)
@@ -238,12 +262,14 @@ def _enemy_pictures(m: Ram, is_split: jax.Array, bursts: jax.Array) -> tuple[jax
 
 
 def _has_come_down(m: Ram) -> jax.Array:
-    """Which rows have the enemy that the row above them had when the frame was drawn.
+    """True for rows that took over the enemy of the row above since the frame was drawn.
 
-    The lowest row was drawn last, and without an enemy then. Into the middle row the last enemy of
-    all comes unnoticed while another one is below it.
+    The game drew the lowest row last, and without an enemy then. If another enemy is below the
+    middle row, the last enemy of all enters that row undetected.
     """
-    there, left, right = m.halves > 0, m.enemy_x[0::2], m.enemy_x[1::2]
+    there = m.halves > 0
+    left = m.enemy_x[0::2]
+    right = m.enemy_x[1::2]
     same_place = (left[:2] == left[1:]) & (right[:2] == right[1:])
     rests = (m.open_time == 0) & (m.opens == 0)
     was_empty = jnp.stack([among(m.drawn_last, NO_ENEMY), (m.to_come > 0) | ~there[0]])
@@ -251,21 +277,22 @@ def _has_come_down(m: Ram) -> jax.Array:
 
 
 def _row_tops(m: Ram) -> jax.Array:
-    """Where the three rows were drawn: lines less for empty ones, more for an explosion."""
+    """The drawn top lines of the three rows: empty rows are shorter, an explosion is longer."""
     row = np.arange(3)
-    (hit, just_hit), came_down = _has_been_hit(m), _has_come_down(m)
-    drawn = (m.halves > 0) & ~came_down & (~_new_enemy(m) | (row < 2)) | jnp.roll(came_down, 1)
-    drawn = drawn | (just_hit & (m.blast_row == row))
+    hit, just_hit = _has_been_hit(m)
+    came_down = _has_come_down(m)
+    in_row = (m.halves > 0) & ~came_down & (~_new_enemy(m) | (row < 2)) | jnp.roll(came_down, 1)
+    drawn = in_row | (just_hit & (m.blast_row == row))
     empty = jnp.where(drawn, 0, 1)
     fewer = jnp.stack([jnp.sum(empty), empty[1] + empty[2], empty[2]])
-    # The explosion of a whole enemy takes a line more, from its own row down.
-    longer = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
-    longer = longer & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
+    # The explosion of an intact enemy takes a line more, from its own row down.
+    whole_hit = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
+    longer = whole_hit & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
     return LOWEST_ROW + m.bob - ROW_HEIGHT * row - fewer + when(longer, 1)
 
 
 def _first_line(m: Ram, count: jax.Array, x: jax.Array, tops: jax.Array) -> jax.Array:
-    """The first screen line that shows, at column x, what changes at a count of lines."""
+    """The first screen line that shows, at column x, a change at a count of lines."""
     turns = [count - (2 - row) * ROW_COUNTS - m.bob for row in range(3)]
     in_rows = [_line_in_row(turn, x) + top for turn, top in zip(turns, tops, strict=True)]
     cases = [(turn < ROW_LINES, line) for turn, line in zip(turns, in_rows, strict=True)]
@@ -273,23 +300,26 @@ def _first_line(m: Ram, count: jax.Array, x: jax.Array, tops: jax.Array) -> jax.
 
 
 def _line_in_row(turn: jax.Array, x: jax.Array) -> jax.Array:
-    """The same from the first line of a row of enemies on, at a count from there."""
+    """The same relative to the first line of a row of enemies, at a count from there."""
     column = jnp.where(turn > 0, ROW_COLUMN, FIRST_COLUMN)
     return jnp.maximum(turn, 0) - 1 + when(x < column, 1)
 
 
 def _line_below(count: jax.Array, x: jax.Array) -> jax.Array:
-    """The same below the enemies. A line that does not count is above the cannon."""
+    """The same below the enemies. One line above the cannon does not count."""
     at_cannon = 1 + when(x < CANNON_COLUMN, 1)
     return count + 71 + when(count >= CANNON_COUNT, at_cannon)
 
 
 def _missile(m: Ram, cannon: Box) -> Box:
     """The cannon's shot upwards."""
-    block, x, tops = m.missile_y >> 3, packed_position(m.missile_x) - 23, _row_tops(m)
-    top, bottom = (_first_line(m, BLOCK_LINES * (block + i), x, tops) for i in (0, 1))
-    covered = (x > cannon.x) & (x < cannon.x + 7)  # the last line, by the cannon
-    bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), bottom)
+    block = m.missile_y >> 3
+    x = packed_position(m.missile_x) - 23
+    tops = _row_tops(m)
+    top = _first_line(m, BLOCK_LINES * block, x, tops)
+    next_top = _first_line(m, BLOCK_LINES * (block + 1), x, tops)
+    covered = (x > cannon.x) & (x < cannon.x + 7)  # the cannon covers the last line
+    bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), next_top)
     there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
     return edges(x, top, x + 1, bottom, there)
 
@@ -297,34 +327,37 @@ def _missile(m: Ram, cannon: Box) -> Box:
 def _side_shot_box(m: Ram) -> Box:
     """The cannon's shot to the side, before its last step; steps are 16 for 15 pixels.
 
-    A shot that is drawn while another was just fired has reached its end, the new one's way.
+    If the screen shows a shot while another was just fired, the shown one had reached its end, on
+    the new one's side.
     """
     steps = 16 * (m.side_x & 15) + (m.side_x >> 4 ^ 7)
     rightmost = RIGHT_END - mod(RIGHT_END - steps, SIDE_STEP)
     leftmost = LEFT_END + mod(steps - LEFT_END, SIDE_STEP)
     before_right = jnp.where(m.last_call == Call.FIRED_RIGHT, rightmost, steps - SIDE_STEP)
     before_left = jnp.where(m.last_call == Call.FIRED_LEFT, leftmost, steps + SIDE_STEP)
-    steps = match(
+    drawn_steps = match(
         (m.side_way == SideWay.LEFT, before_left),
         (m.side_way == SideWay.RIGHT, before_right),
         otherwise=steps,
     )
-    x = COARSE * (steps >> 4 & 15) + (steps & 15)
+    x = COARSE * (drawn_steps >> 4 & 15) + (drawn_steps & 15)
     return box(x - 23, 181, 4, 2, m.side_shot == SIDE_SHOT)
 
 
 def _enemy_shot(m: Ram) -> Box:
     is_beam = m.level <= Level.TALL_BEAMS
-    shot = choose(is_beam, _beam(m), _fireball(m))
+    either = choose(is_beam, _beam(m), _fireball(m))
     rolls = m.rolls == 1
-    shot = replace(shot, valid=rolls | (m.falls == 1) & shot.valid, color=m.shot_color)
+    shot = replace(either, valid=rolls | (m.falls == 1) & either.valid, color=m.shot_color)
     return shot.clip(0, 125, 160, GROUND_TOP)
 
 
 def _beam(m: Ram) -> Box:
-    x, lines = packed_position(m.beam_x) - 23, jnp.where(m.level == Level.TALL_BEAMS, 32, 8)
+    x = packed_position(m.beam_x) - 23
+    lines = jnp.where(m.level == Level.TALL_BEAMS, 32, 8)
     first = (m.beam_y - 6) & -lines
-    top, bottom = _line_below(first, x), _line_below(first + lines, x)
+    top = _line_below(first, x)
+    bottom = _line_below(first + lines, x)
     return edges(x, top, x + 1, bottom, m.beam_y > BEAM_STARTS)
 
 
@@ -347,9 +380,9 @@ def _heat_gauge(m: Ram) -> Box:
 
 
 def _shown_heat(m: Ram) -> jax.Array:
-    """Units of heat on the screen, which rise or fall on every 32nd frame after it is drawn.
+    """Units of heat on the screen; every 32nd frame changes them after the drawing.
 
-    They rise if a shot was fired since the last time. It often still flies or sounds.
+    They rise if a shot was fired since the last change. That shot often still flies or sounds.
     """
     heat = jnp.sum(lax.population_count(m.heat))
     fired = (m.rises == 1) | (m.side_way > 0) | (m.shot_sound < SHOT_SOUND_END) | (heat == HOT)
@@ -358,14 +391,14 @@ def _shown_heat(m: Ram) -> jax.Array:
 
 
 PLAYER = Blobs(CANNON_COLORS, GROUND, Shape(w=(4, 8), h=(7, 8)))
-# By its wheels, where a shot hides its top.
+# Finds the cannon by its wheels if a shot hides its top.
 WHEELS = Run(CANNON_COLORS, 185, left=(0, 159), width=6, height=1, before=1, above=7, after=1)
 BESIDE_SHOT = Runs((WHEELS,), most=1)
 CARRIER = Bounds(SHIP, (0, 12, 160, 45))
 ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0))
 SIDE = Bounds(CANNON_COLORS, (0, 181, 160, 183), exclude=("Player",))
 POINTS = SCORE.rule(GOLD, (50, 0, 110, 12))
-LIVES = Cells(GREY, (15, 31, 47), (192,) * 3, 8, 8, whole=False)
+LIVES = Cells(GRAY, (15, 31, 47), (192,) * 3, 8, 8, whole=False)
 HEALTH = Bounds(HEAT_COLORS, (90, 190, 160, 204), value=Gauge(4))
 
 GAME = Game(
@@ -374,14 +407,16 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, doc="the cannon"),
+        Category(
+            "Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, role="player", doc="the cannon"
+        ),
         Category("MotherShip", CARRIER, color_row=SHIP_ROW, doc="above, with its open bay"),
         Category("Enemy", ENEMY, count=6, color_row=-1, doc="row from the bottom * 2 + half"),
         Category("PlayerMissileVertical", Bounds(WHITE, (0, 45, 160, 186)), doc="its shot up"),
         Category("PlayerMissileHorizontal", SIDE, doc="its shot to the side"),
         Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),
-        display("PlayerScore", POINTS, doc="six digits"),
-        display("Lives", LIVES, count=3, attributes=(), doc="spare cannons"),
+        display("PlayerScore", POINTS, role="score", doc="six digits"),
+        display("Lives", LIVES, count=3, attributes=(), role="lives", doc="spare cannons"),
         display("Health", HEALTH, doc="heat; value: of 16"),
     ),
 )

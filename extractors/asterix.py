@@ -1,19 +1,24 @@
-"""Asterix: the hero runs about on a stage of eight lanes, through which things pass.
+"""Asterix: the hero runs about on a stage of eight lanes, and things pass through the lanes.
 
-Each lane has one thing at a time: a lyre (an enemy), something to eat, or the points that it gave.
-Slots of Enemy, Consumable and Reward are the lanes from the top. In later stages Asterix gives way
-to Obelix, and what there is to eat is helmets, shields, lamps, apples, fish, meat and mugs. The
-stage itself is scenery. Between the two heroes, a picture of Obelix fills the screen.
+Screen: each lane has one thing at a time: a lyre (an enemy), something to eat, or the points for
+it. In later stages Obelix replaces Asterix, and the food is helmets, shields, lamps, apples, fish,
+meat and mugs. Between the two heroes, a picture of Obelix fills the screen. The last life has no
+icon, so Lives is not valid then. The stage is scenery.
+
+Slots: Enemy, Consumable and Reward have the lanes from the top.
 
 RAM: ALE's source (score, lives, death), OCAtari 2.2 (positions), and the ROM's display program. For
-each lane it counts a pointer down through the picture, one a row, so that after the frame the
-pointers tell which pictures were drawn. The sizes of the pictures are read from the ROM.
+each lane the program moves a pointer through the picture, one step per row. After the frame the
+pointers therefore identify the drawn pictures. The sizes of the pictures are read from the ROM.
 
-Covered: all stages and things, both heroes, deaths (the hero is twice as wide), up to eight lives
-(three icons at most), the picture of Obelix, the end of the game and its first two frames: one is
-empty, one shows neither hero nor icons. There is one mode and one difficulty. The last life has no
-icon, so Lives is not shown then. VEM has Reward and Consumable in raster order. It finds helmets
-and lamps a column or a row too small, because one of their rows has another object's colour.
+Covered: all stages and things, both heroes, deaths (the hero is twice as wide), at most eight lives
+(three icons), the picture of Obelix, the end of the game and its first two frames: one is empty,
+the other lacks hero and icons. The game has one mode and one difficulty.
+
+Not exact: nothing known.
+
+VEM: Reward and Consumable are in raster order. Helmets and lamps are a column or a row too small,
+because one of their rows has another object's colour.
 """
 
 import functools
@@ -21,49 +26,61 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, div
-from ocjax.console.ram import RamMap, bcd, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    box,
+    byte,
+    display,
+    div,
+    score_box,
+)
 
 ROM = Rom("asterix", "89a68746eff7f266bbf08de2483abe55")
 FONT = ROM.font(0xB01, rows=7, stride=8)
 
 ROWS = 11  # of every picture
-PITCH = 12  # bytes from one picture to the next; a zero byte ends each of them
+PITCH = 12  # bytes per picture; a zero byte ends each
 # Kinds of pictures in the lanes, by their order in the ROM.
 REWARDS = range(1, 7)
 FOODS = range(9, 17)
 LYRES = range(17, 19)
-OBELIX = 36  # `hero`, or more
+OBELIX = 36  # least `hero` of Obelix
 STAGE = 0  # `screen`
 FIRST_FRAME = 1  # `frame`
-ENTRANCES = np.array((4, 145) * 4)  # `lane_x` of the things with which a game begins
+ENTRANCES = np.array((4, 145) * 4)  # `lane_x` of a game's first things
 WIDE_DEATHS = range(79, 126)  # `death` while the hero is drawn twice as wide
 
 YELLOW = 24
 PINK = 74
 REWARD = 8
 BORDERS = (88, 120, 216, 56, 40, 152, 136, 72, 50, 104)  # around the digits of rewards
-EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # without the rows in the hero's or the rewards' colours
+EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # except the rows in the hero's or the rewards' colours
 TOPS = range(26, 150, 16)  # of the lanes
 STAGE_AREA = (0, 26, 160, 149)
 FLOORS = tuple((0, y + ROWS, 160, y + 16) for y in TOPS)
 DIGIT_LEFTS = range(55, 103, 8)
 SCORE_TOP = 184
 SCORE_RIGHT = 103
-# width, distance and largest number of the lives' icons
+# Width, distance and largest number of the lives' icons.
 ICON = 8
 ICON_PITCH = 16
 MOST_ICONS = 3
 
 
 def _lane_pictures(kinds: range) -> Pictures:
-    """Tight extents of some kinds of the lanes' pictures, without their black rows."""
+    """Tight extents of some kinds of pictures in the lanes, without their black rows."""
     offsets = range(PITCH * kinds.start, PITCH * kinds.stop, PITCH)
     dots = ROM.rows([0xC3D + o for o in offsets], ROWS)
     colors = ROM.rows([0xD82 + o for o in offsets], ROWS)
@@ -71,12 +88,12 @@ def _lane_pictures(kinds: range) -> Pictures:
 
 
 class Ram(RamMap):
-    screen = byte(6)  # what fills it: the stage, or the picture of Obelix
+    screen = byte(6)  # the stage, or the picture of Obelix
     frame = byte(7)  # 1 to 128
-    # Pointers into pictures, multiples of 12 where a picture was drawn, 11 more where none was.
-    icon = byte(9)  # of a life; the same pictures as the hero's
+    # Pointers into pictures: multiples of 12 for a drawn picture, 11 more for none.
+    icon = byte(9)  # of a life; from the same pictures as the hero's
     hero = byte(10)  # 0 and 12: Asterix; 36 and 48: Obelix
-    picture = byte(*range(18, 10, -1))  # of the lanes, top lane first; 11: nothing
+    picture = byte(*range(18, 10, -1))  # of the lanes, top lane first; 11: empty
     y = byte(40)  # of the hero, 151 - y
     x = byte(41)  # of the hero
     lane_x = byte(*range(42, 50))
@@ -99,19 +116,19 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _things(m: Ram, kinds: range) -> Box:
-    """What is in the lanes, as far as it is of some kinds."""
+    """The things of some kinds, by lane."""
     kind = div(m.picture, PITCH)  # a pointer into the middle of a picture counts as that picture
     there = among(kind, kinds)
     return _lane_pictures(kinds).box(kind - kinds.start, m.lane_x, np.array(TOPS), valid=there)
 
 
 def _is_drawn(m: Ram) -> jax.Array:
-    """Whether stage and hero are on the screen; the first frame is empty, its pointers are 0."""
+    """True if stage and hero are on the screen; the pointers of the empty first frame are 0."""
     return (m.screen == STAGE) & (m.picture[0] != 0) & (m.hero & 3 == 0)
 
 
 def _begins(m: Ram) -> jax.Array:
-    """Whether this is the first frame that shows the stage, still without hero and icons."""
+    """True on the first frame with the stage, which still lacks hero and icons."""
     return (m.frame == FIRST_FRAME) & jnp.all(m.lane_x == ENTRANCES)
 
 
@@ -121,7 +138,8 @@ def _margin_of(picture: jax.Array) -> jax.Array:
 
 
 def _hero_box(m: Ram) -> Box:
-    wide, margin = among(m.death, WIDE_DEATHS), _margin_of(m.hero)
+    wide = among(m.death, WIDE_DEATHS)
+    margin = _margin_of(m.hero)
     left = jnp.where(wide, 2 * margin + 1, margin)  # the chip draws wide players a pixel later
     width = 8 - 2 * margin
     return box(m.x + left, 151 - m.y, jnp.where(wide, 2 * width, width), ROWS)
@@ -133,7 +151,8 @@ def _shown_score(m: Ram) -> Box:
 
 def _lives_box(m: Ram) -> Box:
     """The hero's icons; the life in play has none."""
-    icons, margin = jnp.clip(m.lives - 1, 0, MOST_ICONS), _margin_of(m.icon)
+    icons = jnp.clip(m.lives - 1, 0, MOST_ICONS)
+    margin = _margin_of(m.icon)
     width = ICON_PITCH * (icons - 1) + ICON - 2 * margin
     return box(60 + margin, 169, width, ROWS, icons > 0, value=m.lives)
 
@@ -154,11 +173,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", HERO, doc="Asterix, later Obelix"),
+        Category("Player", HERO, role="player", doc="Asterix, later Obelix"),
         thing("Enemy", LYRE, doc="lyres, by lane"),
         thing("Consumable", FOOD, doc="what to eat, by lane"),
         thing("Reward", POINTS, rgb=(170, 170, 170), doc="points given, by lane"),
-        display("Score", SCORE, doc="points"),
-        display("Lives", LIVES, doc="icons; value: lives"),
+        display("Score", SCORE, role="score", doc="points"),
+        display("Lives", LIVES, role="lives", doc="icons; value: lives"),
     ),
 )

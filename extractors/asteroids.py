@@ -1,83 +1,102 @@
 """Asteroids: a ship among large, medium and small asteroids that drift up and down, and a saucer.
 
-Screen: asteroids are drawn on odd frames; ship, saucer and shots on even ones. The box of a ship or
-a saucer that an edge cuts is its larger part. OCAtari's NoObjectPlayer, a placeholder for no ship,
-is left out: Player is not valid then.
+Screen: odd frames show the asteroids, even frames the ship, the saucer and the shots. If an edge
+cuts the ship or the saucer, the box covers the larger part. Player is not valid without a ship
+(OCAtari's placeholder NoObjectPlayer is omitted).
 
-Slots: the game keeps asteroids in two lists, one that goes up and one that goes down, each sorted
-from the top of the screen down: the entries shift when an asteroid crosses an edge, breaks or is
-gone. Each list moves one step every two frames, 89 steps around the screen, and the game counts
-frames. So an asteroid has a place in the order in which those of its list came in at the top or
-bottom, which gives its slot: ten for each direction, filled in turn. Asteroids are 10 steps or more
-apart, also those that another breaks into: the first fragment keeps the slot, the second has the
-one beside it. What comes in of an asteroid that leaves has the next slot in turn. 20 slots further
-is the left part of one that the right edge cuts; the whole asteroid has the slot of the right part
-again (0.2 % of steps of four frames), since nothing counts how often one has gone around sideways.
-Between waves no slot is valid for a frame. When the counter starts again, after 65,536 frames,
-asteroids change slots.
+Slots: the game keeps two lists of asteroids, one that goes up and one that goes down. Each list is
+sorted from the top of the screen down, and its entries shift when an asteroid crosses an edge,
+breaks or disappears. A list moves one step every two frames, 89 steps around the screen, and the
+game counts frames. This gives the order of arrival of a list's asteroids at the top or bottom, and
+the order gives the slot: ten per direction, filled cyclically. Asteroids, also fragments, are at
+least 10 steps apart. The first fragment keeps the slot, the second gets the adjacent one. The
+incoming part of an asteroid that leaves gets the next slot in the cycle. If the right edge cuts an
+asteroid, its left part is 20 slots further. The complete asteroid returns to the slot of its right
+part (0.2 % of steps of four frames), because no byte counts how often an asteroid has gone around
+sideways. Between waves no slot is valid for a frame. Asteroids change slots when the counter
+restarts after 65,536 frames.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (lists), a public disassembly by Dennis
 Debro (names), and the ROM's code. Columns are in the chip's coding: the low nibble is the step of
-15 pixels (odd and even steps start at different columns), the high nibble is what to take back.
+15 pixels (odd and even steps start at different columns), the high nibble is subtracted.
 
 Covered: modes with slow and fast asteroids and with each of the stick's features (hyperspace,
 shields, turning about), both difficulties (the saucer flies at A), explosions, later waves, resets.
-While the reset switch is held, a game begins on every frame. So the first frame after a reset has
-the asteroids of the game before, whose random numbers follow from the last one; the second frame
-has those of the RAM, the third one also the ship.
+While the reset switch is held, a game begins on every frame. Therefore the first frame after a
+reset shows the asteroids of the game before. Their random numbers follow from the last one. The
+second frame shows the asteroids in the RAM, the third one also the ship.
 
-Not exact: the RAM does not tell the digits of the frame on which a point is made; on odd frames,
-whether a ship that is there again has already been drawn.
+Not exact: the digits on the frame on which a point is made; on odd frames, whether a new ship has
+already been drawn. The RAM contains no trace of them.
 
-VEM: touching asteroids of one colour that together are larger than the largest one are split by the
-picture at their first pixel, else evenly; others are one. It sees what shows of an asteroid behind
-another, in pieces, but no part at the edge of one column and two rows.
+VEM: touching asteroids of one colour that exceed the largest asteroid are split by the picture at
+their first pixel, otherwise evenly; smaller groups count as one. VEM sees the visible pieces of an
+asteroid behind another one, but no part at the edge of one column and two rows.
 """
 
+import functools
 from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import WIDTH as SCREEN_WIDTH
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.console.registers import larger_part, wrap
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.pictures import picture
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    WIDTH as SCREEN_WIDTH,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    high,
+    larger_part,
+    low,
+    match,
+    mod,
+    pick,
+    picture,
+    signed,
+    when,
+    wrap,
+)
 
 ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
 # Headings of the ship to the left (the others are mirrored), its explosion, its shield. A row of
-# these pictures, and of those of the asteroids, is two rows of the screen.
+# these pictures and of the asteroids' pictures covers two rows of the screen.
 SHIPS = ROM.pictures(range(0xF74, 0xF74 + 13 * 6, 6), 5, top_first=True)
 EXPLOSION = 9
 SHIELD = 12
 
 ROCK_COLORS = tuple(ROM.bytes(0xE75, 8).tolist())
-SHIP_COLORS = (76, 220)  # of the first player's, of the second player's
-SAUCER_COLORS = (156, 236)  # of a large one, of a small one
+SHIP_COLORS = (76, 220)  # first player, second player
+SAUCER_COLORS = (156, 236)  # large, small
 TEXT = 68
 SCORE = NumberDisplay(FONT, right=80, top=5, digits=5)
 FIELD = (0, 18, 160, 195)
-LIST = 9  # entries of a list
+LIST = 9  # entries per list
 GOES_UP = np.arange(2 * LIST) < LIST
 LAP = 89  # steps of two rows around the screen
-PLACE_SIZE = 10  # steps; asteroids are no less than that apart, so that a lap has 9 places
-SLOTS = 10  # of a list: one more, for the part that comes in of an asteroid that leaves
+PLACE_SIZE = 10  # steps; the least distance of asteroids, so a lap has 9 places
+SLOTS = 10  # per list: one more, for the incoming part of an asteroid that leaves
 SLOT_GOES_UP = np.arange(2 * SLOTS) < SLOTS
-TOP = np.where(SLOT_GOES_UP, 18, 19)  # first row that shows asteroids, by slot
+TOP = np.where(SLOT_GOES_UP, 18, 19)  # first row with asteroids, by slot
 BOTTOM = 195  # the row below the last one
 
-NONE = -32  # `rock_y` or `ship_y` of what is not there
+NONE = -32  # `rock_y` or `ship_y` of an absent object
 NO_SAUCER = 224  # `saucer_y`
-NO_SHOT = 128  # least `shot_y` of what does not fly
+NO_SHOT = 128  # least `shot_y` of an absent shot
 THERE_BIT = 1 << 21  # in the packed word of an asteroid
 
 
@@ -87,35 +106,36 @@ class Kind:  # of `Ram.rock_kind`
 
 
 ROCK_WIDTHS = (16, 16, 8, 4)  # by kind
-# A game begins with two asteroids in each list. How many random numbers ago those of the game
-# before were placed, two by two; and the low nibbles of columns, by the number's lowest three bits.
+# A game begins with two asteroids in each list. The asteroids of the game before were placed in
+# pairs, this many random numbers ago. The lowest three bits of a number select a column's low
+# nibble.
 NUMBERS_AGO = np.array([9, 8, 7, 6])
 STEPS = ROM.bytes(0x1F04, 8).tolist()
-SHIP_EXPLODES = 128  # `timer`, or more
-LAST_PUFF = 6  # `bang_step` of the saucer's explosion with a narrow picture
-# Speeds that step on all frames, and those that step when the clock's low nibble is 3; the others
+SHIP_EXPLODES = 128  # least `timer`
+LAST_PUFF = 6  # `bang_step` of a narrow picture in the saucer's explosion
+# Speeds that step on all frames, and speeds that step when the clock's low nibble is 3. The others
 # step when its high nibble is 7.
 ALWAYS = (11, 15)
 ON_LOW_NIBBLE = (7, 10, 14)
 
 ROCK_PICTURES = ((0xF01, 14), (0xF11, 14), (0xF20, 7), (0xF30, 4))  # offset and rows, by kind
 ROCK_ROWS = [rows for _, rows in ROCK_PICTURES]
-LEANING = ([1, 2, 3, 4, 5, 7, 9], [8, 9, 10], [], [])  # rows that are drawn a column to the left
-MOST_CUT = 10  # columns or rows that show an asteroid's whole extent across
+LEANING = ([1, 2, 3, 4, 5, 7, 9], [8, 9, 10], [], [])  # rows drawn a column to the left
+MOST_CUT = 10  # columns or rows that show an asteroid's full extent on the other axis
 
 
 def _rock_dots(kind: int) -> np.ndarray:
-    """The picture of an asteroid, 0 or 1, int32 `[rows, width]`."""
+    """Picture of an asteroid, 0 or 1, int32 `[rows, width]`."""
     dots = ROM.rows(*ROCK_PICTURES[kind], top_first=True)[:, None] >> np.arange(7, -1, -1) & 1
     ink = dots.repeat(2 if kind in Kind.LARGE else 1, axis=1)
-    ink[LEANING[kind]] = np.roll(ink[LEANING[kind]], -1, axis=1)
-    return ink[:, : ROCK_WIDTHS[kind]]
+    leans = np.isin(np.arange(len(ink)), LEANING[kind])[:, None]
+    return np.where(leans, np.roll(ink, -1, axis=1), ink)[:, : ROCK_WIDTHS[kind]]
 
 
 def _cuts(kind: int, side: int) -> list[int]:
-    """What shows across of an asteroid of which 1 to 10 columns or rows are left at a side.
+    """Extents across an asteroid that is cut to its first 1 to 10 columns or rows at a side.
 
-    Four such cuts are packed into a word, each as first << 4 | last.
+    Four extents are packed into a word, each as first << 4 | last.
     """
     ink = _rock_dots(kind)
     across = (ink, ink[:, ::-1], ink.T, ink[::-1].T)[side]
@@ -123,12 +143,16 @@ def _cuts(kind: int, side: int) -> list[int]:
     return np.array([p[0] << 4 | p[-1] for p in shown] + [0, 0], np.uint8).view("<i4").tolist()
 
 
-LEFT_CUTS, RIGHT_CUTS, TOP_CUTS, BOTTOM_CUTS = ([_cuts(k, s) for k in range(4)] for s in range(4))
+# by kind
+LEFT_CUTS = [_cuts(kind, 0) for kind in range(4)]
+RIGHT_CUTS = [_cuts(kind, 1) for kind in range(4)]
+TOP_CUTS = [_cuts(kind, 2) for kind in range(4)]
+BOTTOM_CUTS = [_cuts(kind, 3) for kind in range(4)]
 
 
 class Ram(RamMap):
     mode = byte(0)
-    random = byte((1, 2))  # the last number: each one shifts a bit in, the XOR of bits 13 and 14
+    random = byte((1, 2))  # the last number; a step shifts in the XOR of bits 13 and 14
     rock_y = signed(*range(3, 21))  # in steps of two rows
     rock_x = signed(*range(21, 39))  # in the chip's coding
     rock_color = bits(*range(39, 57), first=0, count=3)
@@ -136,7 +160,7 @@ class Ram(RamMap):
     first_left = bits(39, first=3)  # the first asteroid goes to the left
     first_speed = bits(39, first=4, count=4)
     frame = bits(57)
-    frames = byte((58, 57))  # of the game; asteroids step on odd ones
+    frames = byte((58, 57))  # frames of the game; asteroids step on odd ones
     clock = byte(59)  # two nibbles count down, 7 to 1 and 3 to 1
     heading = low(60)
     lives = high(60)
@@ -144,7 +168,7 @@ class Ram(RamMap):
     bang_step = byte(70)
     second_player = bits(71, first=7)
     bang = bits(71, first=3)  # the saucer explodes
-    small = bits(71, first=5)  # of the two saucers
+    small = bits(71, first=5)  # the saucer is the small one
     shield = bits(72, first=6)
     ship_x = signed(73)  # in the chip's coding
     ship_y = signed(74)  # in steps of two rows
@@ -155,13 +179,14 @@ class Ram(RamMap):
     shot_y = byte(86, 87, 88)  # in steps of two rows
     last = signed(92, 93)  # entries of the lists
     timer = byte(94)
-    drawn_y = signed(111)  # of the ship, on even frames
+    drawn_y = signed(111)  # of the ship on even frames
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    begins = (m.score == 0) & (m.frames < 2)  # the ship is not yet on the screen
+    begins = (m.score == 0) & (m.frames < 2)  # the ship is not on the screen yet
     shot_x = _in_one_part(_column(m.shot_x) + 1, 1)
-    ship_color, saucer_color = pick(m.second_player, SHIP_COLORS), pick(m.small, SAUCER_COLORS)
+    ship_color = pick(m.second_player, SHIP_COLORS)
+    saucer_color = pick(m.small, SAUCER_COLORS)
     shot_color = jnp.where(np.arange(3) == 1, saucer_color, ship_color)
     shot_boxes = box(shot_x, 17 + 2 * m.shot_y, 1, 2, _flies(m), color=shot_color)
     return {
@@ -175,7 +200,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _flies(m: Ram) -> jax.Array:
-    """Which shots there are; after a reset, their records are zero until the game begins."""
+    """True if a shot exists; after a reset, its record is zero until the game begins."""
     return (m.shot_y < NO_SHOT) & ((m.shot_x != 0) | (m.shot_y != 0))
 
 
@@ -186,7 +211,7 @@ def _column(code: jax.Array) -> jax.Array:
 
 
 def _in_one_part(x: jax.Array, width: jax.Array | int) -> jax.Array:
-    """Left edge of the larger part of what the right edge may cut in two."""
+    """Left edge of the larger part of an object that the right edge may cut in two."""
     return jnp.where(x < 0, x + SCREEN_WIDTH, larger_part(x, width))
 
 
@@ -221,90 +246,101 @@ def _saucer(m: Ram, color: jax.Array) -> Box:
     inset = match((is_last_puff, 1), (small, 0), otherwise=-1)
     width = jnp.where(is_last_puff | small, 5, 7)
     x = _in_one_part(_column(m.saucer_x) + inset, width)
-    height, there = jnp.where(small, 6, 10), m.saucer_y != NO_SAUCER
+    height = jnp.where(small, 6, 10)
+    there = m.saucer_y != NO_SAUCER
     return box(x, 20 + 2 * m.saucer_y, width, height, there, color=color)
 
 
 def _rock_boxes(m: Ram, first_frame: jax.Array) -> Box:
-    """All asteroids by slot, then the left parts of those that the right edge cuts."""
+    """All asteroids by slot, then the left parts of asteroids that the right edge cuts."""
     words = _by_slot(_slot_of_entry(m), jnp.where(first_frame, _packed_before(m), _packed(m)))
-    x, y, kind = words >> 3 & 255, (words >> 11 & 255) - 128, words >> 19 & 3
+    x = words >> 3 & 255
+    row = (words >> 11 & 255) - 128
+    kind = words >> 19 & 3
     there = words >= THERE_BIT
     little = when(kind >= Kind.MEDIUM, 1)
-    y = 24 + 2 * y + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
-    width = pick(kind, ROCK_WIDTHS)
-    beyond = x + width - SCREEN_WIDTH  # columns
-    part = jnp.concatenate([_cut(LEFT_CUTS, kind, width - beyond), _cut(RIGHT_CUTS, kind, beyond)])
-    first_row, last_row = part >> 4, part & 15
+    y = 24 + 2 * row + np.where(SLOT_GOES_UP, 0, 1) - 2 * little
+    whole = pick(kind, ROCK_WIDTHS)
+    beyond = x + whole - SCREEN_WIDTH  # columns
+    rows = jnp.concatenate([_cut(LEFT_CUTS, kind, whole - beyond), _cut(RIGHT_CUTS, kind, beyond)])
+    first_row = rows >> 4
+    columns = _columns_within(kind, y)
+    left = x + (columns >> 4)
+    width = x + (columns & 15) - left + 1
+    height = 2 * ((rows & 15) - first_row + 1)
+    color = jnp.tile(pick(words & 7, ROCK_COLORS), 2)
+    lefts = jnp.concatenate([left, left - SCREEN_WIDTH])
+    tops = jnp.tile(y, 2) + 2 * first_row
+    rocks = box(lefts, tops, jnp.tile(width, 2), height, jnp.tile(there, 2), color=color)
+    return rocks.clip(0, np.tile(TOP, 2), SCREEN_WIDTH, BOTTOM)
+
+
+def _columns_within(kind: jax.Array, y: jax.Array) -> jax.Array:
+    """First << 4 | last column of the rows between the upper and the lower edge."""
     below_top = pick(kind, ROCK_ROWS) - (TOP - y >> 1)
     above_bottom = BOTTOM - y + 1 >> 1
-    lower_part, upper_part = _cut(BOTTOM_CUTS, kind, below_top), _cut(TOP_CUTS, kind, above_bottom)
-    part = jnp.where(y < TOP, lower_part, upper_part)
-    left, last_column = x + (part >> 4), x + (part & 15)
-    x, y = jnp.concatenate([left, left - SCREEN_WIDTH]), jnp.tile(y, 2) + 2 * first_row
-    width, height = jnp.tile(last_column - left + 1, 2), 2 * (last_row - first_row + 1)
-    color = jnp.tile(pick(words & 7, ROCK_COLORS), 2)
-    rocks = box(x, y, width, height, jnp.tile(there, 2), color=color)
-    return rocks.clip(0, np.tile(TOP, 2), SCREEN_WIDTH, BOTTOM)
+    lower_part = _cut(BOTTOM_CUTS, kind, below_top)
+    upper_part = _cut(TOP_CUTS, kind, above_bottom)
+    return jnp.where(y < TOP, lower_part, upper_part)
 
 
 def _packed(m: Ram) -> jax.Array:
     """Column, step, kind, presence and colour of the entries of both lists, a word each."""
     listed = np.arange(2 * LIST) <= jnp.where(GOES_UP, m.last[0], m.last[1])
     there = (m.rock_y != NONE) & listed
-    x = _column(m.rock_x) - jnp.where(m.rock_kind >= Kind.MEDIUM, 1, 0) - _late(m)
-    x = jnp.where(x < 0, x + SCREEN_WIDTH, x)
+    whole_x = _column(m.rock_x) - jnp.where(m.rock_kind >= Kind.MEDIUM, 1, 0) - _late(m)
+    x = jnp.where(whole_x < 0, whole_x + SCREEN_WIDTH, whole_x)
     word = THERE_BIT | m.rock_kind << 19 | m.rock_y + 128 << 11 | x << 3 | m.rock_color
     return jnp.where(there, word, 0)
 
 
 def _packed_before(m: Ram) -> jax.Array:
-    """As `_packed`, for the game before: its asteroids, all of them large, have made one step."""
-    numbers = m.random | (m.random >> 1 ^ m.random >> 15) << 16  # its bit 16 is the bit shifted out
-    number = numbers >> NUMBERS_AGO
-    high_nibble = jnp.where((number >> 4 & 15) == 7, 8, number >> 4 & 15)
-    x = _column((high_nibble ^ 8) - 8 << 4 | pick(number & 7, STEPS))
-    number = numbers >> NUMBERS_AGO - 1
+    """The same for the previous game, which had large asteroids only, after one step."""
+    numbers = m.random | (m.random >> 1 ^ m.random >> 15) << 16  # bit 16: the bit shifted out
+    x_number = numbers >> NUMBERS_AGO
+    high_nibble = jnp.where((x_number >> 4 & 15) == 7, 8, x_number >> 4 & 15)
+    x = _column((high_nibble ^ 8) - 8 << 4 | pick(x_number & 7, STEPS))
+    y_number = numbers >> NUMBERS_AGO - 1
     y = jnp.stack([m.rock_y[0] - 1, m.rock_y[1] - 1, m.rock_y[LIST] + 1, m.rock_y[LIST + 1] + 1])
-    word = THERE_BIT | (number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | number & 7
-    entries = jnp.zeros(2 * LIST, jnp.int32)
-    for i, entry in enumerate((0, 1, LIST, LIST + 1)):
-        entries = jnp.where(np.arange(2 * LIST) == entry, word[i], entries)
-    return entries
+    word = THERE_BIT | (y_number >> 4 & 1) << 19 | y + 128 << 11 | x << 3 | y_number & 7
+    number = np.arange(2 * LIST)
+    first_two = (number == 0, word[0]), (number == 1, word[1])
+    last_two = (number == LIST, word[2]), (number == LIST + 1, word[3])
+    return match(*first_two, *last_two, otherwise=0)
 
 
 def _slot_of_entry(m: Ram) -> jax.Array:
-    """The slot of each entry among those of its list: its turn to come in, modulo the slots."""
+    """Slot of each entry in its list: the order of arrival, modulo the number of slots."""
     steps_so_far = m.frames + 1 >> 1  # of all asteroids
-    way = steps_so_far + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # to where this one came in
+    way = steps_so_far + jnp.where(GOES_UP, m.rock_y, -m.rock_y) + LAP  # when this one came in
     laps = div(way, LAP)
     place = div(way - LAP * laps, PLACE_SIZE)
-    return mod(place + SLOTS * LAP - laps, SLOTS)  # 9 places a lap are a slot less than all
+    return mod(place + SLOTS * LAP - laps, SLOTS)  # a lap has one place fewer than slots
 
 
 def _by_slot(slot: jax.Array, words: jax.Array) -> jax.Array:
-    """The words of both lists' entries in the order of slots, 0 where a slot has none."""
-    lists = []  # one by one: a maximum along an axis of entries takes six times as long
+    """The words of both lists in the order of slots; 0 for an empty slot."""
+    lists = []  # in a loop: a maximum along an axis of entries takes six times as long
     for first in (0, LIST):
-        out = jnp.zeros(SLOTS, jnp.int32)
-        for i in range(first, first + LIST):
-            out = jnp.where(slot[i] == np.arange(SLOTS), jnp.maximum(out, words[i]), out)
-        lists.append(out)
+        entries = range(first, first + LIST)
+        found = (when(slot[i] == np.arange(SLOTS), words[i]) for i in entries)
+        lists.append(functools.reduce(jnp.maximum, found))
     return jnp.concatenate(lists)
 
 
 def _cut(table: list[list[int]], kind: jax.Array, columns: jax.Array) -> jax.Array:
-    """First << 4 | last row or column of asteroids of which some columns or rows are left."""
+    """First << 4 | last row or column of asteroids that an edge cuts to some columns or rows."""
     i = jnp.clip(columns, 1, MOST_CUT) - 1  # selects: a gather takes five times as long here
-    first, second, third = (pick(kind, words) for words in zip(*table, strict=True))
-    word = match((i < 4, first), (i < 8, second), otherwise=third)
+    words = [pick(kind, by_kind) for by_kind in zip(*table, strict=True)]
+    word = match((i < 4, words[0]), (i < 8, words[1]), otherwise=words[2])
     return word >> 8 * (i & 3) & 255
 
 
 def _late(m: Ram) -> jax.Array:
-    """The step to the right that the first asteroid has made too late to be drawn."""
+    """The step to the right that the first asteroid makes after the drawing."""
     speed = jnp.where((m.mode & 1) == 1, m.first_speed, m.first_speed & 7)
-    on_low, on_high = (m.clock & 15) == 3, (m.clock >> 4) == 7
+    on_low = (m.clock & 15) == 3
+    on_high = (m.clock >> 4) == 7
     timed = jnp.where(among(speed, ON_LOW_NIBBLE), on_low, on_high)
     stepped = (m.frame == 1) & (among(speed, ALWAYS) | timed)
     return when(stepped & (np.arange(2 * LIST) == 0), 1 - 2 * m.first_left)
@@ -320,14 +356,14 @@ ROCK_SHAPES = (
 
 
 def _by_color(rule: Blobs) -> Blobs:
-    """Objects of one colour each, also where they touch others."""
-    first, *others = (replace(rule, colors=color) for color in rule.palette)
-    return replace(first, also=tuple(others))
+    """Search each colour separately, so that touching objects of other colours stay apart."""
+    rules = tuple(replace(rule, colors=color) for color in rule.palette)
+    return replace(rules[0], also=rules[1:])
 
 
 ROCK_RULE = _by_color(Blobs(ROCK_COLORS, FIELD, ROCK_SHAPES, pictures=ROCK_MASKS))
-# Of two shots of the ship, one has the saucer's colour and is told from the ship that it touches.
-# Saucers have one colour at a time.
+# One of the ship's two shots has the saucer's colour, so VEM can separate it from the ship. Saucers
+# have one colour at a time.
 SHOT = Blobs(SHIP_COLORS[0], FIELD, Shape(w=1, h=(1, 2)), gap=(3, 4))
 SHOTS = replace(SHOT, also=(replace(SHOT, colors=SAUCER_COLORS),))
 SAUCERS = Blobs(SAUCER_COLORS, FIELD, Shape(w=(5, 7), h=(6, 10)))
@@ -339,11 +375,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", WHOLE_SHIP, attributes=("orientation",), doc="the ship"),
+        Category("Player", WHOLE_SHIP, attributes=("orientation",), role="player", doc="the ship"),
         Category("Asteroid", ROCK_RULE, count=4 * SLOTS, doc="up, down; left parts at the edge"),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),
-        display("PlayerScore", SCORE.rule(TEXT), doc="points, below 100,000"),
-        display("Lives", LIVES, doc="ships left"),
+        display("PlayerScore", SCORE.rule(TEXT), role="score", doc="points, below 100,000"),
+        display("Lives", LIVES, role="lives", doc="ships left"),
     ),
 )

@@ -1,24 +1,24 @@
 """Atlantis: three cannons and six other buildings of a city, below ships that fly over in lanes.
 
-Screen: The outermost eight columns of the sky are black masks. The ground, the water and the black
+Screen: the outermost eight columns of the sky are black masks. The ground, the water and the black
 dashes at the left edge are scenery.
 
-Slots: With each pass a ship comes down by one of four lanes; its slot, the game's own record, stays
+Slots: a ship comes down one of four lanes with each pass. Its slot, the game's own record, stays
 the same. The wreck of a Gorgon ship stays in the ship's slot. The wreck of a bandit bomber is the
 large explosion that ends all ships. A building stays valid while it explodes.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the tables are), and the ROM's code. Ships are
-drawn from positions in the chip's coding, which do not change until the next frame. Everything else
-moves after it was drawn, and `decode` takes that back. The digits and most buildings are known by
-the pointers to their pictures. A shot counts display lines from the bottom; some of them are two
-rows high. It has the colour that its sprite would have in that row.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the tables), and the ROM's code. The game
+draws ships from positions in the chip's coding, which do not change until the next frame. All other
+objects move after they are drawn; `decode` reverts this. The pointers to pictures identify the
+digits and most buildings. A shot counts display lines from the bottom; some of them are two rows
+high. The shot has the colour that its sprite would have in that row.
 
 Covered: modes 0-3, waves, the destruction of every building, the bandit's explosion, game over.
 
-Not exact, each for a single frame: a shot that hits or leaves the sky, a ship that leaves the
-lowest lane, the last frame of a wreck, the death ray when it hits. They are not in the RAM.
+Not exact: the RAM lacks these facts, each for a single frame: a shot that hits or leaves the sky, a
+ship that leaves the lowest lane, the last frame of a wreck, the death ray when it hits.
 
-VEM: a ship of which only a part is in the picture is taken for a Gorgon ship.
+VEM: it takes a partly visible ship for a Gorgon ship.
 """
 
 from typing import Any
@@ -26,16 +26,35 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, Number, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, pick, reached, when
-from ocjax.console.palette import NTSC
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.console.registers import position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    NTSC,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Number,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    lookup,
+    low,
+    match,
+    pick,
+    position,
+    reached,
+    signed,
+    when,
+)
 
 ROM = Rom("atlantis", "9ad36e699ef6f45d9eb6c4cf90475c9f")
 FONT = ROM.font(0xF00, rows=10, dots=7)
@@ -43,7 +62,7 @@ FONT = ROM.font(0xF00, rows=10, dots=7)
 
 class State:  # of `Ram.state`
     PLAY = 1
-    OVER = 128  # this or more: the game is over
+    OVER = 128  # least `state` after the end of the game
 
 
 class Damage:  # of `Ram.damage`
@@ -60,9 +79,9 @@ class Kind:  # of `Ram.ship_kind`; the pictures before `RIGHT_ANGLED`, and the b
 
 
 BLAST_BIT = 128  # `blast`: this bit and the stage
-BLAST_FLASH = 32  # `flash` on the frame on which a bandit is hit, which still shows everything
+BLAST_FLASH = 32  # `flash` on the frame of a bandit's hit, which still shows all ships
 FLASHING_STAGE = 4  # of the blast
-BUILDING_HIT = 62  # `noise` on the frame on which a building is hit, which is still drawn whole
+BUILDING_HIT = 62  # `noise` on the frame of a building's hit, which still shows it intact
 NARROW_GENERATOR = 8  # `generators`
 RECOILING = 136  # `left_cannon`
 RIGHT_RECOILS = (1, 2)  # `right_fires`
@@ -71,20 +90,20 @@ NO_DIGIT = 100
 NO_LIVES = 255
 
 # Positions of shots, in display lines from the bottom.
-NEW_SHOT = 100  # of one that the right cannon has just fired
-LEFT_MUZZLES = (87, 86)  # by slot, of shots to the right
-RIGHT_MUZZLE = 94  # of shots to the left
+NEW_SHOT = 100  # a shot that the right cannon has just fired
+LEFT_MUZZLES = (87, 86)  # shots to the right, by slot
+RIGHT_MUZZLE = 94  # shots to the left
 HIGH_LINES = (111, 121, 141, 161, 181)  # two rows high
-# Near the edges the beam comes to the shot before the program does, or after it.
-LATE_TO_RIGHT = 93  # first slot: up to this line a row lower
+# Near the edges the beam reaches the shot before the program does, or after it.
+LATE_TO_RIGHT = 93  # first slot: at most this line, a row lower
 LATE_TO_LEFT = range(174, 181)  # first slot: a row lower
 EARLY_TO_LEFT = 96  # a row higher, and two rows high
 HIGH_TO_RIGHT = 94  # first slot: two rows high
-LIFTED = 97  # from this line on two rows higher
+LIFTED = 97  # least line of shots two rows higher
 
 SKY = (8, 8, 152, 124)
 SHOWN = (8, 0, 152, 210)  # between the masks
-LANE_TOP = 82  # of the lowest one
+LANE_TOP = 82  # top of the lowest lane
 LANE_PITCH = 21
 LANES = tuple((8, top, 152, top + 8) for top in (LANE_TOP - LANE_PITCH * i for i in range(4)))
 # The land: first columns and top rows. Columns 80 to 159 repeat it, without the left edge.
@@ -93,7 +112,7 @@ TOPS = (132, 156, 164, 178, 164, 156, 164, 145, 132, 120)
 LAND_TOPS = np.tile(np.repeat(TOPS, np.diff(LEFTS)), 2)
 RAY_ENDS = np.maximum(LAND_TOPS, np.append(LAND_TOPS[1:], LAND_TOPS[-1]))  # of two columns
 
-SHIP = (24, 58, 86, 100, 120, 152, 164, 218)  # a colour a row
+SHIP = (24, 58, 86, 100, 120, 152, 164, 218)  # a colour per row
 SHOT = (*SHIP, 26, 42, 62, 74, 104, 202, 254)
 FIRE = (62, 60, 56, 54, 52, 50, 48)
 CANNON = (24, 58, 86, 152, 202, 254)
@@ -104,7 +123,7 @@ BAZAAR = (12, 58, 74, 90, 106, 122, 138)
 PLANE_COLORS = (42, 58, 78, 90, 106, 138, 202)
 GROUND = (186, 198)
 GOLD = 62
-# From the tip on: columns from which a Gorgon ship has a row more above, below.
+# From the tip: columns after which a Gorgon ship has another row above, below.
 ROWS_ABOVE = (8, 11, 13)
 ROWS_BELOW = (6, 9, 10)
 RAY_TOP = 92
@@ -113,13 +132,17 @@ SCORE_TOP = 188
 
 
 def _colors_of_shots() -> np.ndarray:
-    """By slot and row, from the top: shots have the colours of what their sprites draw there."""
-    colors = np.full((2, 124), ROM.bytes(0xE18, 1)[0], np.int32)
-    colors[:, :19] = GOLD
-    for top in (19, 40, 61, 82):
-        colors[:, top : top + 8] = ROM.rows(0xE18, 8)
-    colors[:, 112:120] = ROM.rows([0xE27, 0xE20], 8)
-    return colors.ravel()
+    """Colours of shots by slot and row from the top; a shot has its sprite's colour in that row."""
+    row = np.arange(124)
+    in_lane = (row - 19) % 21  # a ship has 8 rows of its lane
+    above = row < 19
+    in_ship = (row >= 19) & (row < 90) & (in_lane < 8)
+    in_gun = (row >= 112) & (row < 120)
+    of_ship = ROM.rows(0xE18, 8)[in_lane % 8]
+    of_guns = ROM.rows([0xE27, 0xE20], 8)[:, (row - 112) % 8]
+    elsewhere = ROM.bytes(0xE18, 1)[0]
+    colors = np.select([above, in_ship, in_gun], [GOLD, of_ship, of_guns], elsewhere)
+    return colors.astype(np.int32).ravel()
 
 
 SHOT_COLORS = _colors_of_shots()
@@ -128,10 +151,10 @@ SHOT_COLORS = _colors_of_shots()
 class Ram(RamMap):
     digits = byte(0, 2, 4, 6, 8, 10)  # 10 * digit, the lowest first
     left_cannon = byte(21)  # picture
-    generators = low(22, 23, 24)  # of their pictures
-    millions = bcd(33)  # of the score; something else when the game is over
+    generators = low(22, 23, 24)  # low nibbles of their pictures
+    millions = bcd(33)  # of the score; unrelated after the game
     score = bcd((35, 34))  # hundreds
-    ship_x = byte(36, 37, 38, 39)  # lowest lane first; 0: none
+    ship_x = byte(36, 37, 38, 39)  # lowest lane first; 0: absent
     coarse = byte(50, 52, 54, 56)  # x + 1 as drawn, in the chip's coding
     fine = high(51, 53, 55, 57)
     shot_y = byte(58, 59)
@@ -176,7 +199,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _shown_damage(m: Ram) -> jax.Array:
-    """The damage that the frame shows: of a hit on this very frame still none."""
+    """The damage in the frame, still none for a hit on this very frame."""
     just_hit = (m.damage == Damage.HIT) & (m.noise == BUILDING_HIT)
     return jnp.where(just_hit, Damage.STANDS, m.damage)
 
@@ -186,13 +209,13 @@ def _over(m: Ram) -> jax.Array:
 
 
 def _blasting(m: Ram) -> jax.Array:
-    """Whether the explosion of a bandit takes the place of all ships."""
+    """True if the explosion of a bandit replaces all ships."""
     just_begun = (m.blast == BLAST_BIT) & (m.flash == BLAST_FLASH)
     return (m.blast >= BLAST_BIT) & ~just_begun
 
 
 def _cannon_boxes(m: Ram) -> Box:
-    """The left and the right one, a row lower while they recoil."""
+    """The left and the right cannon, a row lower while they recoil."""
     has_fired = jnp.any((m.shot_speed < 0) & (m.shot_y == NEW_SHOT))
     right = among(m.right_fires, RIGHT_RECOILS) | has_fired
     recoil = when(jnp.stack([m.left_cannon == RECOILING, right]), 1)
@@ -205,12 +228,12 @@ def _building(x: Number, y: Number, width: Number, damage: jax.Array, *, ruin_wi
     explodes = (damage >= Damage.HIT) & (damage <= Damage.CRUMBLES)
     left = x + when(crumbles, 1)
     top = y + when(damage == Damage.HIT, 1)
-    width = jnp.where(crumbles, ruin_width, width)
-    return box(left, top, width, jnp.where(explodes, 7, 8), damage < Damage.GONE)
+    width_left = jnp.where(crumbles, ruin_width, width)
+    return box(left, top, width_left, jnp.where(explodes, 7, 8), damage < Damage.GONE)
 
 
 def _generator_boxes(m: Ram, damage: jax.Array) -> Box:
-    """By the post, left, right: the first and the last widen, the one on the left turns."""
+    """By the post, left, right: the first and the last widen, the left one turns."""
     widens = np.array((1, 0, 1))
     is_last = np.arange(3) == 2
     stands = damage == Damage.STANDS
@@ -230,12 +253,12 @@ def _plane_box(damage: jax.Array) -> Box:
 
 
 def _ships_x(m: Ram) -> jax.Array:
-    """Columns at which the ships of each lane were drawn; not positive where there is none."""
+    """Columns of the drawn ships, by lane; not positive without a ship."""
     return position(m.coarse, m.fine) - 1
 
 
 def _ship_boxes(m: Ram) -> tuple[Box, jax.Array]:
-    """The ships and wrecks, and which of them are bandits."""
+    """The ships and wrecks, and True for bandits."""
     lane, x = _ship_places(m)
     stage = m.ship_stage - when((m.clock & 7) == 0, 1)
     wreck = when(m.ship_hit == 1, jnp.maximum(stage, 0))
@@ -252,7 +275,7 @@ def _ship_boxes(m: Ram) -> tuple[Box, jax.Array]:
 
 
 def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Lane and column of each ship; one that has just left a lane is still drawn there."""
+    """Lane and column of each ship; a ship that has just left a lane is still drawn there."""
     x = _ships_x(m)
     left_now = when(m.ship_x == 0, x)
     begun = m.ship_waits == 0
@@ -263,14 +286,13 @@ def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _ship_rows(m: Ram, wreck: jax.Array, columns: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """First row and last row + 1 in the lane of a ship of which some columns are in the picture."""
+    """First row and last row + 1, in the lane, of a ship with some columns in the picture."""
     is_bandit = m.ship_kind == Kind.BANDIT
     is_flat = is_bandit | (m.ship_kind < Kind.RIGHT_ANGLED)
     small = wreck == 1
     pointed = is_flat & ~is_bandit & (wreck == 0)
-    above, below = (3 - reached(columns, rows) for rows in (ROWS_ABOVE, ROWS_BELOW))
-    top = when(is_flat | small, 1) + when(pointed, above)
-    bottom = jnp.where(small, 7, 8) - when(pointed, below)
+    top = when(is_flat | small, 1) + when(pointed, 3 - reached(columns, ROWS_ABOVE))
+    bottom = jnp.where(small, 7, 8) - when(pointed, 3 - reached(columns, ROWS_BELOW))
     tip = is_bandit & (columns < 6)
     return jnp.where(tip, 4, top), jnp.where(tip, 5, bottom)
 
@@ -287,7 +309,7 @@ def _blast_box(m: Ram) -> Box:
 
 
 def _shot_boxes(m: Ram) -> Box:
-    """The shots where they were before their last step."""
+    """The shots before their last step."""
     y = m.shot_y - jnp.where(m.shot_speed == 0, 3, 2)
     top, is_high = _shot_rows(m, y)
     muzzle = jnp.where(m.shot_speed > 0, np.array(LEFT_MUZZLES), RIGHT_MUZZLE)
@@ -298,14 +320,15 @@ def _shot_boxes(m: Ram) -> Box:
 
 
 def _shot_rows(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """First rows of the shots at some display lines, and which of them are two rows high."""
+    """First rows of the shots at some display lines, and True for those two rows high."""
     is_first = np.arange(2) == 0
-    to_right, to_left = m.shot_speed > 0, m.shot_speed < 0
+    to_right = m.shot_speed > 0
+    to_left = m.shot_speed < 0
     is_late = to_right & (y <= LATE_TO_RIGHT)
     late = is_first & (is_late | to_left & among(y, LATE_TO_LEFT))
     early = to_left & (y == EARLY_TO_LEFT)
-    top = 205 - y - when(y >= LIFTED, 2) - reached(y, HIGH_LINES)
-    top = top + match((late, 1), (early, -1), otherwise=0)
+    usual_top = 205 - y - when(y >= LIFTED, 2) - reached(y, HIGH_LINES)
+    top = usual_top + match((late, 1), (early, -1), otherwise=0)
     is_higher = early | is_first & to_right & (y == HIGH_TO_RIGHT)
     return top, (y < 0) | among(y, HIGH_LINES) | is_higher
 
@@ -332,7 +355,7 @@ def _ground_areas() -> tuple[Area, ...]:
 
 
 def _colored(name: str, rule: Bounds | Blobs, *colors: int, **options: Any) -> Category:
-    """A category whose objects always have the same colours: the main one, or that of each slot."""
+    """A category with constant colours: the main one, or one per slot."""
     rgb = tuple(NTSC[c] for c in colors)
     return Category(name, rule, rgb=rgb, **options)
 
@@ -356,7 +379,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        _colored("Sentry", CANNONS, 202, count=2, doc="left and right cannon"),
+        _colored("Sentry", CANNONS, 202, count=2, role="player", doc="left and right cannon"),
         _colored("AcropolisCommandPost", COMMAND, 58, doc="middle cannon"),
         _colored("Generator", POWER, 202, 188, 126, count=3, doc="by the post, left, right"),
         _colored("DomedPalace", DOME, 60, doc="under the dome"),
@@ -367,6 +390,6 @@ GAME = Game(
         Category("Explosion", Bounds(FIRE, SKY, min_size=(7, 10)), doc="of a bandit bomber"),
         Category("Projectile", SHOTS, count=2, doc="the city's shots"),
         Category("Deathray", RAY, blinks=True, doc="of a ship in the lowest lane"),
-        display("Score", SCORE, doc="points"),
+        display("Score", SCORE, role="score", doc="points"),
     ),
 )

@@ -1,28 +1,28 @@
 """Bank Heist: a getaway car, three banks, the police cars that come out of them, and dynamite.
 
-Screen: fuel, spare cars and the loot stand outside the maze. Whoever shares lines with two others
-is drawn in turn with them. After an explosion the streets flash; when they are as grey as banks,
-points and explosions, these do not show and are not valid. Walls hide dynamite. Scenery: the maze,
-the empty part of the tank, the mark beside it (how full it will be after this city), the spark
-where dynamite was.
+Screen: fuel, spare cars and the loot are outside the maze. If three objects share lines, the game
+alternates them. After an explosion the streets flash. While they are as grey as banks, points and
+explosions, those objects are invisible and not valid. Walls hide dynamite. Scenery: the maze, the
+empty part of the tank, the mark beside it (the fuel level after this city), the spark that dynamite
+leaves.
 
-Slots: the game keeps four records: the getaway car, and three of which each is in turn a bank, the
-points for its robbery, a police car, and its explosion. The slots of Bank, Points, Police and
-Explosion are these three.
+Slots: the game keeps four records. One is the getaway car. Each of the other three is successively
+a bank, the points for its robbery, a police car, and its explosion. The slots of Bank, Points,
+Police and Explosion are these three.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (positions, kinds), and the ROM's code. It moves cars
-after they were drawn, but before that it leaves their positions as coded for the video chip (x) and
-in the pointers to their pictures (y, and which picture).
+RAM: ALE's source (score, lives), OCAtari 2.2 (positions, kinds), and the ROM's code. The game moves
+cars after it draws them. Before that, it stores their x coded for the video chip, and their y and
+picture in pointers to the pictures.
 
 Covered: all cities, robberies, explosions, wrecks, empty tanks, game over, ALE's modes and
 difficulties.
 
-Not exact: the RAM does not tell the brightness of the streets on the frame of an explosion. Not
-covered are the changing colours after nine minutes without input, and the copyright line that takes
-turns with the score after the game (Score is not valid then).
+Not exact: the RAM lacks the brightness of the streets on the frame of an explosion. Not covered:
+the changing colours after nine minutes without input, and the copyright line that alternates with
+the score after the game (Score is not valid then).
 
-VEM: it reports a third police car where two touch around a corner, and misses points of which the
-car covers more than about half.
+VEM: it reports a third police car if two touch around a corner. It misses points if the car covers
+more than about half of them.
 """
 
 import functools
@@ -31,30 +31,45 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, lookup, match, pick, when
-from ocjax.console.ram import RamMap, bcd, byte
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    Gauge,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    box,
+    byte,
+    display,
+    div,
+    lookup,
+    match,
+    packed_position,
+    pick,
+    when,
+)
 
 ROM = Rom("bank_heist", "00ce0bdd43aed84a983bef38fe7f5ee3")
 DIGIT_AT = (0xF46, 0xF20, 0xF33, 0xF3A, 0xF59, 0xF2D, 0xF52, 0xF1A, 0xF4C, 0xF40)
 DOLLAR = tuple(ROM.rows(0xF26, 7).tolist())
 FONT = replace(ROM.font(DIGIT_AT, rows=7), signs=(DOLLAR,))
 
-PICTURE_BYTES = 12  # from one picture to the next
+PICTURE_BYTES = 12  # bytes per picture
 
 
 class Page:  # of `Ram.page`
-    BANK = 0xFD  # and of the wreck
+    BANK = 0xFD  # also the wreck
     CAR = 0xFE
-    POINTS = 0xFF  # and of the explosion
+    POINTS = 0xFF  # also the explosion
 
 
 class Low:  # low bytes of the addresses of pictures
@@ -62,18 +77,18 @@ class Low:  # low bytes of the addresses of pictures
     FRONT_CARS = 0xC8  # the second one is two pictures further
 
 
-AWAY = 136  # least `y` of who is not in the maze
-ALONGSIDE = range(-6, 3)  # rows from dynamite to a record that is drawn beside it
+AWAY = 136  # least `y` of a record outside the maze
+ALONGSIDE = range(-6, 3)  # rows from dynamite to a record drawn beside it
 OUTSIDE = 12  # columns beside the maze's outer wall
 DROPPED = 84  # `fuse` on the frame of the drop
-LIT = range(63, 84)  # `fuse` while dynamite is shown
+LIT = range(63, 84)  # `fuse` of visible dynamite
 COPYRIGHT = 171  # `shown_high`
 
-GREY = 6  # banks, points, explosions
+GRAY = 6  # banks, points, explosions
 BLUE = 130  # police cars
 BLACK = 0
 RED = 66  # fuel
-CAR_COLORS = (36, 64)  # the second one while there is little fuel
+CAR_COLORS = (36, 64)  # the second colour means little fuel
 WALL_SHADES = (22, 42, 46, 118, 182)
 WALL_COLORS = ROM.bytes(0xDDC, 4).tolist()  # by maze, without the brightness
 MAZE_TOP = 37
@@ -89,11 +104,11 @@ TANK_ROWS = 25
 def _read_maze_rows() -> np.ndarray:
     """The left half of each row of the four mazes, the leftmost of 20 columns in bit 19.
 
-    The ROM has the inner 16 columns. The outer four are empty up to a wall with two gates.
+    The ROM has the inner 16 columns. The outer four are empty except a wall with two gates.
     """
     table = ROM.data[0xE00 : 0xE00 + 8 * MAZE_ROWS].reshape(MAZE_ROWS, 2, 4)
-    outer = np.zeros((MAZE_ROWS, 4, 4), np.uint8)
-    outer[..., 3] = ~np.isin(np.arange(MAZE_ROWS), GATE_ROWS)[:, None]
+    is_closed = ~np.isin(np.arange(MAZE_ROWS), GATE_ROWS)[:, None, None]
+    outer = np.broadcast_to(is_closed & (np.arange(4) == 3), (MAZE_ROWS, 4, 4)).astype(np.uint8)
     middle = np.unpackbits(table[:, 0, :, None], axis=2)
     inner = np.unpackbits(table[:, 1, :, None], axis=2, bitorder="little")
     columns = np.concatenate([outer, middle, inner], axis=2)
@@ -107,8 +122,8 @@ SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 class Ram(RamMap):
     city = byte(0)
-    saver_mask = byte(3)  # what colours are masked with: 0xFF in play
-    saver_key = byte(4)  # what they are XORed with
+    saver_mask = byte(3)  # the game masks colours with it: 0xFF in play
+    saver_key = byte(4)  # the game XORs colours with it
     frame = byte(6)
     # The car's record, then the three others.
     y = byte(8, 9, 10, 11)  # y - 37; already moved on
@@ -119,12 +134,12 @@ class Ram(RamMap):
     dynamite_y = byte(12)  # y - 37
     dynamite_x = byte(32)  # x + 1
     fuse = byte(63)  # counts down from 84
-    waits = byte(64)  # dynamite is to be dropped at the next line
+    waits = byte(64)  # the game will drop dynamite at the next line
     flash = byte(69)  # brightness of the streets and walls
     car_color = byte(74)  # as shown, also in the screen saver
     lives = byte(85)
-    used = byte(86)  # fuel, rows of the tank
-    used_low = byte(87)  # fuel, 256ths
+    used = byte(86)  # fuel, in rows of the tank
+    used_low = byte(87)  # fuel, in 256ths of a row
     score = bcd((88, 89, 90))
     shown = bcd((91, 92, 93))  # the score on the screen
     shown_high = byte(91)
@@ -133,7 +148,8 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     records = _record_boxes(m)
     color = m.car_color ^ jnp.maximum(_saver_key(m), 0)
-    player, others = replace(records[0], color=color), records[1:]
+    player = replace(records[0], color=color)
+    others = records[1:]
     page = m.page[1:]
     is_points = (page == Page.POINTS) & (_low_byte(m)[1:] != Low.EXPLOSION)
     is_burst = (page != Page.CAR) & (page != Page.BANK) & ~is_points
@@ -157,8 +173,8 @@ def _low_byte(m: Ram) -> jax.Array:
 
 
 def _record_boxes(m: Ram) -> Box:
-    """Boxes of the four records where they were drawn."""
-    starts = m.place == 0  # nobody has moved yet, and the car shows its side
+    """Boxes of the four records as drawn."""
+    starts = m.place == 0  # before the first move, the car shows its side
     is_car = (m.page == Page.CAR) & ~starts
     second = (m.frame & 4) == 0  # of two pictures
     front_picture = Low.FRONT_CARS + when(second, 2 * PICTURE_BYTES)
@@ -173,7 +189,7 @@ def _record_boxes(m: Ram) -> Box:
 
 
 def _has_narrow_points(m: Ram) -> jax.Array:
-    """Whether a record shows points that are a column narrower than 10, 40 and 60."""
+    """True for points a column narrower than 10, 40 and 60."""
     low = _low_byte(m)
     tens = div(low + 1, PICTURE_BYTES) - 11
     is_points = (m.page == Page.POINTS) & (low != Low.EXPLOSION)
@@ -181,7 +197,7 @@ def _has_narrow_points(m: Ram) -> jax.Array:
 
 
 def _streets_are_grey(m: Ram) -> jax.Array:
-    """Whether the flash had the streets as grey as banks when the frame was drawn."""
+    """True if the flash had made the streets as grey as banks on this frame."""
     counting = (m.fuse >= LIT.start) | (m.waits > 0)
     flash = jnp.where(counting, m.flash, (m.fuse + 1) >> 1)
     return (flash & 6) == 6
@@ -189,19 +205,21 @@ def _streets_are_grey(m: Ram) -> jax.Array:
 
 def _dynamite(m: Ram, records: Box) -> Box:
     left, right = _dynamite_columns(m)
-    # While two records are drawn beside it, its end ($F7FE) comes too late for the first columns.
+    # Beside two drawn records, its end ($F7FE) comes too late for the first columns.
     beside = records.valid & among(records.y - m.dynamite_y - MAZE_TOP, ALONGSIDE)
     longer = (m.dynamite_x - 1 < OUTSIDE) & (jnp.sum(when(beside, 1)) > 1)
-    height, color = jnp.where(longer, 3, 2), pick(m.city & 3, WALL_COLORS) | m.flash
+    height = jnp.where(longer, 3, 2)
+    color = pick(m.city & 3, WALL_COLORS) | m.flash
     there = among(m.fuse, LIT)
     return box(left, m.dynamite_y + MAZE_TOP, right - left, height, there, color=color)
 
 
 def _dynamite_columns(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Left and right edge of what the walls, which have its colour, leave of dynamite."""
-    x, width = m.dynamite_x - 1, jnp.where(((m.fuse + 1) & 2) != 0, 4, 8)
+    """Left and right edge of dynamite outside the walls, which share its colour."""
+    x = m.dynamite_x - 1
+    width = jnp.where(((m.fuse + 1) & 2) != 0, 4, 8)
     row = jnp.minimum(m.dynamite_y >> 3, MAZE_ROWS - 1)
-    column = (x >> 2) + np.arange(3)  # the columns of the maze where it may be
+    column = (x >> 2) + np.arange(3)  # the columns of the maze that it may touch
     half = MAZE_COLUMNS // 2
     bit = jnp.maximum(half - 1 - column, column - half)  # the right half mirrors the left one
     maze_row = lookup(WALLS, MAZE_ROWS * (m.city & 3) + row)
@@ -215,7 +233,7 @@ def _dynamite_columns(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _tank(m: Ram) -> Box:
-    """The fuel; half a unit that dropping dynamite has just taken still shows."""
+    """The fuel; half a unit that a dynamite drop has just used is still visible."""
     just_dropped = (m.fuse == DROPPED) & (m.waits == 0) & (m.used_low < 128)
     used = m.used - when(just_dropped, 1)
     inset = jnp.clip(used - 16, 0, 2)
@@ -224,7 +242,7 @@ def _tank(m: Ram) -> Box:
 
 
 def _score(m: Ram) -> Box:
-    """The number with its $, which alone shows at first."""
+    """The number with its $; at first the $ alone."""
     digits = jnp.sum(jnp.where(m.shown >= np.array((1, 10, 100, 1000, 10000, 100000)), 1, 0))
     before_last = 8 * jnp.minimum(digits, 5)
     width = jnp.where(digits == 0, 5, 6 + before_last)
@@ -238,22 +256,22 @@ POLICE = Blobs(BLUE, STREETS, Shape(w=(3, 16), h=(3, 14), split=(8, 7)))  # two 
 STICKS = Blobs(
     WALL_SHADES, (0, 38, 160, 176), Shape(w=(2, 8), h=(2, 3)), gap=(4, 0), filters=(ShortRuns(3),)
 )
-COVERED = sprites(GREY, STREETS, gap=(2, 0), shapes=Shape(w=(7, 8), h=7, pixels=(10, 40)))
+COVERED = sprites(GRAY, STREETS, gap=(2, 0), shapes=Shape(w=(7, 8), h=7, pixels=(10, 40)))
 LOOT = sprites(
-    GREY,
+    GRAY,
     STREETS,
     gap=(1, 0),
     shapes=Shape(w=(7, 8), h=7, pixels=(38, 48)),
     also=(COVERED,),  # by the car
 )
-BURST = sprites(GREY, STREETS, gap=(1, 0), shapes=Shape(w=8, h=7, pixels=(25, 36)))
+BURST = sprites(GRAY, STREETS, gap=(1, 0), shapes=Shape(w=8, h=7, pixels=(25, 36)))
 ICONS = Cells(CAR_COLORS[0], tuple(ICON_X.tolist()), tuple(ICON_Y.tolist()), 8, 7, whole=False)
 FUEL = Bounds(RED, (42, 12, 50, 37), value=Gauge(1, side="h"))
 AMOUNT = Bounds(BLACK, (50, 179, 112, 186), value=Digits(FONT, range(57, 105, 8), 179))
 
 
 def _saver_key(m: Ram) -> jax.Array:
-    """What colours are XORed with, or -1 in play."""
+    """The key that colours are XORed with, or -1 in play."""
     return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
 
 
@@ -264,18 +282,20 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
     categories=(
-        Category("Player", sprites(CAR_COLORS, STREETS), doc="the car, or its wreck"),
+        Category(
+            "Player", sprites(CAR_COLORS, STREETS), role="player", doc="the car, or its wreck"
+        ),
         three(
             "Bank",
-            sprites(GREY, STREETS, shapes=Shape(w=(1, 8), h=(1, 7), pixels=34)),
+            sprites(GRAY, STREETS, shapes=Shape(w=(1, 8), h=(1, 7), pixels=34)),
             doc="to be robbed",
         ),
         three("Police", POLICE, doc="police cars"),
         Category("Dynamite", STICKS, doc="dropped behind the car"),
         three("Points", LOOT, doc="for what was robbed or blown up"),
         three("Explosion", BURST, doc="of a police car"),
-        display("Life", ICONS, count=6, attributes=(), doc="a car each"),
+        display("Life", ICONS, count=6, attributes=(), role="lives", doc="a car each"),
         display("Gas_Tank", FUEL, doc="fuel; value: 0-25"),
-        display("Score", AMOUNT, doc="with its $"),
+        display("Score", AMOUNT, role="score", doc="with its $"),
     ),
 )

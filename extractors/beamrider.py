@@ -1,22 +1,23 @@
-"""Beam Rider: a ship on five beams, saucers and other enemies that come down them, the sentinel.
+"""Beam Rider: a ship on five beams; saucers and other enemies come down the beams.
 
-Screen: The beams' lines and dots and the maker's name are scenery.
+Screen: the beams' lines and dots and the maker's name are scenery. The sentinel passes above the
+beams at the end of a sector.
 
-Slots: The console keeps eight records: three for saucers, four for other enemies, one for the
-player's shot. Each category has a slot for every record that may hold one of its objects. What a
-shot has hit becomes an Explosion, then Sparks.
+Slots: the game keeps eight records: three for saucers, four for other enemies, one for the player's
+shot. Each category has a slot for every record that may hold one of its objects. A hit object
+becomes an Explosion, then Sparks.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (records), and the ROM's code. Every second frame the
-game makes the list of what is drawn from the records and moves the records afterwards, so the
-screen shows where they were one step before. That step follows from what the record is, from its
-speed or the script that it follows, and from the frame counter. A table gives the screen line of a
-record's depth, a product of line and lane gives the column, state and depth give the picture.
+game copies the records to a display list and moves the records afterwards, so the screen shows
+their positions one step earlier. That step follows from the record's state, its speed or script,
+and the frame counter. A table gives the screen line for a record's depth. A product of line and
+lane gives the column. State and depth give the picture.
 
 Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel.
 
-Not exact: the step of a record that has just changed what it does; which of two near objects is
-moved by a few lines or left out on a frame; an enemy but a saucer on the frame of the hit; the last
-frame of a torpedo.
+Not exact: the step of a record on a change of state; the choice between two near objects when the
+game moves one by a few lines or skips it on a frame; enemies other than saucers on the frame of the
+hit; the last frame of a torpedo.
 """
 
 from dataclasses import replace
@@ -24,17 +25,34 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position, signed_nibble
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    lookup,
+    match,
+    packed_position,
+    pick,
+    reached,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)
@@ -54,7 +72,7 @@ CHARGER_WAITING = 15
 REJUVENATOR = range(16, 20)
 JUMPER = range(20, 24)
 ROCK = range(24, 28)
-SIZED = range(CHARGER.start, ROCK.stop)  # four pictures each, larger the nearer
+SIZED = range(CHARGER.start, ROCK.stop)  # four pictures each, by nearness
 CHIRPER = range(28, 32)
 CHIRPER_TURNED = range(30, 32)
 CRAFT = range(32, 35)
@@ -63,9 +81,9 @@ CRAFT_FALLING = 33
 CRAFT_RISING = 34
 LASER_SHOT = 35
 TORPEDO = range(36, 39)
-DISK = 39  # a saucer far away
+DISK = 39  # a distant saucer
 PICTURE_COUNT = 45  # five larger ones follow
-# The first states mean other things in the records of the saucers.
+# In the records of the saucers, the first states have other meanings.
 SAUCER_STATES = range(1, 6)
 SAUCER_SCRIPTED = range(4, 6)
 SAUCER_LEAVING = 1
@@ -73,12 +91,12 @@ SAUCER_LEFT = 2
 SAUCER_RIGHT = 3
 
 COLORS = ROM.bytes(0x1D8E, CRAFT.stop)  # by picture
-JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows what was hit
+JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows the target
 STRUCK_SHOT = 192  # the player's shot on that frame
 SHIP_EXPLODES = 19  # picture of the ship
 FRESH_LISTS = (0, 255)  # `half` while the list is new
 LOST = 255  # `ship_lost`
-NEGATIVE = 128  # least value of a counter that has gone below 0: no spare ships, no enemies
+NEGATIVE = 128  # least value of a counter below 0: no spare ships, no enemies
 MIDDLE = 128  # lane
 
 # Ranges of the records.
@@ -87,19 +105,19 @@ OTHERS = slice(3, 7)
 SEVEN = slice(0, 7)
 SHOT_RECORD = 7
 
-# The saucers' script: what to do, and how fast. Operations 0 and 1 are the ways to the side.
+# The saucers' script: operation and speed. Operations 0 and 1 move to the side.
 SCRIPT_OPS = ROM.bytes(0xD96, 216) & 7
 SCRIPT_PACES = ROM.bytes(0xE6E, 216)
 RISE = 2
 FALL = 3
 
 
-class Speed:  # pixels a step in the high nibble, signed, and sixteenths in the low one
+class Speed:  # signed nibble of pixels per step, then a nibble of sixteenths
     SAUCER_LEAVES = 0xB3
     CHARGER_STARTS = 0x08
     CHARGER_RETURNS = 0x8D
-    CRAFT_RISES = 0xE0  # less the sector's speed
-    # beyond the sector's speed
+    CRAFT_RISES = 0xE0  # minus the sector's speed
+    # added to the sector's speed
     ROCK = 0x0C
     BLOCKER_FALLS = 0x0E
     ENEMY = 0x13
@@ -111,16 +129,16 @@ HORIZON = 32  # depth at which the beams begin
 NEAREST = 210  # depth at which they end
 GROUND = 164  # row of line 0
 LINES = ROM.bytes(0x1EEF, 256) + 2  # by depth
-LINE_SCALE = 0xC6  # of the distance from the middle at line 0, in 128ths
-# Depths from which on a picture is one size larger.
+LINE_SCALE = 0xC6  # of the distance from the middle, at line 0, in 128ths
+# Least depths of the next larger picture.
 SAUCER_GROWS = (0x30, 0x50, 0x70, 0x90, 0xB8)
 ENEMY_GROWS = (0x68, 0x90, 0xB0)
 TORPEDO_GROWS = (0x4E, 0x80)
-# A laser shot that has left the beams is still in the list, at one of these lines.
+# A laser shot that has left the beams stays in the list, at one of these lines.
 LASER_LEAVES = (101, 104)
 LASER_LEFT = 102  # its depth then
 
-# Tables of pages and low bytes. The top row is 2 bytes before that, seven more rows before it.
+# Tables of pages and low bytes. The top row is 2 bytes before that, the other 7 before it.
 PAGES = ROM.bytes(0x1CE8, PICTURE_COUNT) & 15
 LOW_BYTES = ROM.bytes(0x11D8, PICTURE_COUNT)
 PICTURES = ROM.pictures((PAGES << 8 | LOW_BYTES - 2 - 7).tolist(), 8)
@@ -132,7 +150,7 @@ SCORE = NumberDisplay(FONT, right=108, top=10, digits=6, leading_zeros=True)
 ENEMIES_LEFT = NumberDisplay(NARROW_FONT, right=31, top=32, digits=2)
 WRECK = 70  # an exploding ship
 DISK_COLORS = (8, 14)  # far and near saucers
-NEAR = 94  # depth from which on a saucer has the second colour
+NEAR = 94  # least depth of a saucer in the second colour
 SHOTS = Blobs((104, 86), FIELD, Shape(w=(2, 4), h=(2, 6), pixels=(8, 12)))
 ENEMIES = {  # states, rule, doc
     "Rejuvenator": (REJUVENATOR, Blobs(24, FIELD, Shape(w=(3, 5), h=(2, 7))), "a life"),
@@ -153,7 +171,7 @@ class Ram(RamMap):
     clock = bits(1, count=4)  # steps
     drift = byte(4)  # speed of the saucers
     speed = byte(7)  # of the other enemies
-    spare_ships = byte(5)  # 128 and more: none
+    spare_ships = byte(5)  # 128 or more: none
     score = bcd((11, 10, 9))
     ship = bits(14, first=3, count=5)  # picture
     ship_position = byte(15)  # as HMP0 and the positioning loop take it
@@ -163,7 +181,7 @@ class Ram(RamMap):
     x = byte(*range(33, 40))  # lane, 128 in the middle
     shot_x = byte(40)  # lane
     state = bits(*range(42, 49), count=6)
-    follows = bits(*range(42, 49), first=6)  # drifts as the saucers do
+    follows = bits(*range(42, 49), first=6)  # moves sideways with the saucers
     back = bits(*range(42, 49), first=7)  # on its way back
     shot = byte(49)  # state of the player's shot
     timer = byte(*range(50, 57))  # frames, or speed to the side
@@ -173,18 +191,20 @@ class Ram(RamMap):
     list_color = byte(*range(85, 92))
     list_line = byte(*range(93, 100))
     half = byte(101)  # 0 or 255: the list is new, and not drawn yet
-    ship_lost = byte(103)  # 255 on the frame on which the next ship is taken from the spare ones
+    ship_lost = byte(103)  # 255 on the frame that replaces the ship by a spare one
 
 
 def decode(m: Ram) -> dict[str, Box]:
     x, y = _drawn_places(m)
     picture = _drawn_pictures(m, y)
     shot_y, shot_picture, laser = _shot_as_drawn(m)
-    all_x, all_y = jnp.append(x, m.shot_x), jnp.append(y, shot_y)
-    # Shared by many categories: without it REM takes 0.18 instead of 0.16 us a state.
+    all_x = jnp.append(x, m.shot_x)
+    all_y = jnp.append(y, shot_y)
+    # Many categories share this. Without it REM takes 0.18 instead of 0.16 us a state.
     drawn = _picture_box(all_x, all_y, jnp.append(picture, shot_picture))
     colored = replace(drawn[SEVEN], color=lookup(COLORS, picture))
-    shot, kind = drawn[SHOT_RECORD].where(shot_y < NEAREST - 3), m.state[OTHERS]
+    shot = drawn[SHOT_RECORD].where(shot_y < NEAREST - 3)
+    kind = m.state[OTHERS]
     burst = colored.where(_bursting(m))
     return {
         "Player": _player(m),
@@ -206,7 +226,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _player(m: Ram) -> Box:
     wrecked = m.ship == SHIP_EXPLODES
-    sunk, color = when(wrecked, 4), jnp.where(wrecked, WRECK, YELLOW)
+    sunk = when(wrecked, 4)
+    color = jnp.where(wrecked, WRECK, YELLOW)
     return box(packed_position(m.ship_position) + 9, 164 + sunk, 15, 16 - sunk, color=color)
 
 
@@ -240,12 +261,12 @@ def _is_saucer(m: Ram) -> jax.Array:
 
 
 def _list_is_new(m: Ram) -> jax.Array:
-    """Whether the records other than the saucers have moved since the list was made."""
+    """True if the records other than the saucers have moved since the list was made."""
     return among(m.half, FRESH_LISTS)
 
 
 def _step(m: Ram, speed: jax.Array | int) -> jax.Array:
-    """How far a speed moves a record in this step: a signed nibble, and a nibble of sixteenths."""
+    """Pixels that a speed (signed nibble, nibble of sixteenths) moves a record in this step."""
     bit = np.arange(4)
     tick = jnp.sum((m.clock >> bit & 1) << 3 - bit) + 1
     sixteenths = jnp.asarray(speed, jnp.int32) & 255
@@ -262,9 +283,12 @@ def _drawn_places(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
-    state, burst = m.state[SAUCERS], _bursting(m)[SAUCERS]
-    op, speed = lookup(SCRIPT_OPS, m.script_at), lookup(SCRIPT_PACES, m.script_at)
-    forth, back = _step(m, speed), _step(m, -speed)
+    state = m.state[SAUCERS]
+    burst = _bursting(m)[SAUCERS]
+    op = lookup(SCRIPT_OPS, m.script_at)
+    speed = lookup(SCRIPT_PACES, m.script_at)
+    forth = _step(m, speed)
+    back = _step(m, -speed)
     scripted = among(state, SAUCER_SCRIPTED) | _is_just_hit(m)[SAUCERS]
     aside = jnp.where((op ^ state) & 1 == 1, forth, back)
     ahead = match((op == FALL, forth), (op == RISE, back), otherwise=_step(m, m.drift))
@@ -280,9 +304,10 @@ def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
-    kind, new = m.state[OTHERS], _list_is_new(m)
-    aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
-    aside = aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
+    kind = m.state[OTHERS]
+    new = _list_is_new(m)
+    always_aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
+    aside = always_aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
     ahead = jnp.where(among(kind, BURST_STATES), -2, _step(m, _other_speeds(m)))
     dx = when(new & aside, _step(m, m.timer[OTHERS]))
     dy = when(new & ~aside, ahead)
@@ -291,7 +316,9 @@ def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _other_speeds(m: Ram) -> jax.Array:
     """Speed along the beams of the records other than the saucers."""
-    kind, timer, back = m.state[OTHERS], m.timer[OTHERS], m.back[OTHERS] == 1
+    kind = m.state[OTHERS]
+    timer = m.timer[OTHERS]
+    back = m.back[OTHERS] == 1
     waits = (kind == CHARGER_WAITING) & (timer < 128)
     return match(
         (kind == CRAFT_RISING, Speed.CRAFT_RISES - m.speed),
@@ -308,8 +335,9 @@ def _other_speeds(m: Ram) -> jax.Array:
 
 
 def _drawn_pictures(m: Ram, y: jax.Array) -> jax.Array:
-    """The pictures with which the seven records were drawn."""
-    state, new = m.state, _list_is_new(m)
+    """Pictures of the seven records in the frame."""
+    state = m.state
+    new = _list_is_new(m)
     odd = when(new | (np.arange(7) < 3), m.clock & 1)
     turned = jnp.where(state == CHIRPER.start, state + 1, state - 1)
     turned_back = jnp.where(among(state, CHIRPER_TURNED), state ^ 1, state + 1)
@@ -324,8 +352,9 @@ def _drawn_pictures(m: Ram, y: jax.Array) -> jax.Array:
 
 
 def _shot_as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Depth and picture of the player's shot as drawn, and whether it is the laser's."""
-    new, struck = _list_is_new(m), m.shot == STRUCK_SHOT
+    """Depth and picture of the player's shot as drawn; True if it is the laser's."""
+    new = _list_is_new(m)
+    struck = m.shot == STRUCK_SHOT
     target = jnp.max(jnp.where(_is_just_hit(m), m.y + 1, 0))
     ended = jnp.cumsum(m.list_line == 0) > 0  # the rest of the list is old
     listed = among(m.list_line, LASER_LEAVES) & (m.list_color == LASER_COLOR) & ~ended
@@ -336,7 +365,7 @@ def _shot_as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
 
 
 def _picture_box(x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
-    """Pictures at a lane and a depth; not valid where they are not on the beams."""
+    """Pictures at a lane and a depth; only valid on the beams."""
     line = lookup(LINES, y)
     left = 80 + _scaled(x - MIDDLE, LINE_SCALE - line + (line >> 4) + (line >> 3 & 1))
     on_beams = (y >= HORIZON) & (y < NEAREST) & (left < 158)
@@ -344,19 +373,23 @@ def _picture_box(x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
 
 
 def _scaled(side: jax.Array, scale: jax.Array | int) -> jax.Array:
-    """A distance from the middle times scale / 128, rounded towards the middle."""
+    """Scale a distance from the middle by scale / 128, rounded towards the middle."""
     return jnp.where(side >= 0, side * scale >> 7, -(-side * scale >> 7))
 
 
 def _saucer_boxes(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     """The saucers on the beams; beyond the horizon they are dots."""
-    saucer, x, y = _is_saucer(m)[SAUCERS], x[SAUCERS], y[SAUCERS]
-    far = saucer & (y < HORIZON)
-    i, other, own = np.arange(3), y[None], y[:, None]
+    saucer = _is_saucer(m)[SAUCERS]
+    own_x = x[SAUCERS]
+    own_y = y[SAUCERS]
+    far = saucer & (own_y < HORIZON)
+    i = np.arange(3)
+    other = own_y[None]
+    own = own_y[:, None]
     before = (other < own) | (other == own) & (i[None] > i[:, None])
     third = jnp.sum(jnp.where(before & far[None], 1, 0), axis=1) == 2  # another sprite draws it
-    dot_x = jnp.where(third, 84, 80) + _scaled(x - jnp.where(third, MIDDLE, 123), 84)
-    nearer = when(y >= NEAR, 1)
+    dot_x = jnp.where(third, 84, 80) + _scaled(own_x - jnp.where(third, MIDDLE, 123), 84)
+    nearer = when(own_y >= NEAR, 1)
     boxes = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
     return replace(boxes, color=pick(nearer, DISK_COLORS))
 
@@ -382,7 +415,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP, color_row=-1, doc="the ship"),
+        Category("Player", SHIP, color_row=-1, role="player", doc="the ship"),
         Category("Saucer", SAUCERS_SHOWN, count=3, doc="white; dots at the horizon"),
         *(Category(name, e[1], count=4, doc=e[2]) for name, e in ENEMIES.items()),
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),
@@ -392,8 +425,14 @@ GAME = Game(
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
         display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
         display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
-        display("Score", SCORE.rule(42, (56, 8, 110, 19)), doc="the score", aliases=("HUD",)),
+        display(
+            "Score",
+            SCORE.rule(42, (56, 8, 110, 19)),
+            role="score",
+            doc="the score",
+            aliases=("HUD",),
+        ),
         display("Sector", SECTOR, doc="the sector's number"),
-        display("Life", SPARE_SHIPS, count=13, attributes=(), doc="spare ships"),
+        display("Life", SPARE_SHIPS, count=13, attributes=(), role="lives", doc="spare ships"),
     ),
 )

@@ -1,54 +1,67 @@
-"""Berzerk: a human and up to eight robots in the rooms of a maze, a shot of each side, Evil Otto.
+"""Berzerk: a human and at most eight robots in the rooms of a maze, a shot per side, Evil Otto.
 
-Screen: nobody is drawn or valid while a room appears; the score is valid, also while lives or a
-bonus are shown in its place. A robot stays valid while it explodes. Otto and the human share a
-sprite and are drawn in turn. The walls are scenery.
+Screen: while a room appears, human and robots are absent and not valid. The score is valid, also
+while lives or a bonus replace it on the screen. A robot stays valid while it explodes. Otto and the
+human share a sprite, which shows them alternately. The walls are scenery.
 
-Slots: those of Enemy are the game's own list, from top to bottom, which closes its gaps.
+Slots: Enemy has the game's own list, from top to bottom, which closes its gaps.
 
 RAM: ALE's source (score, lives), AtariARI, OCAtari 2.2 (positions), a public disassembly by Dennis
-Debro (names), and the ROM's code. The human, his shot and Otto move after the frame was drawn, so
+Debro (names), and the ROM's code. The human, his shot and Otto move after the frame is drawn, so
 the screen lags behind the RAM by their last step.
 
 Covered: rooms of all colours, scrolling, deaths, bonus, lives, game over, ALE's modes (Otto, robots
 that do not shoot, extra lives).
 
-Not exact: the RAM does not tell about a shot on the frame on which it hits (5 % of the frames with
-the human's shot), the pose before a shot or a death, and to which side the human looked before he
-turned.
+Not exact: the RAM lacks a shot on the frame on which it hits (5 % of the frames with the human's
+shot), the pose before a shot or a death, and the side that the human faced before he turned.
 
-On the frame on which a room is left, or a life lost, the room is still on the screen, but the rows
-of the human and of the first robot are cleared, and the way of a robot's shot. The human is not
-valid then, nor is the first robot, unless the second one is in the second row: then the first one
-is where it began (99.7 % are right). A robot beside the shot and the human's column tell its way
-(97 %). The next frame shows nobody.
+When the human leaves a room or loses a life, the last frame still shows the room. The rows of the
+human and of the first robot are already cleared, and so is the direction of a robot's shot. The
+human is not valid then. The first robot is valid only if the second one is in the second row: then
+the first one is at its start (99.7 % are right). A robot beside the shot and the human's column
+give the shot's direction (97 %). The next frame shows no figures.
 
-VEM: it takes a shot that touches a robot for a part of it, too, and does not see one that flies up
-or down where a robot's body covers it, nor the true length of one in line with an arm (5 % each of
-the frames with such a shot). Its box of the human reaches to a shot of which a wall leaves less
-than six rows (1 of 13,000 frames).
+VEM: a shot that touches a robot also counts as part of it. VEM misses a vertical shot behind a
+robot's body, and the true length of a shot in line with an arm (5 % each of the frames with such a
+shot). If a wall leaves less than six rows of a shot, the human's box reaches to it (1 of 13,000
+frames).
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.ram import RamMap, bcd, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Colors
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Colors,
+    Digits,
+    Font,
+    Game,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    box,
+    byte,
+    display,
+    match,
+    pick,
+    when,
+)
 
 ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
-HUMAN_COLOR = 60  # also Otto's and of the human's shot
+HUMAN_COLOR = 60  # also of Otto and the human's shot
 TEXT = 28
 ROOM_COLORS = (26, 54, 12, 202, 76, 168, 252, 88)  # of robots and their shots, by room
 FIELD = (0, 5, 160, 179)
-FIELD_BOTTOM = 177  # of what shows of the human
+FIELD_BOTTOM = 177  # bottom of the human's visible part
 LEFT_WALL = 8  # its right edge
 
 
@@ -69,17 +82,17 @@ RESERVE = IconRow(left=96, top=LINE_TOP, width=6, height=7, pitch=-8)  # in rese
 LINE = SCORE.area
 COPYRIGHT_SIZE = (40, 7)
 
-APPEARED = 255  # `appearing` once the room is there
-NO_ROBOT = 127  # `robot_y`, of this and all later slots
-TOP_ROW = 5  # `robot_y` where robots begin
+APPEARED = 255  # `appearing` of a complete room
+NO_ROBOT = 127  # `robot_y` of an absent robot; all later slots are empty, too
+TOP_ROW = 5  # `robot_y` of robots at the start
 SECOND_ROW = range(15, 22)  # with a few steps down
-ABOVE_HEAD = 4  # `missile_x` less `robot_x` where a shot leaves a robot upright
+ABOVE_HEAD = 4  # `missile_x` less `robot_x` for a robot's vertical shot
 OTTO_COMES = 3  # least `otto` with him in the room
 OTTO_FALLS = 128  # least `otto_way` on his way down
 JUST_FIRED = 254  # `shot_sound` on the frame after which the shot leaves the gun
 STEP_PACE = 112  # added to `pace` on each frame
 FIRST_PICTURE = 0xA9  # of the human, low byte of its address
-AIMING = range(49, 80)  # bytes from the first picture to those that aim
+AIMING = range(49, 80)  # bytes from the first picture to the aiming pictures
 
 
 class State:  # of `Ram.state`
@@ -88,11 +101,11 @@ class State:  # of `Ram.state`
 
 
 class Frame:  # of `Ram.frame`
-    LAST = 1  # the room has been left, but is still on the screen
-    ROOM_BEGINS = 53  # the first frame of a room, which does not show anybody yet
+    LAST = 1  # the human has left the room, but it is still on the screen
+    ROOM_BEGINS = 53  # the first frame of a room, still without figures
 
 
-class Missile:  # of `Ram.missile_way`, besides bits of ways
+class Missile:  # other values of `Ram.missile_way` than bits of ways
     NONE = 0
     NONE_YET = 15
 
@@ -106,8 +119,8 @@ class Way:  # bits of `Ram.way`, `shot_way` and `missile_way`
 
 
 class Pose:  # of `Ram.pose`: 0 to 2 walk
-    HIT = 3  # from here on
-    SHOCK = 6  # from here on, by turns
+    HIT = 3  # least pose of a hit human
+    SHOCK = 6  # least pose that alternates with a shock
 
 
 class RobotPose:  # of `Ram.robot_pose`
@@ -118,11 +131,11 @@ class RobotPose:  # of `Ram.robot_pose`
 class Ram(RamMap):
     state = byte(1)
     frame = byte(4)
-    figure = byte(9)  # low byte of its address, less where it is on the screen
+    figure = byte(9)  # low byte of its address, minus the row on the screen
     y = byte(11)  # y - 5, already moved on
     figure_row = byte(12)
     way = byte(14)
-    pose = byte(17)  # counts up once he is hit
+    pose = byte(17)  # counts up after a hit
     pace = byte(18)  # an overflow is a step
     x = byte(19)  # of the sprite - 3, already moved on
     shot = byte(20)  # in flight
@@ -130,7 +143,7 @@ class Ram(RamMap):
     shot_x = byte(22)  # x - 2, already moved on
     shot_y = byte(23)  # (y - 1) / 2, already moved on
     missile_way = byte(26)
-    missile_pause = byte(27)  # 0 or 255: none flies
+    missile_pause = byte(27)  # 0 or 255: no shot flies
     missile_wait = byte(28)  # counts up before the first shot
     missile_x = byte(29)  # x - 2
     missile_y = byte(30)  # y / 2
@@ -140,11 +153,11 @@ class Ram(RamMap):
     otto_low = byte(72)  # lowest position of his bounce
     robot_pose = byte(*range(82, 90))
     otto_y = byte(89)  # y - 3
-    lives = byte(90)  # without the last one
+    lives = byte(90)  # without the last life
     killed = byte(91)
     level = byte(92)
     score = bcd((93, 94, 95))
-    appearing = byte(101)  # how much of the room is there
+    appearing = byte(101)  # visible part of the room
     glyph = byte(106, 108, 110, 112, 114, 116)  # in the line below, low bytes of addresses
     otto = byte(118)
     shot_sound = byte(119)
@@ -169,14 +182,14 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _is_present(m: Ram) -> jax.Array:
-    """Whether a room is there with everybody in it."""
-    first_frame = (m.frame == Frame.ROOM_BEGINS) & (m.missile_way == Missile.NONE_YET)
-    first_frame = first_frame & (m.missile_wait == 0)
+    """True if a complete room with its figures is on the screen."""
+    begins = (m.frame == Frame.ROOM_BEGINS) & (m.missile_way == Missile.NONE_YET)
+    first_frame = begins & (m.missile_wait == 0)
     return (m.state == State.IN_ROOM) & (m.appearing == APPEARED) & ~first_frame
 
 
 def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """One step that way, to the right and down."""
+    """One step in a direction, to the right and down."""
     dx = match(((way & Way.RIGHT) != 0, 1), ((way & Way.LEFT) != 0, -1), otherwise=0)
     up_or_down = way & Way.VERTICAL
     return dx, match((up_or_down == Way.UP, -1), (up_or_down == Way.DOWN, 1), otherwise=0)
@@ -190,13 +203,15 @@ def _human(m: Ram) -> Box:
     shocked = (m.pose >= Pose.SHOCK) & ((m.pose & 2) == 0)
     first, last = _human_columns(m, moved, shocked)
     left = x + jnp.where((m.way & Way.LEFT) != 0, 7 - last, first)
-    top, height = jnp.where(shocked, y - 2, y), jnp.where(shocked, 24, 20)
+    top = jnp.where(shocked, y - 2, y)
+    height = jnp.where(shocked, 24, 20)
     return box(left, top, last - first + 1, height).clip(0, 0, 160, FIELD_BOTTOM)
 
 
 def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Array, jax.Array]:
     """First and last column of the human's picture."""
-    hit, aims = m.pose >= Pose.HIT, _is_aiming(m)
+    hit = m.pose >= Pose.HIT
+    aims = _is_aiming(m)
     aims_down = aims & ((m.way & Way.VERTICAL) == Way.DOWN)
     turn = _walking_pose(m, moved)
     walk = pick(turn, (1, 1, 0)), pick(turn, (6, 5, 7))
@@ -206,25 +221,25 @@ def _human_columns(m: Ram, moved: jax.Array, shocked: jax.Array) -> tuple[jax.Ar
 
 
 def _is_aiming(m: Ram) -> jax.Array:
-    """Whether the human stands and aims."""
+    """True if the human stands and aims."""
     picture = (m.figure + m.figure_row - FIRST_PICTURE) & 255  # of the next frame
-    # The pace begins anew while the trigger is pressed: this is its second frame.
+    # The pace restarts while the trigger is pressed: this is its second frame.
     just_aimed = (m.pace == 2 * STEP_PACE) & (m.shot > 0)
     return among(picture, AIMING) | just_aimed
 
 
 def _walking_pose(m: Ram, moved: jax.Array) -> jax.Array:
-    """The pose of a walking human, 0 to 2, before what the pace has added."""
-    steps_next = ((m.pace - STEP_PACE) & 255) < STEP_PACE
-    steps_next = steps_next & ((m.pace != STEP_PACE) | (m.pose > 0))
+    """The pose of a walking human, 0 to 2, before the pace's last change."""
+    pace_ends = ((m.pace - STEP_PACE) & 255) < STEP_PACE
+    steps_next = pace_ends & ((m.pace != STEP_PACE) | (m.pose > 0))
     turn = m.pose + when(moved, 1) + when(steps_next, 1)
     return jnp.where(turn >= 3, turn - 3, turn)
 
 
 def _robots(m: Ram, left: jax.Array, color: jax.Array) -> Box:
-    """All robots. Where the room has been left, the row of the first one is cleared.
+    """All robots. After the human has left the room, the row of the first one is cleared.
 
-    It is known if the second one is in the second row: they begin one to a row, and are sorted.
+    It is known if the second one is in the second row: they start one per row, and are sorted.
     """
     number = np.arange(8)
     first = when(left & ~among(m.robot_y[1], SECOND_ROW), 1)
@@ -241,26 +256,30 @@ def _robots(m: Ram, left: jax.Array, color: jax.Array) -> Box:
 def _shot(m: Ram) -> Box:
     """The human's shot before its last step.
 
-    A gun that touches the wall at the left fires on every frame, and the new shot is where the last
-    one was drawn. Any other new shot is not drawn yet.
+    A gun that touches the wall at the left fires on every frame, and the new shot is at the old
+    one's drawn position. Any other new shot is not drawn yet.
     """
-    fired, in_wall = m.shot_sound == JUST_FIRED, m.shot_x + 2 < LEFT_WALL
+    fired = m.shot_sound == JUST_FIRED
+    in_wall = m.shot_x + 2 < LEFT_WALL
     dx, dy = _step(m.shot_way)
-    x, y = m.shot_x - when(~fired, 2 * dx), m.shot_y - when(~fired, dy)
-    width, height = jnp.where(dx != 0, 4, 1), jnp.where(dx != 0, 2, 6)
+    x = m.shot_x - when(~fired, 2 * dx)
+    y = m.shot_y - when(~fired, dy)
+    width = jnp.where(dx != 0, 4, 1)
+    height = jnp.where(dx != 0, 2, 6)
     return box(x + 2, 2 * y + 1, width, height, (m.shot > 0) & (~fired | in_wall))
 
 
 def _missile_box(m: Ram, color: jax.Array, left: jax.Array) -> Box:
-    """A robot's shot. When the room is left, its way is cleared: most fly across."""
+    """A robot's shot. Its direction is cleared when the human leaves: most fly sideways."""
     flies = ~among(m.missile_way, (Missile.NONE, Missile.NONE_YET))
     there = jnp.where(left, ~among(m.missile_pause, (0, 255)) & (m.missile_y > 0), flies)
-    # It is upright if the human is in its columns, or near and a robot has its gun there.
+    # It is vertical if the human is in its columns, or near a robot with its gun there.
     distance = jnp.abs(m.x - m.missile_x)
     from_robot = jnp.any(m.robot_x + ABOVE_HEAD == m.missile_x)
     is_upright = left & ((distance <= 4) | (from_robot & (distance <= 12)))
     sideways = ((m.missile_way & Way.VERTICAL) != 0) & ~is_upright
-    width, height = jnp.where(sideways, 4, 1), jnp.where(sideways, 2, 6)
+    width = jnp.where(sideways, 4, 1)
+    height = jnp.where(sideways, 2, 6)
     return box(m.missile_x + 2, 2 * m.missile_y, width, height, there, color=color)
 
 
@@ -271,7 +290,7 @@ def _otto(m: Ram) -> Box:
 
 
 def _bonus_box(m: Ram) -> Box:
-    """The bonus, of two digits; a 1 in front is a column narrower."""
+    """The bonus of two digits; a leading 1 is a column narrower."""
     there = (m.glyph[1] == Glyph.ZERO) & (m.glyph[5] == Glyph.BLANK)
     narrow = when(m.glyph[0] == Glyph.ONE, 1)
     return box(56 + narrow, LINE_TOP, 14 - narrow, 7, there, value=10 * m.killed)
@@ -284,30 +303,30 @@ def _lives(m: Ram) -> Box:
 
 
 def _count_men() -> Digits:
-    """How VEM counts the men of the line: each of their pictures counts 1, and one is not shown."""
+    """How VEM counts the men of the line: each picture counts 1, and one man is not shown."""
     pictures = ROM.rows([GLYPH_PAGE + Glyph.MAN, GLYPH_PAGE + Glyph.COPYRIGHT], DIGIT_FONT.height)
-    man, other = map(tuple, pictures.tolist())  # the other one is never beside a man
+    man, other = map(tuple, pictures.tolist())  # the copyright is never beside a man
     glyphs = Font((other, man, *(other,) * 8))
     return Digits(glyphs, SCORE.lefts, LINE_TOP, weights=(1,) * 6, base=1, required=True)
 
 
 def _across(colors: Colors, shape: Shape, connectivity: int = 8) -> Blobs:
-    """How VEM finds a shot that flies across, even if it touches whoever fires it.
+    """How VEM finds a horizontal shot, even if it touches its shooter.
 
-    But for an arm held out, nobody has a part of two rows as wide as what is left of a shot.
+    Except for a stretched arm, figures have no part of two rows as wide as the rest of a shot.
     """
     return Blobs(colors, FIELD, shape, connectivity, filters=(ShortRuns(2),))
 
 
-UPRIGHT = Shape(w=1, h=6)  # a shot that flies up or down
-# One that flies upright across a robot, told from its legs and arms. Those have four or six rows; a
-# shot makes them longer, or a robot's other parts cut it to five.
+UPRIGHT = Shape(w=1, h=6)  # a vertical shot
+# A vertical shot across a robot. Legs and arms have four or six rows; a shot makes them longer, or
+# a robot's other parts cut it to five.
 ACROSS_ROBOT = Shape(w=1, h=(7, 10)), Shape(w=1, h=5)
 
-# The human is never drawn together with Otto, who has his colour and fewer rows.
+# The human and Otto never appear together. They share a colour, but Otto has fewer rows.
 PLAYER = Bounds(HUMAN_COLOR, FIELD, min_size=(3, 17), exclude=("PlayerMissile",))
 ENEMY = Blobs(ROOM_COLORS, FIELD, Shape(w=(4, 12), h=(4, 24)))
-# Of an arm and the shot beside it, the left part counts: most of these shots are at the left wall.
+# An arm and the shot beside it: the left part counts, as most of these shots are at the left wall.
 LEFT_PART = _across(HUMAN_COLOR, Shape(w=(4, 6), h=(2, 3), split=(4, 2)), connectivity=4)
 PLAYER_MISSILE = Blobs(HUMAN_COLOR, FIELD, UPRIGHT, also=(LEFT_PART,))
 ENEMY_MISSILE = Blobs(
@@ -327,7 +346,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="the human"),
+        Category("Player", PLAYER, role="player", doc="the human"),
         Category("Enemy", ENEMY, count=8, doc="robots, from the top"),
         Category("PlayerMissile", PLAYER_MISSILE, doc="the human's shot"),
         Category("EnemyMissile", ENEMY_MISSILE, doc="a robot's shot"),
@@ -337,9 +356,10 @@ GAME = Game(
             "PlayerScore",
             SCORE.rule(TEXT, required=True),
             blinks=True,
+            role="score",
             doc="hidden between rooms",
         ),
         display("BonusPoints", BONUS_POINTS, doc="for all robots"),
-        display("Lives", Bounds(TEXT, LINE, value=_count_men()), doc="between rooms"),
+        display("Lives", Bounds(TEXT, LINE, value=_count_men()), role="lives", doc="between rooms"),
     ),
 )

@@ -1,39 +1,51 @@
 """Bowling: a bowler, the ball and ten pins on an alley.
 
-Screen: the score, the round and the number of the player whose turn it is stand above. The two
-lines of the alley and the marks of the score sheet (one for each round, below the score) are
-scenery.
+Screen: the score, the round and the current player's number are at the top. The two lines of the
+alley and the marks of the score sheet (one per round, below the score) are scenery.
 
 RAM: ALE's source (score, round), OCAtari 2.2 and AtariARI (positions), and the ROM's code for the
-order of a frame. The stage of a throw changes before a frame is drawn, but the bowler's picture and
-the places of bowler and ball change after it. Also after drawing, four of the pins move (each in
-two frames of five), and a pin that the ball hits pushes the ball aside. `decode` takes all of that
-back.
+order of a frame. The stage of a throw changes before a frame is drawn. After the drawing, the
+bowler's picture changes, bowler and ball move, four of the pins move (each in two frames of five),
+and a pin that the ball hits pushes the ball up or down. `decode` reverts all of this.
 
-Covered: modes 0, 2 and 4 (ALE offers none for two players), both difficulties, whole games, strikes
+Covered: modes 0, 2 and 4 (ALE has no mode for two players), both difficulties, whole games, strikes
 (the bowler jumps, he and the score flash), the end of the game. In mode 2, the console crashes at
 the end of a third of the games and leaves no game state in the RAM.
 
-Not exact: the RAM does not tell, each for a single frame, that a throw has just begun (the bowler
-moves 4 pixels), the end of a throw (drawn while all is already set up for the next one), where a
-pin was that has just left the alley. The last frame of a game is such an end of a throw: the ROM
-has put all ten pins back (at address F334), so those that lie are reported too, unless the last
-round's mark says that all ten fell.
+Not exact: the RAM lacks these facts, each for a single frame: the start of a throw (the bowler
+moves 4 pixels), the end of a throw (the RAM is already set up for the next one), the position of a
+pin that has just left the alley. The last frame of a game is such an end of a throw. The ROM has
+put all ten pins back (at address F334), so fallen pins are reported too, unless the last round's
+mark shows that all ten fell.
 """
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, Font
-from ocjax.console.ops import among, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low
-from ocjax.console.registers import signed_nibble
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Font,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    low,
+    pick,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("bowling", "c9b7afad3bfd922e006a6bfc1d4f3fe7")
 
@@ -43,8 +55,8 @@ def _font_of(dot_height: int) -> Font:
     return ROM.font(0x734, rows=5, dots=3, shift=1, dot=dot, pitch=16, top_first=True)
 
 
-SCORE_FONT = _font_of(3)  # rows of the screen for a row of the picture
-ROUND_FONT = _font_of(2)  # the same digits, less high
+SCORE_FONT = _font_of(3)  # screen rows per row of the picture
+ROUND_FONT = _font_of(2)  # the same digits, lower
 SCORE = NumberDisplay(SCORE_FONT, right=60, top=19, digits=3)
 ROUND = NumberDisplay(ROUND_FONT, right=44, top=7, digits=2)
 TURN = NumberDisplay(ROUND_FONT, right=124, top=7, digits=1)
@@ -55,15 +67,15 @@ class Stage:  # of `Ram.stage`
     ROLLING = 5
 
 
-STANDING = 0xB8  # `picture` of the bowler who stands, 6 columns wide; the others have 8
+STANDING = 0xB8  # `picture` of a standing bowler, 6 columns wide; the others have 8
 PIN_HIT = 8  # `sound`
 GONE = 128  # least `pin_x` of a pin that has left the alley
 MOVING = range(1, 128)  # `pin_speed`
-# How far above the ball, in pairs of rows, a pin is that pushes it up or down.
+# A pin this far above the ball, in pairs of rows, pushes it up or down.
 PUSHES_UP = range(-2, 1)
 PUSHES_DOWN = range(3, 6)
 LAST_ROUND = 10
-SPARE = 64  # `mark`, or more, after a spare or a strike
+SPARE = 64  # least `mark` of a spare or a strike
 # As drawn at the end of the last throw.
 LAST_BOWLER_X = 32
 LAST_BALL_X = 12
@@ -78,13 +90,13 @@ SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 
 class Ram(RamMap):
-    frame = bits(0, count=4)  # counts frames; a stage of a throw begins at 0
+    frame = bits(0, count=4)  # a stage of a throw begins at 0
     stage = byte(13)  # 0 aiming, 1-4 swinging, 5 the ball rolls, 6 it comes back
-    player_number = byte(15)  # whose turn it is, from 0
+    player_number = byte(15)  # the current player, from 0
     mark = byte(27)  # of the last round: a spare or a strike
     player_x = byte(29)  # x - 8
     ball_x = byte(30)  # x - 7
-    saver_clock = byte(31)  # the screen saver's key, once it is shown
+    saver_clock = byte(31)  # the screen saver's key while it is visible
     tens = high(33)  # of the score
     ones = low(33)  # of the score
     round = bcd(36)
@@ -97,7 +109,7 @@ class Ram(RamMap):
     pin_y = byte(*range(47, 57))  # (169 - y) / 2
     pin_x = byte(*range(57, 67))  # (135 - x) / 2
     pin_speed = byte(*range(67, 77))  # high nibble: to the right; low nibble: upwards, signed
-    saver_mask = byte(87)  # what colours are masked with: 0xFF in play
+    saver_mask = byte(87)  # the game masks colours with it: 0xFF in play
     saver_key = byte(88)
 
 
@@ -115,17 +127,17 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _is_over(m: Ram) -> jax.Array:
-    """Whether the game has ended: the frame shows the end of the last throw."""
+    """True if the game has ended: the frame shows the end of the last throw."""
     return m.round > LAST_ROUND
 
 
 def _stage_began(m: Ram) -> jax.Array:
-    """Whether a stage has just begun: bowler and ball are still drawn in the one before."""
+    """True if a stage has just begun: bowler and ball are still drawn in the previous one."""
     return among(m.stage, Stage.SWINGS) & (m.frame == 0)
 
 
 def _bowler_x(m: Ram) -> jax.Array:
-    """The bowler's place as drawn; he goes 4 pixels with every stage."""
+    """The bowler's position as drawn; each stage adds 4 pixels."""
     return jnp.where(_stage_began(m), 8 + 4 * (m.stage - 1), m.player_x)
 
 
@@ -138,16 +150,17 @@ def _bowler(m: Ram) -> Box:
 def _ball(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> Box:
     began = _stage_began(m)  # the bowler still holds it in front, or later behind him
     in_front = m.stage == Stage.SWINGS.start
-    x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
-    y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
-    y = y - _pushed_up(m, pin_x, pin_y)
+    ball_x = jnp.where(began, _bowler_x(m) + jnp.where(in_front, 8, -2), m.ball_x)
+    ball_y = jnp.where(began, m.player_y + jnp.where(in_front, 7, 2), m.ball_y)
+    pushed_y = ball_y - _pushed_up(m, pin_x, pin_y)
     over = _is_over(m)
-    x, y = jnp.where(over, LAST_BALL_X, x + 7), jnp.where(over, LAST_BALL_Y, 163 - 2 * y)
+    x = jnp.where(over, LAST_BALL_X, ball_x + 7)
+    y = jnp.where(over, LAST_BALL_Y, 163 - 2 * pushed_y)
     return box(x, y, 4, 10)
 
 
 def _pushed_up(m: Ram, pin_x: jax.Array, pin_y: jax.Array) -> jax.Array:
-    """How many pairs of rows pins have pushed the ball up after it was drawn: 1, 0 or -1."""
+    """Pairs of rows that pins have pushed the ball up after the drawing: 1, 0 or -1."""
     column = (m.ball_x - 112) >> 1 ^ 7  # of the ball, counted as `pin_x`
     hit = (m.stage == Stage.ROLLING) & (m.sound == PIN_HIT)
     touch = hit & _moves(m) & ((pin_x == column) | (pin_x == column - 1))
@@ -164,13 +177,14 @@ def _moves(m: Ram) -> jax.Array:
 def _pin_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     """`pin_x` and `pin_y` as drawn: before the last move of the four pins that moved last."""
     ahead = jnp.arange(10) - m.pin_clock
-    moved = _moves(m) & (among(ahead, range(1, 5)) | (ahead < -5))  # the clock goes round
-    right, up = m.pin_speed >> 4, signed_nibble(m.pin_speed & 15)
+    moved = _moves(m) & (among(ahead, range(1, 5)) | (ahead < -5))  # the clock wraps
+    right = m.pin_speed >> 4
+    up = signed_nibble(m.pin_speed & 15)
     return m.pin_x + when(moved, right), m.pin_y - when(moved, up)
 
 
 def _score_box(m: Ram) -> Box:
-    """The score, of two digits at least."""
+    """The score, with at least two digits."""
     three = m.hundreds > 0
     first = jnp.where(three, m.hundreds, m.tens)
     cell = jnp.where(three, SCORE.lefts[0], SCORE.lefts[1])
@@ -180,7 +194,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _round_box(m: Ram) -> Box:
-    """The round, which is the last one also after the game."""
+    """The round; after the game it stays at the last one."""
     return ROUND.box(jnp.minimum(m.round, LAST_ROUND))
 
 
@@ -192,7 +206,7 @@ POINTS = Bounds(BROWN, SCORE.area, inverse=True, value=Digits(SCORE_FONT, SCORE.
 
 
 def _saver_key(m: Ram) -> jax.Array:
-    """What colours are XORed with, or -1 in play."""
+    """The key that colours are XORed with, or -1 in play."""
     shown = (m.saver_mask == SAVER_MASK) & (m.saver_clock == m.saver_key)
     return jnp.where(shown, m.saver_key, -1)
 
@@ -204,10 +218,10 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (158, 208), 38, mask=SAVER_MASK),
     categories=(
-        Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, doc="the bowler"),
+        Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, role="player", doc="the bowler"),
         Category("Ball", BALL_RULE, doc="the ball"),
         Category("Pin", PINS, count=10, doc="pins that stand or fall"),
-        display("PlayerScore", POINTS, rgb=BOWLER_RGB, doc="points"),
+        display("PlayerScore", POINTS, rgb=BOWLER_RGB, role="score", doc="points"),
         display("PlayerRound", ROUND.rule(BLUE), doc="the round, 1-10"),
         display("Player2Round", TURN.rule(BLUE), doc="whose turn it is"),
     ),

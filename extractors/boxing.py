@@ -1,43 +1,56 @@
-"""Boxing: a white and a black boxer in a ring, seen from above; both scores and the clock above it.
+"""Boxing: a white and a black boxer in a ring from above; the scores and the clock are at the top.
 
-A boxer is one object with both arms, as far as they are stretched. What the other boxer hides still
-belongs to the box. The chip draws a boxer in three pieces of 16 rows (arm, head, arm), so the box
-is the union of theirs. The ring, the maker's name and the black edge are scenery.
+Screen: a boxer is one object with both arms, at their current stretch. The box includes parts that
+the other boxer hides. The chip draws a boxer in three pieces of 16 rows (arm, head, arm), and the
+box is their union. The ring, the maker's name and the black edge are scenery.
 
 RAM: ALE's source (scores, clock), OCAtari 2.2, AtariARI and a public disassembly by Dennis Debro
 (names of the bytes), and the ROM's display program for the pieces. Their rows and pictures (bytes
-65-80) are those of the frame on the screen, also while a boxer who was hit is pushed back. Only the
-clock runs on after the frame is drawn.
+65-80) agree with the screen, also while a hit pushes a boxer back. Only the clock changes after the
+frame is drawn.
 
-Covered: all four difficulties, both sides of each other, hits, the end of the time, and the
-knock-out (100 points, shown as KO, which VEM reads as 0). There is one mode.
+Covered: all four difficulties, both boxers on both sides, hits, the end of the time, and the
+knock-out (100 points, displayed as KO, which VEM reads as 0). The game has one mode.
+
+Not exact: nothing known.
 """
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ram import RamMap, bcd, byte, high
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Bounds
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    bcd,
+    box,
+    byte,
+    choose,
+    display,
+    edges,
+    high,
+    score_box,
+)
 
 ROM = Rom("boxing", "c3ef5c4653212088eda54dc91d787870")
 FONT = ROM.font(0x400, rows=7, stride=1, step=17)  # all digits are equally wide
 
-# records in the RAM
+# Records in the RAM.
 WHITE_BOXER = 0
 BLACK_BOXER = 1
-FIRST_ARM = 95  # pictures of the arms at rest
-SECOND_ARM = 191  # stretched ones follow
-# how far behind those an arm's picture is as it stretches
+FIRST_ARM = 95  # pictures of the resting arms
+SECOND_ARM = 191  # stretched arms follow
+# Offsets of a stretching arm's picture from these.
 BENT = 16
 HALF = 32
 FULL = 48
-HEAD_HIT = 175  # picture of the head of a boxer who was just hit
+HEAD_HIT = 175  # picture of a boxer's head just after a hit
 KNOCK_OUT = 0xC0  # `score`
 KNOCK_OUT_POINTS = 100
-TICK = 59  # `frames` in which the clock has just moved, but is drawn as before
+TICK = 59  # `frames` on which the clock has just moved, but is drawn as before
 
 WHITE = 12
 BLACK = 0
@@ -57,7 +70,7 @@ class Ram(RamMap):
     score = byte(18, 19)  # BCD, or KNOCK_OUT
     points = bcd(18, 19)
     tens = high(18, 19)  # of the points
-    frames = byte(20)  # of the second that are left, minus 1
+    frames = byte(20)  # remaining frames of the second, minus 1
     x = byte(32, 33)
     top = byte(65, 69)  # row of the first arm's piece in the ring
     bottom = byte(67, 71)  # row of the second arm's piece in the ring
@@ -79,10 +92,11 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
     """The union of head and arms, which stretch towards the other boxer."""
-    first, second = m.first_arm[who] - FIRST_ARM, m.second_arm[who] - SECOND_ARM
+    first = m.first_arm[who] - FIRST_ARM
+    second = m.second_arm[who] - SECOND_ARM
     reach = _arm_reach(first, second)
     back = _empty_columns(first, second, m.head[who] == HEAD_HIT)
-    near = jnp.where(jnp.maximum(first, second) < HALF, 1, 0)  # mirrored, less by a column
+    near = jnp.where(jnp.maximum(first, second) < HALF, 1, 0)  # mirrored, a column less
     left = jnp.where(faces_left, 20 + near - reach, 4 + back)
     right = jnp.where(faces_left, 18 - back, reach + 1)
     top = m.top[who] + jnp.where(faces_left, 37, 38) + jnp.where(first >= HALF, 1, 0)
@@ -91,7 +105,7 @@ def _boxer(m: Ram, who: int, faces_left: jax.Array) -> Box:
 
 
 def _arm_reach(first: jax.Array, second: jax.Array) -> jax.Array:
-    """Columns to which the longer arm reaches."""
+    """Columns that the longer arm reaches."""
     both_bent = (first == BENT) & (second == BENT)
     longest = jnp.maximum(first, second)
     resting = jnp.where(both_bent, 16, 18)
@@ -105,7 +119,7 @@ def _empty_columns(first: jax.Array, second: jax.Array, hit: jax.Array) -> jax.A
 
 
 def _score(m: Ram, who: int, lefts: tuple[int, int]) -> Box:
-    """Two cells from 10 points on, or the letters KO, which begin a column further left."""
+    """The score; two cells for at least 10 points, or the letters KO a column further left."""
     right = lefts[-1] + FONT.width
     digits = score_box(
         FONT, 10 * m.tens[who], right=right, top=SCORE_TOP, digits=2, value=m.points[who]
@@ -131,10 +145,12 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(WHITE, RING), doc="the white boxer, both arms included"),
+        Category(
+            "Player", Bounds(WHITE, RING), role="player", doc="the white boxer, both arms included"
+        ),
         Category("Enemy", Bounds(BLACK, RING), doc="the black boxer, both arms included"),
-        display("PlayerScore", WHITE_SCORE, doc="white's points"),
-        display("EnemyScore", BLACK_SCORE, doc="black's points"),
-        display("Clock", CLOCK, doc="seconds left"),
+        display("PlayerScore", WHITE_SCORE, role="score", doc="white's points"),
+        display("EnemyScore", BLACK_SCORE, role="opponent_score", doc="black's points"),
+        display("Clock", CLOCK, role="time", doc="seconds left"),
     ),
 )

@@ -1,34 +1,53 @@
 """Breakout: a ball, a paddle, and a wall of six rows of 18 bricks between three grey walls.
 
-Block slots run row by row from the top left brick. The ball has the colour of the row that it is
-in: grey above the bricks, the bricks' colours among them, the paddle's below. The grey walls and
-the coloured feet of the side walls are scenery. The paddle may reach over the right foot, which has
-its colour: VEM takes both for one then.
+Screen: the ball has the colour of its row: grey above the bricks, the bricks' colours among them,
+the paddle's colour below. The grey walls and the coloured feet of the side walls are scenery. The
+paddle may cover the right foot, which has its colour.
+
+Slots: Block has the bricks row by row from the top left.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (positions, bricks), and the ROM's code
-for what they leave open (the digits show the score of the frame before).
+for the rest. The digits show the score of the frame before.
 
 Covered: all twelve modes (balls that are caught, steered or break through, timed ones, invisible
 bricks), both difficulties (A: smaller paddles), all lives, the end of the game. Invisible bricks
-are valid while they flash. Not in RAM: the last of the five frames of a flash, and those of it on
-which another brick is hit, for that sets the counter anew; one row of the ball while a paddle holds
-it (it keeps the delay of the row in which it was caught); and the width of the lives' digit on the
+are valid while they flash.
+
+Not exact: the RAM lacks these facts: the last of the five frames of a flash, and the frames of a
+flash on which another brick is hit, because that resets the counter; one row of the ball while a
+paddle holds it (it keeps the delay of its row at the catch); the width of the lives' digit on the
 frame on which a ball is lost.
+
+VEM: it takes the paddle and the right foot for one object when they touch.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.console.ops import pick, reached
-from ocjax.console.palette import NTSC
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    DIGITS_3X5,
+    NTSC,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    hex_font,
+    pick,
+    reached,
+    score_box,
+)
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(4, 2), pitch=16)
 # left columns
@@ -40,31 +59,31 @@ DIGITS_TOP = 5
 FIELD = (8, 32, 152, 196)
 ROWS = (70, 54, 38, 22, 198, 134)  # colours of the bricks, top row first
 RED = 70
-GREY = 6
-COLOR_TOPS = tuple(range(57, 94, 6))  # of the bricks, and of what is under them
+GRAY = 6
+COLOR_TOPS = tuple(range(57, 94, 6))  # of the bricks, and of the row under them
 BLOCK_X = np.tile(8 + 8 * np.arange(18), 6)
 BLOCK_Y = np.repeat(57 + 6 * np.arange(6), 18)
-# The six registers of the playfield, from left to right: the bits of each that hold its columns'
-# bricks, of which each has two.
+# The six registers of the playfield, from left to right: the bits for their columns' bricks. Each
+# brick has two bits.
 BRICKS = ((6,), (6, 4, 2, 0), (0, 2, 4, 6), (4, 6), (6, 4, 2, 0), (0, 2, 4))
 BRICK_HIT = 5  # `sound` on the frame after a brick was hit
-LOWER_PITCHES = (16, 22)  # of the upper
-ROW_POINTS = (7, 4, 1)  # the middle and the lower two rows
+LOWER_PITCHES = (16, 22)  # least pitches of the middle and the lower two rows
+ROW_POINTS = (7, 4, 1)  # points of the upper, middle and lower two rows
 
 
 class Ram(RamMap):
-    saver_key = byte(61)  # what colours are XORed with; 0 in play
+    saver_key = byte(61)  # the game XORs colours with it; 0 in play
     wall = byte(*range(35, -1, -1))  # registers from left to right, in each the rows from the top
-    invisible = bits(51, first=6)  # mode in which bricks flash when one is hit
-    timed = bits(51, first=7)  # mode in which the score is the time
-    player = byte(53)  # whose turn it is
+    invisible = bits(51, first=6)  # mode with bricks that flash on a hit
+    timed = bits(51, first=7)  # mode with the time as score
+    player = byte(53)  # the current player, from 0
     paddle_size = bits(55, first=4, count=2)
     lives = byte(57)
     paddle_x = byte(72)  # x + 47
     score = bcd((76, 77))
     frame = bits(90, first=0, count=6)
     sound = byte(95)  # frames left
-    pitch = byte(96)  # of that sound, by row
+    pitch = byte(96)  # pitch of that sound, by row
     ball_x = byte(99)  # x + 49
     ball_y = byte(101)  # y - 8 or 9; 0: no ball
 
@@ -81,18 +100,19 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _ball_box(m: Ram) -> Box:
-    x, y = m.ball_x - 49, m.ball_y
-    # The screen has a row more just below the bricks.
+    x = m.ball_x - 49
+    y = m.ball_y
+    # The screen has an additional row just below the bricks.
     top = y + jnp.where(y < 85, 8, 9)
     bottom = y + jnp.where(y < 81, 12, 13)
-    # The ball is switched off in the middle of the last row.
+    # The game switches the ball off in the middle of the last row.
     off = jnp.where((y & 1) == 1, 46, 56)
-    color = pick(reached(top, COLOR_TOPS), (GREY, *ROWS, RED))  # of its first row
+    color = pick(reached(top, COLOR_TOPS), (GRAY, *ROWS, RED))  # of its first row
     return box(x, top, 2, bottom - top, color=color).clip(8, 32, 152, jnp.where(x < off, 196, 195))
 
 
 def _bricks_left(m: Ram) -> jax.Array:
-    """Which bricks are left and visible, by slot."""
+    """True for bricks that exist and are visible, by slot."""
     registers = m.wall.reshape(6, 6).T  # rows, registers
     columns = [registers[:, i : i + 1] >> np.array([bit]) & 1 for i, bit in enumerate(BRICKS)]
     flash = (m.sound > 0) & (m.sound < BRICK_HIT)
@@ -113,19 +133,20 @@ def _score(m: Ram) -> Box:
 def _digit(left: int, value: jax.Array) -> Box:
     """A single digit; a 1 is one dot wide."""
     is_one = value == 1
-    x, width = jnp.where(is_one, left + 4, left), jnp.where(is_one, 4, 12)
+    x = jnp.where(is_one, left + 4, left)
+    width = jnp.where(is_one, 4, 12)
     return box(x, DIGITS_TOP, width, FONT.height, value=value)
 
 
 def _number(*lefts: int) -> Bounds:
     """How VEM finds and reads a number."""
     region = (lefts[0], DIGITS_TOP, lefts[-1] + FONT.width, DIGITS_TOP + FONT.height)
-    return Bounds(GREY, region, value=Digits(FONT, lefts, DIGITS_TOP))
+    return Bounds(GRAY, region, value=Digits(FONT, lefts, DIGITS_TOP))
 
 
-# A paddle that touches the bottom of the right wall, which has its colour, ends after 16 columns.
+# A paddle that touches the foot of the right wall, which has its colour, ends after 16 columns.
 PADDLE = Blobs(RED, (8, 189, 160, 193), Shape(w=(8, 26), h=4, split=(16, 4)))
-BALL = Bounds((GREY, *ROWS), FIELD, exclude=("Block", "Player"))
+BALL = Bounds((GRAY, *ROWS), FIELD, exclude=("Block", "Player"))
 BLOCKS = Cells(ROWS, tuple(BLOCK_X.tolist()), tuple(BLOCK_Y.tolist()), 8, 6)
 BLOCK_RGB = tuple(np.repeat(NTSC[list(ROWS)], 18, axis=0))
 
@@ -141,11 +162,11 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (8, 0), 0),
     categories=(
-        Category("Player", PADDLE, doc="the paddle"),
+        Category("Player", PADDLE, role="player", doc="the paddle"),
         Category("Ball", BALL, doc="in the colour of the row it is in"),
         Category("Block", BLOCKS, count=108, rgb=BLOCK_RGB, doc="the bricks that are left"),
-        display("PlayerScore", _number(*SCORE_DIGITS), doc="points, or the time"),
-        display("Live", _number(LIVES_DIGIT), doc="balls left"),
+        display("PlayerScore", _number(*SCORE_DIGITS), role="score", doc="points, or the time"),
+        display("Live", _number(LIVES_DIGIT), role="lives", doc="balls left"),
         display("PlayerNumber", _number(PLAYER_DIGIT), doc="whose turn it is"),
     ),
 )

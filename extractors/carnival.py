@@ -1,24 +1,24 @@
 """Carnival: a gun below three rows of targets, a wheel of pipes, and a sign that offers a bonus.
 
-Screen: The leftmost eight columns of the rows are blanked by the beam. The lines, the foot of the
-wheel and the stand of the sign are scenery. PlayerScore stays valid while a text is shown in its
-place between levels; so do the bar with its last bullets and a sign that was hit while they blink.
+Screen: the beam's late blank hides the leftmost eight columns of the rows. The lines, the foot of
+the wheel and the stand of the sign are scenery. PlayerScore stays valid while a text replaces it
+between levels. The bar with its last bullets and a hit sign stay valid while they blink.
 
-Slots: Targets of all four kinds have a slot for each place in the game's six groups of up to three:
-group * 3 + copy, the lowest row first. Ducks that come down eat bullets: the first slot of
-FlyingDuck is the one that comes down, the second one eats on the bar.
+Slots: targets of all four kinds have a slot for each place in the game's six groups of at most
+three: group * 3 + copy, the lowest row first. Ducks that come down eat bullets: FlyingDuck has
+first the duck that comes down, then the duck that eats on the bar.
 
-RAM: ALE's source (score), OCAtari 2.2 (what the tables are), and the ROM's code. Groups and shots
-move before they are drawn. Flying ducks and the wheel move after it, and only when a counter of
-three frames ends; `decode` takes that back. The loop that draws the shot runs over rows of
-different numbers of lines, so the shot has a place and a height for each of its steps.
+RAM: ALE's source (score), OCAtari 2.2 (meaning of the tables), and the ROM's code. Groups and shots
+move before they are drawn. Flying ducks and the wheel move after it, and only at the end of a
+counter of three frames; `decode` reverts this. The loop that draws the shot covers rows of
+different numbers of lines, so each of the shot's steps has its own top and height.
 
 Covered: several levels, ducks that fly and eat, bonuses and penalties, the end of the game.
 
-Not exact, each for a single frame, as they are not in the RAM: a flying duck that is hit, where it
-was when it turns, the wheel while its last pipe is hit.
+Not exact: the RAM lacks these facts, each for a single frame: a hit flying duck, its position when
+it turns, the wheel while its last pipe is hit.
 
-VEM: takes a rabbit's last column for bullets and does not see its first two alone.
+VEM: it takes a rabbit's last column for bullets and misses its first two columns alone.
 """
 
 import functools
@@ -27,16 +27,34 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import WIDTH as SCREEN_WIDTH
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import div, lookup, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import copies, mirrored, modulo_screen, spacing
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    WIDTH as SCREEN_WIDTH,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    copies,
+    display,
+    div,
+    lookup,
+    match,
+    mirrored,
+    modulo_screen,
+    pick,
+    spacing,
+    when,
+)
 
 ROM = Rom("carnival", "028024fb8e5e5f18ea586652f9799c96")
 FONT = ROM.font(0xD00, rows=7, stride=8)
@@ -52,7 +70,7 @@ class Kind:  # of `Ram.group_kind` and `Ram.munch`: low bytes of the pictures' a
     NONE = 0x5C
 
 
-class Sign:  # of `Ram.sign`: likewise
+class Sign:  # of `Ram.sign`: low bytes of the pictures' addresses
     PLUS_BULLETS = 0x1E
     NONE = 0x4F
     MINUS_BULLETS = 0xA6
@@ -63,11 +81,11 @@ NO_WHEEL = 84  # `wheel`
 WHEEL_PICTURES = 16  # pictures of 13 rows before the wheel's first one
 SIGN_TUNE = 20  # `tune` while the sign has its other colour
 NO_DUCK = 79  # `duck_y`
-LAST_STEP = 1  # `tick` on the last frame before what moves slowly moves
+LAST_STEP = 1  # `tick` on the last frame before slow objects move
 LAST_BITE = 3  # `eater_x` at the left end of the bullets
-CHEWED = 10  # `chew` at which a duck that eats has moved, as at 0
+CHEWED = 10  # `chew` at which an eating duck has moved; also at 0
 
-# At every fifth of the shot's steps, its top and its height.
+# Top and height of the shot, for every fifth of its steps.
 SHOTS = np.array(
     (
         *((15, 3), (18, 3), (0, 0), (21, 5), (25, 5), (30, 5), (35, 5), (40, 7), (47, 2), (49, 5)),
@@ -90,16 +108,14 @@ SHOTS = np.array(
 
 LEFT_EDGE = 8  # first column of the rows
 TARGET = 8  # columns of a target
-# Parts of targets: 1-7 are that many last columns, 9-15 are 1-7 first ones.
+# Parts of targets: 1-7 are that many last columns, 9-15 are 1-7 first columns.
 WHOLE = 0
 FIRST = 8
 
 
 def _part_rows(kind: int, is_mirrored: bool, part: int) -> np.ndarray:
-    """Rows of a part of a target from the top."""
-    rows = PICTURE_ROWS[kind]
-    if is_mirrored:
-        rows = mirrored(rows)
+    """Rows of a part of a target, from the top."""
+    rows = mirrored(PICTURE_ROWS[kind]) if is_mirrored else PICTURE_ROWS[kind]
     if part == WHOLE:
         return rows
     return rows & (-256 >> part - FIRST if part > FIRST else (1 << part) - 1)
@@ -121,7 +137,7 @@ WHEEL_COLORS = (148, 194, 100, 36)
 SIGN_COLORS = (72, 56)
 BARS = (146, 192, 100, 34)
 YELLOW = 24
-GREY = 10
+GRAY = 10
 RED = 72
 GREEN = 182
 BRIGHT = 234
@@ -136,7 +152,7 @@ class Ram(RamMap):
     sign = byte(7)  # picture
     amount = byte(9)  # picture
     munch = byte(11)  # picture of a duck that eats
-    tune = byte(16)  # that plays
+    tune = byte(16)  # current tune
     clock = byte(17)
     group_x = byte(*range(18, 24))  # x + 4; lowest row first
     group_kind = byte(*range(24, 36, 2))  # picture
@@ -146,10 +162,10 @@ class Ram(RamMap):
     duck_left = bits(43, first=7)
     score = bcd((45, 46))  # tens
     shot_y = byte(55)  # steps
-    bar = byte(57, 58, 60, 61)  # a bit a unit
-    bar_ends = bits(59, 62, first=4, count=4)  # a bit a unit
+    bar = byte(57, 58, 60, 61)  # a bit per unit
+    bar_ends = bits(59, 62, first=4, count=4)  # a bit per unit
     chew = byte(79)  # counts to 20
-    tick = byte(81)  # counts to 0; then what moves slowly has moved after drawing
+    tick = byte(81)  # counts to 0; then slow objects have moved after the drawing
     sign_on = byte(102)
     eater_x = byte(109)  # x + 3
     duck_x = byte(111)  # x + 4
@@ -178,13 +194,14 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _moved(m: Ram) -> jax.Array:
-    """Whether what moves slowly has moved since the frame was drawn."""
+    """True if slow objects have moved since the frame was drawn."""
     return m.tick == 0
 
 
 def _shot(m: Ram) -> Box:
     step = div(m.shot_y, 5)
-    top, height = (lookup(column, step) for column in SHOTS.T)
+    top = lookup(SHOTS[:, 0], step)
+    height = lookup(SHOTS[:, 1], step)
     return box(m.shot_x - 5, top, 1, height, m.shot_y > 0)
 
 
@@ -198,15 +215,17 @@ def _wheel(m: Ram) -> Box:
 
 
 def _kinds(m: Ram) -> jax.Array:
-    """Pictures of the targets; a duck of the lowest row that has just left it is still drawn."""
-    left_row = (m.duck_y == 0) & _moved(m) & (m.group_x == m.duck_x)
-    left_row = left_row & (m.group_kind == Kind.NONE) & (np.arange(6) < 2)
+    """Pictures of the targets; a duck that has just left the lowest row is still drawn."""
+    leaves = (m.duck_y == 0) & _moved(m) & (m.group_x == m.duck_x)
+    left_row = leaves & (m.group_kind == Kind.NONE) & (np.arange(6) < 2)
     return jnp.repeat(jnp.where(left_row, Kind.DUCK, m.group_kind), 3)
 
 
 def _target_boxes(m: Ram, kind: jax.Array) -> Box:
-    """All copies of all groups. The edges of the rows show parts of them."""
-    first_x, apart, count = m.group_x + 156, spacing(m.group_copies), copies(m.group_copies)
+    """All copies of all groups; at the edges of the rows only their visible parts."""
+    first_x = m.group_x + 156
+    apart = spacing(m.group_copies)
+    count = copies(m.group_copies)
     x = modulo_screen(jnp.repeat(first_x, 3) + jnp.repeat(apart, 3) * COPY)
     there = jnp.repeat(count, 3) > COPY
     at_right = jnp.where(x > SCREEN_WIDTH - TARGET, FIRST + SCREEN_WIDTH - x, WHOLE)
@@ -216,7 +235,7 @@ def _target_boxes(m: Ram, kind: jax.Array) -> Box:
 
 
 def _ducks(m: Ram) -> Box:
-    """The duck that comes down, and the one that eats bullets."""
+    """The duck that comes down, then the duck that eats bullets."""
     is_last_step = m.tick == LAST_STEP
     y = 110 + m.duck_y - when(~is_last_step, m.duck_speed)
     x = m.duck_x - 4 - when(_moved(m), jnp.where(m.duck_left == 1, -1, m.duck_right))
@@ -225,7 +244,8 @@ def _ducks(m: Ram) -> Box:
     eater_x = m.eater_x - 3 + when(has_chewed, 2)
     eats_last = (m.bullets == 0) & (m.eater_x == LAST_BITE) & (m.chew == 0)  # it has just gone
     there = jnp.stack([flies, (m.munch != Kind.NONE) | eats_last])
-    xs, ys = jnp.stack([x, eater_x]), jnp.stack([y, jnp.int32(203)])
+    xs = jnp.stack([x, eater_x])
+    ys = jnp.stack([y, jnp.int32(203)])
     color = np.array((YELLOW, WHITE))
     return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there, color=color)
 
@@ -236,14 +256,16 @@ def _bar_box(m: Ram) -> Box:
 
 
 def _sign_boxes(m: Ram) -> tuple[Box, Box]:
-    """Plus or minus, and the points, or as many bullets."""
+    """Plus or minus, and the points or bullets."""
     there = (m.sign_on > 0) & (m.sign != Sign.NONE)
-    minus, minus_bullets = m.sign == Sign.MINUS, m.sign == Sign.MINUS_BULLETS
+    minus = m.sign == Sign.MINUS
+    minus_bullets = m.sign == Sign.MINUS_BULLETS
     color = jnp.where(m.tune == SIGN_TUNE, SIGN_COLORS[1], SIGN_COLORS[0])
     y = match((minus, 32), (minus_bullets, 31), otherwise=29)
     height = match((minus, 3), (minus_bullets, 4), otherwise=9)
     bullets = minus_bullets | (m.sign == Sign.PLUS_BULLETS)
-    left, top = jnp.where(bullets, 20, 22), jnp.where(bullets, 33, 29)
+    left = jnp.where(bullets, 20, 22)
+    top = jnp.where(bullets, 33, 29)
     width = jnp.where(bullets, 42 - 4 * div(m.amount + 2, 9), 22)  # pictures of 9 rows
     amount_box = box(left, top, width, jnp.where(bullets, 5, 9), there, color=color)
     return box(12, y, 6, height, there, color=color), amount_box
@@ -253,8 +275,8 @@ row_category = functools.partial(Category, count=18)
 row_blobs = functools.partial(Blobs, region=ROWS_AREA, gap=(1, 5))
 
 MISSILE = Bounds(BRIGHT, (7, 14, 160, 185), ignore=((72, 29, 96, 37),))
-RABBITS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=(10, 15)))
-CLIPS = row_blobs(GREY, shapes=Shape(w=(1, 8), h=9))
+RABBITS = row_blobs(GRAY, shapes=Shape(w=(1, 8), h=(10, 15)))
+CLIPS = row_blobs(GRAY, shapes=Shape(w=(1, 8), h=9))
 FLYING = Bounds((YELLOW, WHITE), ((8, 105, 160, 180), (0, 203, 160, 210)))
 PLUS_MINUS = Bounds(SIGN_COLORS, (12, 29, 18, 38))
 AMOUNT = Bounds(SIGN_COLORS, (20, 29, 44, 38))
@@ -267,7 +289,7 @@ GAME = Game(
     decode=decode,
     screen=(214, 160),
     categories=(
-        Category("Player", Bounds(GREEN, (8, 186, 160, 199)), doc="the gun"),
+        Category("Player", Bounds(GREEN, (8, 186, 160, 199)), role="player", doc="the gun"),
         Category("PlayerMissile", MISSILE, doc="the shot"),
         Category("Wheel", Bounds(WHEEL_COLORS, (66, 14, 104, 29)), doc="pipes, until all are hit"),
         row_category("Duck", row_blobs(YELLOW, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
@@ -275,7 +297,9 @@ GAME = Game(
         row_category("Owl", row_blobs(RED, shapes=Shape(w=(1, 8), h=(1, 15))), doc="in a row"),
         row_category("ExtraBullets", CLIPS, doc="a box with an 8 in a row"),
         Category("FlyingDuck", FLYING, count=2, doc="coming down; eating bullets"),
-        display("PlayerScore", SCORE.rule(WHITE), doc="points without the last digit"),
+        display(
+            "PlayerScore", SCORE.rule(WHITE), role="score", doc="points without the last digit"
+        ),
         display("AmmoBar", BAR, blinks=True, doc="bullets left"),
         display("BonusSign", PLUS_MINUS, blinks=True, attributes=(), doc="plus or minus"),
         display("BonusValue", AMOUNT, blinks=True, attributes=(), doc="points or bullets"),

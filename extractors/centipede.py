@@ -1,31 +1,30 @@
-"""Centipede: a shooter, mushrooms, a centipede of up to nine segments, spider, flea and scorpion.
+"""Centipede: a shooter, mushrooms, a centipede of at most nine segments, spider, flea and scorpion.
 
-Screen: it has 20 zones of nine rows. A zone shows one thing besides mushrooms: one chain of
-segments, by turns if it holds several, or the spider, the flea or the scorpion in front of them. So
-CentipedeSegment is hidden for a few frames now and then. Eight colours change places from level to
-level. Mushrooms of a row that the scorpion has crossed shine in the clock's colours. The explosion
-of the shooter, the points shown for a spider, the sparkle of mushrooms that are counted after a
-death, and the figure in front of the score of the easy game are scenery.
+Screen: it has 20 zones of nine rows. A zone shows one object besides mushrooms: a chain of segments
+(several chains alternate), or the spider, the flea or the scorpion, which have priority. Therefore
+CentipedeSegment is sometimes hidden for a few frames. Eight colours are permuted from level to
+level. Mushrooms in a row that the scorpion has crossed shine in the clock's colours. Scenery: the
+shooter's explosion, the points for a spider, the sparkle of mushrooms during the count after a
+death, and the figure in front of the easy game's score.
 
-Slots: those of CentipedeSegment are the game's records; when a segment is shot, those behind it
-move up. Mushroom has a slot for each place: row * 16 + place from the left, places of even rows
-being four columns further right.
+Slots: CentipedeSegment has the game's records; when a segment is shot, the segments behind it move
+up. Mushroom has a slot for each place: row * 16 + place from the left. Places of even rows are four
+columns further right. Ground has one slot.
 
-RAM: ALE's source (score, lives), D. Debro's disassembly (what the bytes are), and the ROM's code:
+RAM: ALE's source (score, lives), D. Debro's disassembly (meaning of the bytes), and the ROM's code:
 the kernel at F003 in bank 0, movements at F136-F8C4, hits and the centipede's steps at F8C7-FE24 in
-bank 1. Segments move after the frame is drawn; `decode` takes their step back. Shot and shooter are
-one object of the chip, counted in steps of three rows; so the shooter appears in part, or not at
-all, just after a shot.
+bank 1. Segments move after the frame is drawn; `decode` reverts their step. Shot and shooter are
+one object of the chip, counted in steps of three rows. Therefore the shooter is partly or
+completely missing just after a shot.
 
 Covered: both modes, all eight sets of colours, all creatures, deaths, the count of mushrooms, new
-centipedes, the end of the game. CCGameObject is OCAtari's base class. Ground has one slot.
+centipedes, the end of the game. OCAtari also lists CCGameObject, the base class of its objects,
+which is no object.
 
-Not exact: the RAM does not tell the shot on the frame on which it hits; what it hits there; whether
-a segment that has none behind it has just turned (taken to be so next to a mushroom in its last
-row).
+Not exact: the RAM lacks these facts: the shot on the frame on which it hits; its target then; a
+turn of the last segment of a chain (assumed next to a mushroom in its last row).
 
-VEM: it does not see a mushroom that is partly covered, and takes the shooter for shorter in front
-of some places.
+VEM: it misses partly covered mushrooms, and makes the shooter too short in front of some places.
 """
 
 import functools
@@ -34,22 +33,35 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import SideBySide
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shades,
+    Shape,
+    SideBySide,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    pick,
+    signed,
+    when,
+)
 
 ROM = Rom("centipede", "91c2098e88a6b13f977af8c003e0bca5")
 FIGURE = tuple(ROM.rows(0xF69, 7).tolist())  # in front of the score of the easy game
 FONT = replace(ROM.font(0xF1C, rows=7), signs=(FIGURE,))
-# The colours of the first level. Each of the next levels begins one colour later.
+# The colours of the first level. Each level starts one colour later than the level before.
 COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xFC9, 8))
 
 
@@ -83,7 +95,7 @@ PLACES = 16
 ROWS, COLUMNS = np.divmod(np.arange(MUSHROOM_ROWS * PLACES), PLACES)
 MUSHROOM_X = FIELD_LEFT + 8 * COLUMNS + np.where(ROWS % 2 == 0, 4, 0)
 MUSHROOM_Y = FIELD_TOP + 2 + ZONE * ROWS
-# Bits of mushrooms in their bytes, two bytes a row, eight places each.
+# Bits of mushrooms in their bytes: two bytes per row, eight places each.
 EVEN_ROW = (6, 4, 2, 0, 1, 3, 5, 7)
 ODD_ROW = (7, 5, 3, 1, 0, 2, 4, 6)
 PLACE_BITS = np.where(ROWS % 2 == 0, np.tile(EVEN_ROW, 38), np.tile(ODD_ROW, 38))
@@ -96,27 +108,27 @@ FLEAS = ROM.pictures(PICTURES[:2], 6)
 SPIDERS = ROM.pictures(PICTURES[2:6], 6)
 SCORPIONS = ROM.pictures(PICTURES[10:], 6)  # two pictures of each direction
 
-NONE = 255  # `spider` or `scorpion_x` without one
-NO_FLEA = 128  # `flea_x`, or more
+NONE = 255  # `spider` or `scorpion_x` of an absent creature
+NO_FLEA = 128  # least `flea_x` of an absent flea
 TITLE = 224  # `score_high`
-RESTS = 3  # lowest bits of `clock` while nothing of the centipede moves
+RESTS = 3  # lowest bits of `clock` while the centipede rests
 SECOND_X = 68  # `segment_x` of the second segment of a new centipede
 SECOND_STATE = 179  # and its `second_state`
 JUST_HIT = 1  # `hit_sound`
-EXPLOSION = 37  # `kernel_count` of a frame that shows the explosion in the shooter's place
-IN_TIME = 3  # least `x` at which a picture's first row is written in time
+EXPLOSION = 37  # `kernel_count` on a frame with the explosion instead of the shooter
+IN_TIME = 3  # least `x` of a picture with its first row in time
 
 
 class Ram(RamMap):
     fast = bits(*range(20, 29), first=6)  # segments that move on every frame
     dying = bits(35, first=5, count=2)  # thirds of the explosion
-    counting = bits(36, first=6)  # mushrooms are counted after a death
+    counting = bits(36, first=6)  # the game counts mushrooms after a death
     easy = bits(39, first=6)  # the other game
-    extra_row = byte(40)  # zone of a chain of an odd number of segments, from five on
+    extra_row = byte(40)  # zone of a chain with an odd number of segments, at least five
     clock = byte(41)
-    mushrooms = byte(*range(45, 83))  # two bytes a row, uppermost row first, a bit a mushroom
+    mushrooms = byte(*range(45, 83))  # two bytes per row, uppermost row first, a bit per mushroom
     kernel_count = byte(89)  # as the drawing program left it
-    second_state = byte(92)  # all bits of it
+    second_state = byte(92)  # all its bits
     segment_row = bits(*range(91, 100), count=5)  # zone
     leftward = bits(*range(91, 100), first=5)
     upward = bits(*range(91, 100), first=6)  # it goes up at the next obstacle, or has gone up
@@ -141,7 +153,7 @@ class Ram(RamMap):
     spider = byte(124)
     spider_row = bits(124, count=5)  # zone
     hit_sound = bits(125, first=2, count=2)  # counts up from 1
-    spider_points = bits(125, first=6, count=2)  # shown in its place; 0: none
+    spider_points = bits(125, first=6, count=2)  # displayed in its place; 0: none
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -165,17 +177,17 @@ def _color_of(m: Ram, kind: int) -> jax.Array:
 
 
 def _step_row(step: jax.Array) -> jax.Array:
-    """The first row of a step of the count that switches the shot and the shooter on and off."""
+    """The first row of a step of the count that switches the shot and the shooter."""
     return 3 * step + 6 + jnp.where(step % 3 == 1, 1, 0)
 
 
 def _exploded(m: Ram) -> jax.Array:
-    """Whether the explosion was drawn; on the frame of the collision the shooter still is."""
+    """True if the explosion was drawn; the frame of the collision still shows the shooter."""
     return (m.dying > 0) & (m.kernel_count == EXPLOSION)
 
 
 def _player(m: Ram) -> Box:
-    """The shooter: three steps of the count, or those that are left of them after the shot."""
+    """The shooter: three steps of the count, or the steps that remain after the shot."""
     last = m.player_y + 2
     below_shot = jnp.maximum(m.player_y - 1, when(m.shot_row > 0, 3 * m.shot_row))
     first = jnp.where(below_shot < last, below_shot, last - 3)
@@ -191,7 +203,7 @@ def _player(m: Ram) -> Box:
 
 
 def _shot(m: Ram) -> Box:
-    """The shot. It is at the shooter's column until the count for the shooter is above zero."""
+    """The shot. It is at the shooter's column until the shooter's count is above zero."""
     top = jnp.maximum(9 * m.shot_row - 8, 6)
     near = m.player_y < 3 * m.shot_row - 2
     x = jnp.where(near, m.player_x, m.shot_x) + FIELD_LEFT
@@ -205,7 +217,7 @@ def _zone_y(row: jax.Array) -> jax.Array:
 
 
 def _segments(m: Ram) -> Box:
-    """The segments before they moved on, which the game does after it has drawn them."""
+    """The segments before their move, which follows the drawing."""
     stands = (m.dying > 0) | ((m.clock & 7) == RESTS)
     moved = ~stands & ((m.fast == 1) | ((m.clock & 1) == 0))
     turned = moved & _has_turned(m)
@@ -221,12 +233,13 @@ def _segments(m: Ram) -> Box:
 
 
 def _just_created(m: Ram) -> jax.Array:
-    """Whether a new centipede has been made, and has moved, but was not drawn yet.
+    """True if a new centipede was made and has moved, but is not on the screen yet.
 
-    Its second segment tells. Where that may have stood still on the frame before, the row of the
-    extra segment of an odd number tells whether it was drawn.
+    Its second segment shows this. If that may have rested on the frame before, the row of the
+    additional segment of an odd number shows whether the game drew it.
     """
-    x, clock = m.segment_x[1], m.clock - 1
+    x = m.segment_x[1]
+    clock = m.clock - 1
     moved_before = ((clock & 7) != RESTS) & ((m.fast[1] == 1) | ((clock & 1) == 0))
     odd = (m.easy == 1) | (((18 - m.wave) & 2) != 0)
     unmarked = odd & (m.extra_row != ZONES - 1)
@@ -235,14 +248,15 @@ def _just_created(m: Ram) -> jax.Array:
 
 
 def _shifted(values: jax.Array, by: int) -> jax.Array:
-    """Each segment's value of the next (1) or the previous (-1) one."""
+    """The value of the next segment (1) or the previous one (-1), for each segment."""
     return jnp.roll(values, -by)
 
 
 def _has_turned(m: Ram) -> jax.Array:
-    """Whether a segment has just gone to another row and has not moved along it yet.
+    """True if a segment has just changed rows and has not moved along the new one.
 
-    The segment behind is still in the old row then. Where none is behind, an obstacle tells.
+    The segment behind it is still in the old row then. For the last segment of a chain, an obstacle
+    shows the turn.
     """
     followed = (m.last_segment > NUMBERS) & (_shifted(m.follows, 1) == 1)
     behind = _shifted(m.segment_row, 1) != m.segment_row
@@ -250,7 +264,7 @@ def _has_turned(m: Ram) -> jax.Array:
 
 
 def _obstacle(m: Ram) -> jax.Array:
-    """Whether something stood in a segment's way in the row above or below, from where it came."""
+    """True if an obstacle was in a segment's way in its previous row."""
     row = m.segment_row + 1 - 2 * m.upward
     column = (m.segment_x >> 2) - 1 + 2 * m.leftward  # it now goes the other way
     mushroom = _has_mushroom(m, row, column)
@@ -258,7 +272,7 @@ def _obstacle(m: Ram) -> jax.Array:
 
 
 def _has_mushroom(m: Ram, row: jax.Array, column: jax.Array) -> jax.Array:
-    """Whether a mushroom is in some zones and columns; a row has one place for two columns."""
+    """True if a mushroom is in some zones and columns; a row has one place for two columns."""
     words = m.mushrooms[0::2] | m.mushrooms[1::2] << 8  # a row each
     bottom_up = np.arange(MUSHROOM_ROWS, 0, -1)[:, None]
     word = jnp.sum(when(bottom_up == row[None], words[:, None]), axis=0)
@@ -270,19 +284,24 @@ def _has_mushroom(m: Ram, row: jax.Array, column: jax.Array) -> jax.Array:
 def _spider(m: Ram) -> Box:
     shows_points = (m.spider_points > 0) & (m.hit_sound != JUST_HIT)
     there = (m.spider != NONE) & ~shows_points & (m.dying == 0)
-    x, y, picture = FIELD_LEFT + m.spider_x, _zone_y(m.spider_row), m.clock >> 3 & 3
+    x = FIELD_LEFT + m.spider_x
+    y = _zone_y(m.spider_row)
+    picture = m.clock >> 3 & 3
     return SPIDERS.box(picture, x, y, valid=there, color=_color_of(m, Color.SPIDER))
 
 
 def _flea_box(m: Ram) -> Box:
     """The flea; at the left edge its first row is written too late."""
-    x, y, picture = FIELD_LEFT + m.flea_x, _zone_y(m.flea_row), 1 - (m.clock >> 1 & 1)
+    x = FIELD_LEFT + m.flea_x
+    y = _zone_y(m.flea_row)
+    picture = 1 - (m.clock >> 1 & 1)
     flea = FLEAS.box(picture, x, y, valid=m.flea_x < NO_FLEA, color=_color_of(m, Color.FLEA))
     return flea.trimmed(top=jnp.where(m.flea_x < IN_TIME, 1, 0))
 
 
 def _scorpion(m: Ram) -> Box:
-    x, y = FIELD_LEFT + m.scorpion_x, _zone_y(m.scorpion_row)
+    x = FIELD_LEFT + m.scorpion_x
+    y = _zone_y(m.scorpion_row)
     picture = m.scorpion_left + 2 * (m.clock >> 3 & 1)
     there = m.scorpion_x != NONE
     return SCORPIONS.box(picture, x, y, valid=there, color=_color_of(m, Color.SCORPION))
@@ -295,7 +314,8 @@ def _mushrooms(m: Ram) -> Box:
 
 def _score_box(m: Ram) -> Box:
     """The score: at least two digits, in the easy game with a figure in the first digit's place."""
-    digits, lefts = SCORE.box(m.score), SCORE.lefts
+    digits = SCORE.box(m.score)
+    lefts = SCORE.lefts
     left = match((m.easy == 1, lefts[0]), (m.score < 10, lefts[-2]), otherwise=digits.x)
     return digits.trimmed(left=left - digits.x)
 
@@ -326,7 +346,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHOOTER_RULE, doc="the shooter"),
+        Category("Player", SHOOTER_RULE, role="player", doc="the shooter"),
         Category("Projectile", SHOT_RULE, doc="its shot"),
         Category("CentipedeSegment", CHAINS, count=9, blinks=True, doc="in the game's order"),
         Category("Spider", SPIDER_SEEN, doc="the spider"),
@@ -334,8 +354,10 @@ GAME = Game(
         Category("Scorpion", SCORPION_SEEN, doc="the scorpion, which poisons a row"),
         Category("Mushroom", MUSHROOM_RULE, count=304, doc="row from the top * 16 + place"),
         display("Ground", LINE, attributes=(), doc="the line under the field"),
-        display("Life", SPARE, count=7, attributes=(), rgb=VIOLET_RGB, doc="spare lives"),
-        display("Score", POINTS, rgb=VIOLET_RGB, doc="points, below 1,000,000"),
+        display(
+            "Life", SPARE, count=7, attributes=(), rgb=VIOLET_RGB, role="lives", doc="spare lives"
+        ),
+        display("Score", POINTS, rgb=VIOLET_RGB, role="score", doc="points, below 1,000,000"),
     ),
     shades=LEVEL_SHADES,
 )

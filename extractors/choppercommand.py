@@ -1,28 +1,28 @@
 """Chopper Command: a helicopter that guards convoys of trucks, enemies in three lanes, a radar.
 
-Screen: the shot is the line that is left of it. What the radar shows are MiniTruck, MiniEnemy and
-MiniPlayer. Life has a box around the helicopters in reserve, one less than its `value`. What
-explodes is no object, but a truck that was hit blinks. Sky, mountains and the maker's name are
-scenery.
+Screen: the shot is the remaining part of a line. MiniTruck, MiniEnemy and MiniPlayer are the dots
+on the radar. Life has a box around the helicopters in reserve, one less than its `value`. An
+exploding object is not valid, but a hit truck blinks and stays valid. Sky, mountains and the
+maker's name are scenery.
 
-Slots: of EnemyHelicopter and EnemyPlane, the game's three lanes from the bottom, which hold one or
-the other. Of Truck, the places of a convoy. Of Bomb, the whole one or its upper half, the lower
-half. Of MiniTruck and MiniEnemy, block of the landscape from the left (all move on together,
-uncounted) * 3 + place or lane.
+Slots: EnemyHelicopter and EnemyPlane have the game's three lanes from the bottom; a lane holds one
+or the other. Truck has the places of a convoy. Bomb has the intact bomb or its upper half, then the
+lower half. MiniTruck and MiniEnemy have block * 3 + place or lane, with the blocks of the landscape
+from the left. All blocks move on together, and no byte counts this.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The game moves the enemies before
-a frame is drawn, and the player, the bombs and the landscape after it, when it also counts hits.
-`_as_drawn` takes that back. How far the landscape moved follows from the chip's codes for the
-places of the two lower lanes, which are kept from the drawing, or else from the player's speed.
+it draws a frame. After it, it moves the player, the bombs and the landscape, and counts hits;
+`_as_drawn` reverts this. The landscape's motion follows from the chip's codes for the columns of
+the two lower lanes, which the RAM keeps from the drawing, or else from the player's speed.
 
 Covered: both modes and difficulties, later waves, deaths, the end of the game.
 
-Not exact, because it is not in the RAM: the player's place and direction on the frame on which he
-turns, his place (by a column or a line) on some on which he comes to rest; the enemies on the frame
-on which the blocks move on, and a hit one's picture on that of the hit; bombs on that on which they
-leave the screen.
+Not exact: the RAM lacks these facts: the player's position and direction on the frame on which he
+turns; his position (by a column or a line) on some frames on which he comes to rest; the enemies on
+the frame on which the blocks move on; a hit enemy's picture on the frame of the hit; bombs on the
+frame on which they leave the screen.
 
-VEM: it does not see the part of a shot or an enemy that something covers.
+VEM: it misses the covered part of a shot or an enemy.
 """
 
 import functools
@@ -31,18 +31,38 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, extremes, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
-from ocjax.console.registers import mirrored, position, signed_nibble
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import LoneRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    LoneRuns,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    extremes,
+    high,
+    low,
+    match,
+    mirrored,
+    position,
+    signed,
+    signed_nibble,
+    when,
+)
 
 ROM = Rom("chopper_command", "c1cb228470a87beb5f36e90ac745da26")
 FONT = ROM.font(0xE00, rows=7, stride=8)
@@ -59,10 +79,10 @@ BROWN = 32
 LASER = (*range(112, 144, 2), 158)
 
 FIELD = (8, 52, 160, 168)  # columns 0-7 of the screen are black
-ROAD = (8, 161, 160, 168)  # its rows are those of the trucks
+ROAD = (8, 161, 160, 168)  # with the rows of the trucks
 WINDOW = (56, 179, 104, 187)  # of the radar, below the mountains
 
-# Pictures of each kind: whole, without 1-7 columns on the left, without 1-7 on the right.
+# Pictures of each kind: complete, without 1-7 columns on the left, without 1-7 on the right.
 ROWS = 10
 MASKS = [*(255 >> cut for cut in range(8)), *(255 << cut & 255 for cut in range(1, 8))]
 STORED = [ROM.rows(0xE00 + at, ROWS) for at in ROM.bytes(0xF0E, 12).tolist()]
@@ -74,17 +94,17 @@ CHOPPERS = ROM.pictures((0xEC0, 0xEB6), ROWS)
 
 PLACES = ((3, 5, 6, 7), (2, 4, 6, 7), (1, 4, 5, 7))  # convoys with a truck at each place
 BLOCK_COLUMNS = 320  # columns of the landscape
-GOES_RIGHT = 16  # the player's column when he flies to the right, and the landscape to the left
+GOES_RIGHT = 16  # the player's column when he flies to the right
 GOES_LEFT = 134
-BEHIND_LEFT = 21  # up to here, the landscape moves instead of a player who falls back
-BEHIND_RIGHT = 130  # from here on, likewise
+BEHIND_LEFT = 21  # at most this: the landscape moves instead of a player who falls back
+BEHIND_RIGHT = 130  # at least this: the same on the other side
 LOWEST = 4  # `player_y`
 HIGHEST = 95
-OFF = 111  # from here on, `player_y` and `bomb_y` are none
-SPLIT = 128  # least `bomb_time` of a whole bomb when the frame is drawn; it then counts down
+OFF = 111  # `player_y` and `bomb_y` of absent objects, at least
+SPLIT = 128  # least `bomb_time` of an intact bomb in the frame; it then counts down
 JUST_EXPLODES = 15  # `timer`
 JUST_HIT = 31  # `pause`
-BLINKING = 8  # from here on, `wreck` is that of a truck that blinks
+BLINKING = 8  # least `wreck` of a blinking truck
 LANE_ROWS = (183, 181, 179)  # of the radar's lanes, the low one first
 SAVER_MASK = 247  # `saver_mask` of the screen saver, which drops a bit of colours
 
@@ -98,9 +118,9 @@ class Kind:  # of `Ram.kind`
 
 class Phase:  # of `Ram.phase`
     PLAYS = 0
-    EXPLODES = 94  # from here on, the chopper
+    EXPLODES = 94  # at least this: the chopper explodes
     DEAD = 127
-    BETWEEN = 128  # from here on, a wave is over
+    BETWEEN = 128  # at least this: a wave is over
 
 
 class Stick:  # bits of `Ram.stick`
@@ -110,21 +130,21 @@ class Stick:  # bits of `Ram.stick`
     RIGHT = 8
 
 
-# Byte of `shot` and bit in it for each dot of a line, of four columns.
+# Byte of `shot`, and bit in that byte, for each four-column dot of a line.
 SHOT_BYTE = np.repeat([0, 1, 2, 3, 4, 5], [4, 8, 8, 4, 8, 8])
 SHOT_BIT = np.tile([4, 5, 6, 7, *range(7, -1, -1), *range(8)], 2)
 
 
 class Ram(RamMap):
-    saver_key = byte(117)  # what colours are XORed with
-    saver_mask = byte(116)  # what they are masked with: 255 in play
+    saver_key = byte(117)  # the game XORs colours with it
+    saver_mask = byte(116)  # the game masks colours with it: 255 in play
     frame = byte(0)
-    # A value for each of the blocks; the column of an enemy counts from 1.
+    # A value per block; the column of an enemy counts from 1.
     convoys = bits(8, 7, 6, 5, first=3, count=3)
     middle_lane = bits(8, 7, 6, 5, count=3)
     top_lane = bits(12, 11, 10, 9, count=3)
     low_lane = bits(12, 11, 10, 9, first=3, count=3)
-    coarse = byte(14, 15)  # with `fine`, where the lower lanes were drawn
+    coarse = byte(14, 15)  # with `fine`: drawn position of the lower lanes
     fine = high(30, 31)
     x = byte(18, 19, 20)  # of the lanes, in the landscape
     y = byte(22, 23, 24)  # 158 - y
@@ -159,13 +179,13 @@ class Ram(RamMap):
 
 
 class Drawn(NamedTuple):
-    """What has changed since the frame was drawn."""
+    """The frame as drawn, and the changes since then."""
 
     x: jax.Array  # the player's column on the frame
     y: jax.Array  # his row
     shift: jax.Array  # the landscape's place on the frame
-    moved: jax.Array  # columns to the left that it has moved since
-    ticked: jax.Array  # 1 where the clock of the enemies has ended
+    moved: jax.Array  # columns to the left that the landscape has moved since
+    ticked: jax.Array  # 1 if the clock of the enemies has ended
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -187,7 +207,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _as_drawn(m: Ram) -> Drawn:
-    """The player's step is what the landscape's leaves, where that is seen and he can make it."""
+    """Infer the player's step from the landscape's motion if it is known and possible."""
     ticked = when((m.phase == Phase.PLAYS) & (m.clock == ((3 - m.wave) & 255)), 1)
     now = m.scroll - jnp.where(m.odd == 1, 0, BLOCK_COLUMNS // 2)
     flown = _columns_flown(m) + ticked
@@ -196,23 +216,24 @@ def _as_drawn(m: Ram) -> Drawn:
     behind = jnp.where(step < 0, m.player_x < BEHIND_RIGHT, m.player_x > BEHIND_LEFT)
     moved = jnp.where(seen, shift - now, flown - when(behind, step))
     block = when(_moved_on(m), jnp.where(m.odd == 1, -BLOCK_COLUMNS, BLOCK_COLUMNS))
-    x, y = m.player_x - step, m.player_y - _player_rise(m)
+    x = m.player_x - step
+    y = m.player_y - _player_rise(m)
     return Drawn(x, y, now + moved + block, moved, ticked)
 
 
 def _columns_flown(m: Ram) -> jax.Array:
     """Columns that the player's speed has moved him in the landscape."""
-    part = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
+    before = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
     part = match(
-        ((m.speed > 0) & (m.part >= 0), part & 31),
-        ((m.speed < 0) & (m.part < 0), ((part + 33) & 31) - 33),
-        otherwise=part,
+        ((m.speed > 0) & (m.part >= 0), before & 31),
+        ((m.speed < 0) & (m.part < 0), ((before + 33) & 31) - 33),
+        otherwise=before,
     )
     return when(m.phase < Phase.BETWEEN, (part + m.speed - m.part) >> 5)
 
 
 def _seen_shift(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """The landscape's place, as one of the lower lanes tells, and whether it does."""
+    """The landscape's position according to the lower lanes, and True if one of them shows it."""
     coarse = jnp.where(m.coarse < 128, m.coarse, m.coarse - 122)
     x = position(coarse, m.fine) - 1
     seen = (x > 0) & (m.timer[:2] != JUST_EXPLODES) & ~_moved_on(m)
@@ -220,19 +241,21 @@ def _seen_shift(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _player_step(m: Ram, step: jax.Array, seen: jax.Array) -> jax.Array:
-    """The player's step after he was drawn: the one that was seen, if he can make it."""
+    """The player's step after he was drawn: the inferred step, if he can make it."""
     x = m.player_x
-    gains, stays, loses = (_step_from(m, x - by) == by for by in (1, 0, -1))
-    possible = (gains & (step == 1)) | (stays & (step == 0)) | (loses & (step == -1))
-    possible = seen & possible & (x > BEHIND_LEFT) & (x < BEHIND_RIGHT)
-    step = jnp.where(possible, step, _usual_step(m, gains, stays, loses))
-    return when(m.phase < Phase.BETWEEN, step)
+    gains = _step_from(m, x - 1) == 1
+    stays = _step_from(m, x) == 0
+    loses = _step_from(m, x + 1) == -1
+    as_seen = (gains & (step == 1)) | (stays & (step == 0)) | (loses & (step == -1))
+    possible = seen & as_seen & (x > BEHIND_LEFT) & (x < BEHIND_RIGHT)
+    made = jnp.where(possible, step, _usual_step(m, gains, stays, loses))
+    return when(m.phase < Phase.BETWEEN, made)
 
 
 def _step_from(m: Ram, x: jax.Array) -> jax.Array:
-    """Columns that the game moves the player from x, to the place that goes with his speed."""
-    aim = (x - (m.speed >> 1)) & 255
-    aim = jnp.where(aim >= 200, 0, aim) & ~1
+    """Columns that the game moves the player from x to the position for his speed."""
+    distance = (x - (m.speed >> 1)) & 255
+    aim = jnp.where(distance >= 200, 0, distance) & ~1
     goal = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT)
     near = jnp.sign(GOES_LEFT - x)
     far = match((x == GOES_RIGHT + 1, 0), (x <= GOES_RIGHT, near), otherwise=-1)
@@ -240,9 +263,11 @@ def _step_from(m: Ram, x: jax.Array) -> jax.Array:
 
 
 def _usual_step(m: Ram, gains: jax.Array, stays: jax.Array, loses: jax.Array) -> jax.Array:
-    """The player's step, where several are possible: he follows his speed when that changes."""
+    """The player's step if several are possible: he follows a change of his speed."""
     aside = m.stick & (Stick.LEFT | Stick.RIGHT)
-    right, left, slows = (aside & Stick.RIGHT) != 0, aside == Stick.LEFT, aside == 0
+    right = (aside & Stick.RIGHT) != 0
+    left = aside == Stick.LEFT
+    slows = aside == 0
     rises = (right & (m.speed < 64)) | (slows & (m.speed < 0))
     falls = (left & (m.speed > -65)) | (slows & (m.speed > 0))
     edge = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT) + (m.speed >> 1)
@@ -260,13 +285,13 @@ def _player_rise(m: Ram) -> jax.Array:
 
 
 def _moved_on(m: Ram) -> jax.Array:
-    """Whether the blocks of the landscape have moved on by one on this frame."""
+    """True if the blocks of the landscape have moved on by one on this frame."""
     near = jnp.where(m.odd == 1, m.scroll >= 150, m.scroll < 10)
     return jnp.all(m.lane_state == 0) & near
 
 
 def _blocks(m: Ram, values: jax.Array) -> jax.Array:
-    """A value of each of the four blocks as the frame shows them."""
+    """A value of each of the four blocks as in the frame."""
     back = jnp.where(m.odd == 1, jnp.roll(values, 1), jnp.roll(values, -1))
     return jnp.where(_moved_on(m), back, values)
 
@@ -277,15 +302,17 @@ def _player(m: Ram, drawn: Drawn) -> Box:
     turns = ((m.phase == Phase.PLAYS) | is_just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
     picture = jnp.where(turns, 0, 1)
     left, top, width, height = CHOPPERS.extent(picture, mirrored=~right)
-    there = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | is_just_hit
-    there, facing = there & (m.player_y < OFF), jnp.where(right, EAST, WEST)
-    x, y = drawn.x + 1 + 2 * left, 159 - drawn.y + top
+    alive = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | is_just_hit
+    there = alive & (m.player_y < OFF)
+    facing = jnp.where(right, EAST, WEST)
+    x = drawn.x + 1 + 2 * left
+    y = 159 - drawn.y + top
     return box(x, y, 2 * width, height, there, orientation=facing).clip(*FIELD)
 
 
 def _lane_boxes(m: Ram, drawn: Drawn) -> tuple[Box, jax.Array]:
-    """What flies in the lanes, and where that is a helicopter."""
-    hit = m.timer == JUST_EXPLODES  # after the frame, which shows it whole
+    """The flying objects in the lanes, and True for helicopters."""
+    hit = m.timer == JUST_EXPLODES  # the frame still shows it intact
     helicopter = jnp.where(hit, m.kind == Kind.HIT_HELICOPTER, m.kind >= Kind.HELICOPTER)
     second = (m.frame - 1) >> 1 & 1
     intact = jnp.where(helicopter, Kind.HELICOPTER + second, Kind.PLANE)
@@ -296,8 +323,9 @@ def _lane_boxes(m: Ram, drawn: Drawn) -> tuple[Box, jax.Array]:
 
 
 def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: jax.Array) -> Box:
-    """Tight boxes of what the edges of the screen cut."""
-    left, right = jnp.clip(FIELD[0] - x, 0, 7), jnp.clip(x - 152, 0, 7)
+    """Tight boxes of objects that the screen's edges cut."""
+    left = jnp.clip(FIELD[0] - x, 0, 7)
+    right = jnp.clip(x - 152, 0, 7)
     part = jnp.where(right > 0, 7 + right, left)
     picture = KINDS.index(kind=kind, part=part)
     return KINDS.box(picture, x, y, valid=there & (x > 0), orientation=facing)
@@ -312,16 +340,17 @@ def _truck_boxes(m: Ram, drawn: Drawn) -> Box:
 
 
 def _bomb_boxes(m: Ram, drawn: Drawn) -> Box:
-    """A bomb flies to the side or, on other frames, up or down, and its halves fall apart."""
-    sideways, is_whole = (m.clock == 0) | (m.clock > 128), m.bomb_time >= SPLIT - 1
+    """A bomb flies sideways or, on alternate frames, vertically, and its halves fall apart."""
+    sideways = (m.clock == 0) | (m.clock > 128)
+    is_whole = m.bomb_time >= SPLIT - 1
     scrolled = drawn.moved - drawn.ticked
     x = m.bomb_x - when(sideways, m.bomb_speed[0]) + scrolled
     dy = jnp.where(sideways, 0, m.bomb_speed[1])
     y = m.bomb_y - jnp.where(m.bomb_time >= SPLIT, dy, jnp.array([2, -2]))
-    lane = m.x + drawn.shift  # a bomb is shown from the second frame on
+    lane = m.x + drawn.shift  # a new bomb appears on its second frame
     fresh = (x == lane + when(lane < 156, 3)) & (y[0] == m.y + 4)
-    there = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~jnp.any(fresh)
-    there = there & (np.array([True, False]) | ~is_whole)
+    flies = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~jnp.any(fresh)
+    there = flies & (np.array([True, False]) | ~is_whole)
     return box(x - 1, 167 - y, 2, jnp.where(is_whole, 2, 1), there).clip(*FIELD)
 
 
@@ -329,7 +358,7 @@ def _shot(m: Ram) -> Box:
     lit = (m.shot[SHOT_BYTE] >> SHOT_BIT & 1) == 1
     column = np.arange(0, 160, 4)
     left, right = extremes(lit, column, column + 4)
-    color = (m.shot_color + 111) ^ 15 ^ jnp.maximum(_saver_key(m), 0)  # the saver leaves it
+    color = (m.shot_color + 111) ^ 15 ^ jnp.maximum(_saver_key(m), 0)  # the saver keeps it
     return box(left, 167 - m.shot_y, right - left, 1, right > left, color=color).clip(*FIELD)
 
 
@@ -339,7 +368,7 @@ def _mini_player(drawn: Drawn) -> Box:
 
 
 def _mini_lefts(m: Ram) -> jax.Array:
-    """The radar's column of each block."""
+    """Radar column of each block."""
     return 56 - signed_nibble(m.radar) + 16 * np.arange(4)
 
 
@@ -358,7 +387,7 @@ def _mini_trucks(m: Ram) -> Box:
 
 
 def _score_box(m: Ram) -> Box:
-    """The points, of which those of this frame are not yet on the screen."""
+    """The points on the screen, without this frame's points."""
     points = jnp.sum(when(m.timer == JUST_EXPLODES, m.kind))
     return SCORE.box(100 * jnp.maximum(m.score - points, 0), value=100 * m.score)
 
@@ -366,7 +395,7 @@ def _score_box(m: Ram) -> Box:
 enemies = functools.partial(Category, count=3, attributes=("orientation",))
 CHOPPER = Blobs(GOLD, FIELD, Shape(w=(3, 16), h=(6, 10)))
 vehicles = functools.partial(Blobs, gap=(1, 2), shapes=Shape(w=(1, 8), h=(1, 10)))
-BOMBS = Blobs(GOLD, FIELD, (Shape(w=2, h=2, pixels=4), Shape(w=2, h=1)))  # whole, or halves
+BOMBS = Blobs(GOLD, FIELD, (Shape(w=2, h=2, pixels=4), Shape(w=2, h=1)))  # intact, or halves
 LIFE = RESERVE.rule(GOLD, (30, 24, 110, 33), single=2)
 LINE = Bounds(LASER, FIELD, (4, 1), max_size=(152, 1), filters=(LoneRuns(2),))
 row = functools.partial(Blobs, YELLOW, shapes=Shape(w=(1, 2), h=(1, 2)))
@@ -384,7 +413,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (8, 15), 136, mask=SAVER_MASK, taken=(136, 38)),
     categories=(
-        Category("Player", CHOPPER, attributes=("orientation",), doc="the chopper"),
+        Category("Player", CHOPPER, attributes=("orientation",), role="player", doc="the chopper"),
         enemies("EnemyHelicopter", vehicles(WHITE, FIELD), doc="lanes from the bottom"),
         enemies("EnemyPlane", vehicles(BLUE, FIELD), doc="lanes from the bottom"),
         Category("Truck", vehicles(BLACK, ROAD), count=3, doc="places of the convoy"),
@@ -393,7 +422,7 @@ GAME = Game(
         Category("MiniPlayer", Bounds(BROWN, WINDOW), doc="on the radar"),
         Category("MiniEnemy", RADAR_LANES, count=12, doc="block * 3 + lane"),
         Category("MiniTruck", row((56, 185, 104, 187)), count=12, doc="block * 3 + place"),
-        display("Score", SCORE.rule(GOLD), doc="points"),
-        display("Life", LIFE, doc="helicopters in reserve; value: one more"),
+        display("Score", SCORE.rule(GOLD), role="score", doc="points"),
+        display("Life", LIFE, role="lives", doc="helicopters in reserve; value: one more"),
     ),
 )

@@ -1,23 +1,23 @@
 """CrazyClimber: a climber on a skyscraper, windows that shut, throwers, a bird, a helicopter.
 
-Screen: The walls and the open sky between them are scenery. A window that is partly shut is what is
-left of it. Projectile is whatever falls: pots, bars, eggs, girders, which OCAtari's VEM names by
-colour. The climber and what falls take turns where they are on the same rows.
+Screen: the walls and the open sky between them are scenery. The box of a partly shut window is its
+open part. Projectile is any falling object: pots, bars, eggs, girders (OCAtari's VEM names them by
+colour). The climber and a falling object on the same rows are drawn alternately.
 
-Slots: Window is row * 6 + column; row 0 is the one that scrolls in at the top.
+Slots: Window is row * 6 + column; row 0 scrolls in at the top.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the records are), and the ROM's code. The game
-computes in the blank lines after a frame, so that the RAM has what is on the screen. The drawing
-loop counts steps rather than lines, and skips some; `decode` counts them likewise.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the records), and the ROM's code. The game
+computes in the blank lines after a frame, so the RAM agrees with the screen. The drawing loop
+counts steps instead of lines, and skips some; `decode` repeats that count.
 
-Covered: all modes and difficulties, falls, the end of the game; the roof with the helicopter from
-RAM that was set by hand, and so were girders that fall from high floors, four times as wide as
-their pictures.
+Covered: all modes and difficulties, falls, the end of the game. The RAM was edited for the roof
+with the helicopter, and for girders that fall from high floors and are four times as wide as their
+pictures.
 
-Not exact: on the display of the ended game Score and Bonus are not valid.
+Not exact: Score and Bonus are not valid on the display of the ended game.
 
-VEM: does not see girders, because their colours are random. Windows of which sprites cover whole
-rows are seen too small.
+VEM: it misses girders, because their colours are random. A window is too small if sprites cover
+complete rows of it.
 """
 
 import functools
@@ -28,16 +28,33 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, extremes, lookup, reached, when
-from ocjax.console.ram import RamMap, bits, byte, high, low
-from ocjax.console.registers import position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    extremes,
+    high,
+    lookup,
+    low,
+    position,
+    reached,
+    when,
+)
 
 ROM = Rom("crazy_climber", "55ef7b65066428367844342ed59f956c")
 FONT = ROM.font([0xF0B + i for i in range(10)], rows=7, step=11)
@@ -55,36 +72,36 @@ BUILDING = (40, 43, 120, 198)
 SCORE = NumberDisplay(FONT, right=96, top=31, digits=6, leading_zeros=True)
 BONUS = NumberDisplay(FONT, right=96, top=21, digits=5, leading_zeros=True)
 
-OVER = 128  # `started`, this or more: the game is over
+OVER = 128  # least `started` of an ended game
 NO_THROWER = 15  # `thrower`
 ORDINARY = 15  # `wide`
-HEADLESS = 5  # `row` from which on a thrower's head is not shown
+HEADLESS = 5  # least `row` of a thrower with a hidden head
 
 # Of the windows.
 WINDOW_ROW, COLUMN = np.ogrid[:13, :6]
 WINDOW_X = np.array((44, 56, 68, 84, 96, 108))
 WINDOW_ROWS = 8
-SHUTS = 7  # rows of which a window with a shutter is not seen any more
-SHUT_FIRST = 3  # row of the first one that shuts
-CLIMBED = (WINDOW_ROW == 9) | (WINDOW_ROW == 10)  # the climber is beside them
+SHUTS = 7  # least shut rows of an invisible window
+SHUT_FIRST = 3  # first row with shutters
+CLIMBED = (WINDOW_ROW == 9) | (WINDOW_ROW == 10)  # beside the climber
 DISTANCE = np.array((0, 1, 2, 2, 1, 0))  # column -> window of the left half
 OPEN = (0b111, 0b110, 0b011, 0b100, 0b100, 0)  # windows of the left half, bit 0 the outer one
 
-# Of the drawing loop and what falls.
+# The drawing loop and falling objects.
 ROW_LINES = 13  # of the building
-ROW_STEPS = 11  # of the loop in such a row
+ROW_STEPS = 11  # loop steps in such a row
 LAST_ROW = 11
-# Rows where it counts one more down to the thrower.
+# Rows with one more step per row down to the thrower.
 ZONE_START = 2
 ZONE_END = 7
-BIRD_STEPS = 2  # that it counts more where it draws the bird
-THING_ROWS = 16  # at most, of the picture of what falls
-CLIMBER_STEP = 89  # `end` from which on what falls may be on the climber's rows
+BIRD_STEPS = 2  # additional steps while the loop draws the bird
+THING_ROWS = 16  # at most, in a falling object's picture
+CLIMBER_STEP = 89  # least `end` of a falling object that may be on the climber's rows
 CLIMBER_LINES = range(103, 140)
 
 
 def _halves(table: int, count: int) -> tuple[int, ...]:
-    """Which windows of the left half are holes in pairs of playfield registers."""
+    """Bits of the left half's open windows, for pairs of playfield registers."""
     out = []
     for i in range(count):
         first, second = ROM.bytes(table + 2 * i, 2).tolist()
@@ -105,7 +122,7 @@ LIMBS = Pictures.of([_climber_rows(0xD00 + i) for i in range(512)])
 HEADS = ROM.pictures(range(0xD9B, 0xDA3), 6, top_first=True)
 BIRDS = ROM.pictures(range(0xC00, 0xD00), 12, top_first=True)
 INK = ROM.bytes(0xC00, 0x310)
-# Which rows of the pictures of what falls are not empty, a bit a row.
+# Nonempty rows of the pictures of falling objects, a bit per row.
 FILLED = [sum(1 << k for k in range(THING_ROWS) if INK[i + k]) for i in range(512)]
 
 
@@ -126,17 +143,17 @@ class Ram(RamMap):
     bird_x = byte(34)
     helicopter_y = byte(36)  # y - 48
     lives = byte(42)
-    windows = byte(*range(45, 58))  # 4 * which windows a row has
+    windows = byte(*range(45, 58))  # 4 * index of the row's windows in `OPEN`
     scroll = byte(58)  # rows: 0, 3, 6, 9
     on_roof = byte(65)
-    bird = bits(76, first=7)  # 0: there is one
+    bird = bits(76, first=7)  # 0: the bird exists
     thrower = low(92)  # 15: none
-    wide = high(92)  # 15: what falls is of ordinary width
-    turn = bits(38)  # 0: the climber's, 1: of what falls beside him
+    wide = high(92)  # 15: the falling object has ordinary width
+    turn = bits(38)  # 0: the climber is drawn, 1: the falling object beside him
     shut = byte(*range(95, 103))  # rows
-    shut_kind = byte(*range(108, 116))  # 2 * which windows of a row shut
-    top = byte(81)  # first step of the drawing loop that shows what falls
-    end = byte(82)  # and the step after the last one
+    shut_kind = byte(*range(108, 116))  # 2 * index in `SHUTTERS`
+    top = byte(81)  # first step of the drawing loop that shows the falling object
+    end = byte(82)  # the step after the last one
     thing = byte(83)  # low byte of its picture's address
     thing_page = bits(84)
     thing_x = byte(85)
@@ -158,8 +175,10 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _join(a: Box, b: Box) -> Box:
-    left, top = jnp.minimum(a.x, b.x), jnp.minimum(a.y, b.y)
-    right, bottom = jnp.maximum(a.x + a.w, b.x + b.w), jnp.maximum(a.y + a.h, b.y + b.h)
+    left = jnp.minimum(a.x, b.x)
+    top = jnp.minimum(a.y, b.y)
+    right = jnp.maximum(a.x + a.w, b.x + b.w)
+    bottom = jnp.maximum(a.y + a.h, b.y + b.h)
     return edges(left, top, right, bottom)
 
 
@@ -170,12 +189,13 @@ def _player(m: Ram) -> Box:
     right = LIMBS.box(picture[1], m.x - 2, y, mirrored=True)
     figure = _join(left, right)
     roof = m.on_roof > 0
-    top, rows = jnp.where(roof, 158, figure.y), jnp.where(roof, 23, figure.h)
+    top = jnp.where(roof, 158, figure.y)
+    rows = jnp.where(roof, 23, figure.h)
     return box(figure.x, top, figure.w, rows).clip(0, 43, 160, 210)
 
 
 def _lower(m: Ram) -> jax.Array:
-    """Rows by which everything is lower on the display of the ended game."""
+    """Downward shift of the display of the ended game, in rows."""
     return when(m.started >= OVER, 1)
 
 
@@ -187,15 +207,16 @@ def _window_boxes(m: Ram) -> Box:
     rows = jnp.where(kept, 0, n + when(beside, 1))
     cut = (n >= SHUTS) & ~CLIMBED & (COLUMN >= 2) | head & (COLUMN >= 4)
     y = 34 + ROW_LINES * WINDOW_ROW + m.scroll + _lower(m)
-    there = _is_hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
-    there = there & ((m.on_roof == 0) | (WINDOW_ROW > 10))
-    x, height = np.broadcast_to(WINDOW_X, (13, 6)), WINDOW_ROWS - when(cut, 1) - rows
+    unshut = _is_hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
+    there = unshut & ((m.on_roof == 0) | (WINDOW_ROW > 10))
+    x = np.broadcast_to(WINDOW_X, (13, 6))
+    height = WINDOW_ROWS - when(cut, 1) - rows
     boxes = box(x.ravel(), (y + rows).ravel(), 8, height.ravel(), there.ravel())
     return boxes.clip(*BUILDING)
 
 
 def _by_row(of_shutters: jax.Array) -> jax.Array:
-    """What the RAM has for the rows that may shut as a column of all rows; 0 for the others."""
+    """Expand the RAM's values for the rows with shutters to a column of all rows; 0 elsewhere."""
     return jnp.pad(of_shutters, (SHUT_FIRST, 2))[:, None]
 
 
@@ -204,7 +225,7 @@ def _has_thrower(m: Ram) -> jax.Array:
 
 
 def _is_hole(patterns: Sequence[int], index: jax.Array) -> jax.Array:
-    """Whether the windows of rows are holes, by the rows' patterns of the left half."""
+    """True for holes; each row has one of the patterns for the left half."""
     holes = sum(pattern << 3 * i for i, pattern in enumerate(patterns))  # all in one number
     first = 3 * jnp.minimum(index, len(patterns) - 1)
     return jnp.int32(holes) >> (first + DISTANCE[COLUMN]) & 1 == 1
@@ -228,12 +249,13 @@ def _bird_box(m: Ram) -> Box:
 
 def _helicopter_box(m: Ram) -> Box:
     left = m.flies_left == 1
-    x, facing = m.bird_x - jnp.where(left, 23, 9), jnp.where(left, WEST, EAST)
+    x = m.bird_x - jnp.where(left, 23, 9)
+    facing = jnp.where(left, WEST, EAST)
     return box(x, m.helicopter_y + 48, 30, 26, m.on_roof > 0, orientation=facing)
 
 
 def _end_of_zone(m: Ram) -> jax.Array:
-    """The row after those that the drawing loop draws in more steps because of the thrower."""
+    """The row after the rows that the thrower makes longer by a step."""
     return jnp.where(_has_thrower(m), jnp.minimum(m.row + 3, ZONE_END), ZONE_START)
 
 
@@ -246,18 +268,18 @@ def _start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
 
 
 def _counters(m: Ram, row: jax.Array) -> jax.Array:
-    """The drawing loop's step that each line of some rows of the building shows, int32 [3 * 13].
+    """The drawing loop's step on each line of some rows of the building, int32 [3 * 13].
 
     The first lines of all rows come first, then the second lines, and so on.
     """
     counter = _steps(m, row[:, None])
-    last = _running_max(list(jnp.max(counter, axis=1)))  # of each row, where it does not wait
+    last = _running_max(list(jnp.max(counter, axis=1)))  # of each row, outside waits
     before = jnp.stack([jnp.int32(-1), *last[:-1]])
     return jnp.concatenate(_running_max([before, *counter.T])[1:])
 
 
 def _steps(m: Ram, row: jax.Array) -> jax.Array:
-    """The steps of all lines of some rows; -1 where the loop waits for the line's end."""
+    """The steps of all lines of some rows; -1 while the loop waits for the line's end."""
     n = sum((when(row == 2 + i, m.shut[i]) for i in range(8)), start=jnp.int32(0))
     line = np.arange(1, ROW_LINES + 1)[None, :]
     zone = (row >= ZONE_START) & (row < _end_of_zone(m))
@@ -265,22 +287,22 @@ def _steps(m: Ram, row: jax.Array) -> jax.Array:
     late = ((n == 0) | (line >= 4 + n)) & (zone | (line >= 4))
     more = when(zone, 1) + when(flies, BIRD_STEPS)
     offset = line + more - when(late, 1) - when(row == LAST_ROW, 1)
-    waits = (line == 4) | (line > 11) | (n > 0) & (line == 4 + n)
-    waits = waits | zone & ((line < 5) | (row == m.row + 2))
-    waits = waits | flies & ((row == 0) | (line < 8))
-    return jnp.where(waits, -1, _start(m, row) + offset)
+    everywhere = (line == 4) | (line > 11) | (n > 0) & (line == 4 + n)
+    in_zone = zone & ((line < 5) | (row == m.row + 2))
+    by_bird = flies & ((row == 0) | (line < 8))
+    return jnp.where(everywhere | in_zone | by_bird, -1, _start(m, row) + offset)
 
 
 def _running_max(values: list[jax.Array]) -> list[jax.Array]:
-    """The largest of the values so far; `lax.cummax` of all lines doubles the decoder's time."""
+    """The running maximum; `lax.cummax` of all lines doubles the decoder's time."""
     return list(itertools.accumulate(values, jnp.maximum))
 
 
 def _thing(m: Ram) -> Box:
-    """What falls: the rows of its picture that the drawing loop does not skip.
+    """The falling object: the rows of its picture that the drawing loop does not skip.
 
-    A picture has fewer rows than the loop has steps in two rows of the building, so it is in the
-    row that is under way when it begins and in the next two.
+    A picture has fewer rows than the loop has steps in two rows of the building. Therefore it is in
+    the row in progress at its start and in the next two.
     """
     begun = _start(m, np.arange(1, LAST_ROW + 1)) < m.top
     building_row = jnp.sum(when(begun, 1)) + np.arange(3)
@@ -292,13 +314,13 @@ def _thing(m: Ram) -> Box:
     first, last = _thing_columns(picture, row)
     zoom = jnp.where(m.wide != ORDINARY, 4, 1)
     there = (m.top > 0) & (bottom > top) & (m.on_roof == 0)
-    x = m.thing_x - 10 + zoom * first + when(zoom > 1, 1)  # the chip begins wide ones later
+    x = m.thing_x - 10 + zoom * first + when(zoom > 1, 1)  # the chip starts wide objects later
     thing_box = box(x, top, zoom * (last - first), bottom - top, there, color=m.thing_color)
     return thing_box.clip(0, 43, 160, 199)
 
 
 def _thing_lines(m: Ram, picture: jax.Array, building_row: jax.Array, line: jax.Array) -> jax.Array:
-    """The row of the picture that each line shows, as a bit; 0 where it shows none."""
+    """The row of the picture on each line, as a bit; 0 for no row."""
     shown = _counters(m, building_row)
     k = shown - m.top
     row = when((k >= 0) & (k < THING_ROWS), jnp.int32(1) << (k & 15)) & lookup(FILLED, picture)
@@ -308,7 +330,7 @@ def _thing_lines(m: Ram, picture: jax.Array, building_row: jax.Array, line: jax.
 
 
 def _thing_columns(picture: jax.Array, row: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """First column and last column + 1 of some rows, bits, of a picture."""
+    """First column and last column + 1 of a picture's rows, given as bits."""
     number = np.arange(THING_ROWS)
     drawn = jax.lax.reduce_or(row, (0,))
     dots = when(drawn >> number & 1 == 1, lookup(INK, picture + number))
@@ -353,14 +375,21 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", CLIMBER, doc="the climber"),
+        Category("Player", CLIMBER, role="player", doc="the climber"),
         Category("Window", WINDOWS, count=78, doc="row * 6 + column"),
         Category("Enemy_Red", Bounds(RED, BUILDING), doc="a thrower"),
         facing_category("Enemy_Bird", BIRD, doc="a bird"),
         facing_category("Helicopter", HELICOPTER, doc="above the roof"),
         Category("Projectile", THINGS, doc="what falls"),
-        display("Score", POINTS, doc="points, below 1,000,000"),
+        display("Score", POINTS, role="score", doc="points, below 1,000,000"),
         display("Bonus", EXTRA, doc="bonus"),
-        display("Life", ICONS, count=3, attributes=(), doc="lives in reserve, three at most"),
+        display(
+            "Life",
+            ICONS,
+            count=3,
+            attributes=(),
+            role="lives",
+            doc="lives in reserve, three at most",
+        ),
     ),
 )

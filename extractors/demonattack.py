@@ -1,72 +1,89 @@
 """Demon Attack: a ship that shoots at up to three demons, which drop bombs or fire rays.
 
-Screen: The ground is scenery. What appears (OCAtari's EnemyPart) or explodes, demon or ship, is a
-cloud of particles and no object. A ray fills its rows. Each row of a demon has a colour of its
-level; a demon's colour is the fourth row's from below.
+Screen: the ground is scenery. Appearing demons (OCAtari's EnemyPart) and exploding demons or ships
+are clouds of particles and not objects. A ray fills its rows. Each row of a demon has a colour of
+the level; the demon's colour is the fourth row's from below.
 
-Slots: Enemy has the game's three rows of demons from the top, each a whole demon or, after it
-split, its left half; the right halves of the rows; the small demon that dives at the ship. When one
-begins to dive, the game moves the demons above it down a row. EnemyMissile has two slots, left and
-right, for each of the game's ten rows of missiles; they turn as the missiles fall, so a missile
-keeps its slot. The shot waits for its launch in the ship.
+Slots: Enemy has first the game's three rows of demons from the top, each with an intact demon or
+the left half of a split one. Next come the right halves of the rows, then the small demon that
+dives at the ship. When a demon begins to dive, the game moves the demons above it down a row.
+EnemyMissile has two slots, left and right, for each of the game's ten rows of missiles. The slots
+rotate as the missiles fall, so a missile keeps its slot. The shot waits for its launch in the ship.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. Demons, the score and the ship's
-state change after a frame is drawn, and `decode` takes that back. A demon hides what is less than
-four lines under it of the next one. What the display program writes in the middle of a line shows
-one line later to the left of it: so missiles and shots are longer or shorter in some columns.
+state change after a frame is drawn; `decode` reverts this. A demon hides the next demon's pixels
+less than four lines under it. If the display program writes a register in the middle of a line, the
+change appears one line later to the left of that column. Therefore missiles and shots are longer or
+shorter in some columns.
 
 Covered: all modes and difficulties, levels 1-14, splitting and diving demons, rays, deaths, the end
 of the game.
 
-Not exact, as it is not in the RAM: the shot on the frame on which it hits, the picture of the demon
-that it hits, missiles on the frame on which one hits the ship, a row of a demon's height on a frame
-on which it turns round. When the game ends, it clears the demons that the screen still shows: they
-get the most frequent picture, and the score tells how many are left of a wave. If that is one of
-the upper two rows, its row is a guess (75 % are right); from level 5 on, they are not valid.
+Not exact: the RAM lacks these facts: the shot on the frame on which it hits; the picture of the hit
+demon; missiles on the frame on which one hits the ship; a row of a demon's height on a frame on
+which it turns round. When the game ends, it clears demons that the screen still shows. They get the
+most frequent picture, and the score gives the number of demons left in the wave. If one of the
+upper two rows remains, its row is a guess (75 % are right). From level 5 on, these demons are not
+valid.
 
-VEM: sees no demons while the sky flashes in one of their colours, or where halves cover each other,
-and not which pieces of bent rays are whose.
+VEM: it misses demons while the sky flashes in one of their colours, and halves that cover each
+other. It cannot assign the pieces of bent rays.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import div, lookup, match, mod, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    lookup,
+    match,
+    mod,
+    packed_position,
+    when,
+)
 
 ROM = Rom("demon_attack", "f0e0addc07971561ab80d9abe1b8d333")
 FONT = ROM.font(0xF00, rows=9, stride=10)
 SCORE = NumberDisplay(FONT, right=103, top=7, digits=6)
 SHIPS = IconRow(left=17, top=188, width=3, height=5, pitch=8)
-MOST_SHIPS = 6  # that are shown
-SHIPS_AREA = (16, 188, 66, 193)  # of so many
-PURPLE = 0x56
-SHOT = 0x6E
-MISSILE = 0x4E
-YELLOW = 0x2C
+MOST_SHIPS = 6  # shown at most
+SHIPS_AREA = (16, 188, 66, 193)  # of that many
+PURPLE = 86
+SHOT = 110
+MISSILE = 78
+YELLOW = 44
 DEMON_COLORS = tuple(sorted({YELLOW, *ROM.bytes(0xFAE, 56).tolist()}))
-GROUND_COLORS = tuple(range(0x80, 0x8E, 2))
+GROUND_COLORS = tuple(range(128, 142, 2))
 
-# The display program counts rows down to 0. Three lines are between the lowest demon and the rest.
-UPPER = 182  # line + row: down to the lowest demon
-LOWER = 185  # under it
+# The display program counts rows down to 0. Three lines separate the lowest demon from the rest.
+UPPER = 182  # line + row: from the top to the lowest demon
+LOWER = 185  # line + row: under it
 GROUND = LOWER + 1
-TOP_ROW = 162  # demons are below it
-CEILING = 151  # stands for the row of a neighbour above the highest demon
+TOP_ROW = 162  # all demons are below it
+CEILING = 151  # substitute for the row of a neighbour above the highest demon
 
 ROWS = 8  # of a demon
 COLOR_ROW = -4  # from the bottom of a demon's box; most demons have the most pixels there
 COLORS = ROM.bytes(0xF00, 256)  # of a demon's rows, the lowest one first
-# Column of the beam when a row takes its colour: left of it, it is still that of the row above.
+# Column of the beam when a row gets its colour. Left of it, the row above keeps its own.
 COLORED_AT = np.array((43, 43, 43, 52, 52, 52, 34))  # by slot
-# How much is visible of 32 pictures: of each nothing, its last row, its last two rows, ...
+# The visible part of 32 pictures: of each nothing, its last row, its last two rows, ...
 DEMON_PICTURES = Pictures.of(
     (
         np.where(np.arange(ROWS) >= ROWS - rows, ROM.rows(0xE00 + ROWS * picture, ROWS), 0)
@@ -77,7 +94,7 @@ DEMON_PICTURES = Pictures.of(
     rows=ROWS + 1,
 )
 FIRST_PICTURES = ROM.bytes(0xB9F, 12)  # of the demons of half a level
-LAST_EXPLOSION = 3  # this picture and lower ones are explosions
+LAST_EXPLOSION = 3  # explosions have this picture or a lower one
 SPLITTING = 24  # the picture that begins a split
 SMALL_PICTURE = 26  # a picture of halves and of the diving demon
 RANK = np.arange(3)  # of the demons, from the top
@@ -94,21 +111,21 @@ class State:  # of `Ram.state` and `Ram.diver_state`
 # Values of `code` at which demons turn round.
 RIGHTMOST = 0x49
 LEFTMOST = 0x71
-NO_ROW = 255  # `appearing` while no demon does
+NO_ROW = 255  # `appearing` without such a demon
 BLANK = 100  # `digits`
 # By phase: a demon moves if its part of a row or column is less.
 Y_STEPS = ROM.bytes(0xEF0, 8)
 X_STEPS = ROM.bytes(0xEF8, 8)
 WAVE = 8  # demons
-DEMON_POINTS = (10, 10, 15, 15)  # for a demon, by level; in later ones they split
+DEMON_POINTS = (10, 10, 15, 15)  # per demon, by level; in later levels they split
 WAVE_ENDS = WAVE * np.cumsum(DEMON_POINTS)  # scores
 HIT_SOUND = 2  # `sound`
 HIT_NOTES = (8 * FIRST_PICTURES + 1) & 255  # `note` of a hit, by level
 SHIP_EXPLODED = 29  # `page`: the frame shows the exploding ship
 JUST_HIT = 63  # `explosion` on the last frame that shows the ship
 GAME_OVER = 189  # `game`
-LOADED = 3  # `shot_y` up to which the shot waits in the ship
-SHIP_ROWS = 12  # the lowest ones, in which the program also draws the ship
+LOADED = 3  # greatest `shot_y` of a shot that waits in the ship
+SHIP_ROWS = 12  # the lowest rows, which also show the ship
 MISSILE_ROWS = 10
 SHOT_ROWS = 8
 PERIODS = ROM.bytes(0xDA2, 12)  # frames between two steps of the missiles
@@ -119,29 +136,29 @@ class Ram(RamMap):
     score = bcd((1, 3, 5))
     x_part = byte(7, 8, 9)  # of a column
     code = byte(13, 14, 15, 17, 18, 19, 20)  # x - 5 in the chip's coding, by slot; 20: or missiles
-    player_code = byte(16)  # likewise
+    player_code = byte(16)  # x - 5 in the chip's coding
     shot_y = byte(21)  # row of its lower end
     shot_code = byte(22)  # x - 7 in the chip's coding
-    appearing = byte(23)  # row of a demon that is drawn stretched
+    appearing = byte(23)  # row of a demon that the game draws stretched
     explosion = byte(25)  # frames left of the ship's
     missile_clock = byte(26)  # frames since the missiles' last step
     appeared = byte(27)  # demons of this wave
     fired = bits(28, first=6)
-    picture = byte(29, 30, 31, 33, 34, 35, 51)  # by slot; both halves' of a whole demon
+    picture = byte(29, 30, 31, 33, 34, 35, 51)  # by slot; an intact demon has both halves'
     missiles = byte(*range(37, 47))  # lowest row first
     phase = bits(47, 48, 49, count=3)  # of the demons' motion
     rises = bits(47, 48, 49, first=3)
     goes_right = bits(47, 48, 49, first=4)
     state = bits(47, 48, 49, first=6, count=2)
     diver_state = bits(50, first=6, count=2)
-    volley = byte(52)  # rows of missiles that are still to come
+    volley = byte(52)  # rows of missiles still to come
     sound = bits(53, first=4, count=4)
     right_alive = bits(54, 55, 56, first=5)
     left_alive = bits(54, 55, 56, first=6)
     is_split = bits(54, 55, 56, first=7)
     extra_life = byte(58)  # 1: just given
     frame = byte((57, 61))
-    second_half = bits(61, first=2)  # of a row of bombs is shown
+    second_half = bits(61, first=2)  # shows the second half of a row of bombs
     page = byte(65)  # of the last picture that was drawn
     drawn_picture = bits(66, first=3, count=5)  # of the lowest row's right half
     drawn_y = byte(68)  # of the lowest row
@@ -152,7 +169,7 @@ class Ram(RamMap):
     colors = byte(77)  # place of this level's in `COLORS`
     note = byte(80)
     lives_color = byte(84)
-    digits = byte(93, 95, 97, 99, 101)  # 10 * digit, 100: blank; the last one is not kept
+    digits = byte(93, 95, 97, 99, 101)  # 10 * digit, 100: blank; the last digit is not kept
     bombs_or_rays = bits(107, first=7)  # 0: a demon dives
     bombs = bits(108, first=2)  # 0: rays
     cycle = byte(112)  # of the levels' difficulty
@@ -173,49 +190,50 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _player(m: Ram) -> Box:
-    """On the frame on which the ship is hit, the game has moved its place already."""
+    """On the frame on which the ship is hit, the game has already moved it."""
     x = packed_position(m.player_code) + jnp.where(m.explosion == JUST_HIT, 9, 5)
     return box(x, LOWER - 11, 7, 12, m.page != SHIP_EXPLODED)
 
 
 def _drawn_rows(m: Ram) -> jax.Array:
-    """Where the demons were drawn, before they moved."""
+    """Rows of the demons before they moved."""
     moved = (m.state == State.ALIVE) & (m.y_part < lookup(Y_STEPS, m.phase))
     return jnp.where(RANK == LOWEST, m.drawn_y, m.y - when(moved, 2 * m.rises - 1))
 
 
 def _step(m: Ram) -> jax.Array:
-    """Columns to the right that whole demons and left halves moved after they were drawn."""
+    """Columns to the right that intact demons and left halves moved after they were drawn."""
     turned = jnp.where(m.goes_right == 1, m.code[:3] == LEFTMOST, m.code[:3] == RIGHTMOST)
-    moves = (m.state == State.ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
-    moves = moves & ((RANK != LOWEST) | (m.volley == 0))  # it stands while it fires
+    intact = (m.state == State.ALIVE) & ((m.is_split == 0) | (m.left_alive == 1)) & ~turned
+    moves = intact & ((RANK != LOWEST) | (m.volley == 0))  # it does not move while it fires
     moved = moves & (m.x_part < lookup(X_STEPS, m.phase))
     return when(moved, 2 * m.goes_right - 1)
 
 
 def _demon_boxes(m: Ram, y: jax.Array) -> Box:
-    split, over = m.is_split == 1, m.game == GAME_OVER
+    split = m.is_split == 1
+    over = m.game == GAME_OVER
     alive, hit = _demons_alive(m, split)
     small = _slots(split, jnp.ones(3, bool), jnp.asarray(True))
     picture = jnp.where(hit | over, _usual_pictures(m, small), m.picture)
     index = DEMON_PICTURES.index(picture=picture, rows=_visible_rows(y))
-    left, top, width, height = DEMON_PICTURES.extent(index, mirrored=MIRRORED)
+    left, top, half_width, height = DEMON_PICTURES.extent(index, mirrored=MIRRORED)
     x = packed_position(m.code) + 5 - jnp.pad(_step(m), (0, 4)) + left
     line = np.where(np.arange(7) == DIVER, LOWER, UPPER) + 1 - ROWS - _slots(y, y, m.diver_y)
-    width = jnp.where(small, width, 16 - 2 * left)
+    width = jnp.where(small, half_width, 16 - 2 * left)
     row = ROWS - top - 1 + jnp.minimum(-height - COLOR_ROW, 0) + when(x + 1 < COLORED_AT, 1)
     color = lookup(COLORS, m.colors + row)
     return box(x, line + top, width, height, (alive | hit) & (height > 0), color=color)
 
 
 def _usual_pictures(m: Ram, small: jax.Array) -> jax.Array:
-    """The most frequent picture of what is in each slot."""
+    """The most frequent picture for each slot."""
     usual = jnp.where(RANK == LOWEST, m.drawn_picture, lookup(FIRST_PICTURES, m.level >> 1) + 1)
     return jnp.where(small, SMALL_PICTURE, _slots(usual, usual, m.level))
 
 
 def _visible_rows(y: jax.Array) -> jax.Array:
-    """How many rows of each picture are not too close under the demon above."""
+    """Number of rows of each picture that are not too close under the demon above."""
     above = jnp.concatenate([jnp.full(1, TOP_ROW + 4), y[:-1]])
     rows_left = jnp.clip(above - 3 - y, 0, ROWS)
     return _slots(rows_left, rows_left, jnp.asarray(ROWS))
@@ -226,7 +244,7 @@ def _slots(left: jax.Array, right: jax.Array, diving: jax.Array) -> jax.Array:
 
 
 def _slot_bits(left: jax.Array, right: jax.Array, diving: jax.Array) -> jax.Array:
-    """`_slots` of conditions, as bits of a number: it is computed once, not again for each slot.
+    """`_slots` of conditions as bits of a number, computed once instead of again for each slot.
 
     Otherwise the game takes 1.3 times as long.
     """
@@ -235,27 +253,30 @@ def _slot_bits(left: jax.Array, right: jax.Array, diving: jax.Array) -> jax.Arra
 
 
 def _demons_alive(m: Ram, split: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Which demons are alive, and which one was hit on this frame, which shows it alive."""
+    """Masks of living demons, and of the demon hit on this frame, which shows it alive."""
     over = m.game == GAME_OVER
-    left = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != RANK))
-    left, right = jnp.where(over, _remain(m), left), ~over & split & (m.right_alive == 1)
-    alive = _slot_bits(left, right, ~over & (m.diver_state == State.ALIVE))
-    alive = alive & (over | (m.picture > LAST_EXPLOSION))
-    struck = (m.picture == LAST_EXPLOSION) | (m.picture == SPLITTING)
-    struck = struck & (m.sound == HIT_SOUND) & (m.note == lookup(HIT_NOTES, m.level))
+    in_play = jnp.where(split, m.left_alive == 1, (m.state == State.ALIVE) & (m.appearing != RANK))
+    left = jnp.where(over, _remain(m), in_play)
+    right = ~over & split & (m.right_alive == 1)
+    there = _slot_bits(left, right, ~over & (m.diver_state == State.ALIVE))
+    alive = there & (over | (m.picture > LAST_EXPLOSION))
+    splits = (m.picture == LAST_EXPLOSION) | (m.picture == SPLITTING)
+    struck = splits & (m.sound == HIT_SOUND) & (m.note == lookup(HIT_NOTES, m.level))
     exploding = _slots(split | (m.state == State.EXPLODES), split, m.diver_state == State.EXPLODES)
     return alive, struck & exploding
 
 
 def _remain(m: Ram) -> jax.Array:
-    """Which rows the last frame of a game shows: all, unless it is the end of a wave.
+    """True for rows that the last frame of a game shows: all, unless it is the end of a wave.
 
-    Then the score tells how many demons are left, if it fits. If one of the upper two is, it is
-    rather the one that is farther from the middle between its neighbours, to which the row of a
-    dead one moves.
+    At the end of a wave the score gives the number of remaining demons, if it fits. If one of the
+    upper two remains, choose the one farther from the middle between its neighbours: the row of a
+    dead demon moves to that middle.
     """
-    has_lowest, y = m.drawn_picture > LAST_EXPLOSION, m.y
-    points, missing = lookup(DEMON_POINTS, m.level), lookup(WAVE_ENDS, m.level) - m.score
+    has_lowest = m.drawn_picture > LAST_EXPLOSION
+    y = m.y
+    points = lookup(DEMON_POINTS, m.level)
+    missing = lookup(WAVE_ENDS, m.level) - m.score
     number = np.arange(1, 4)
     known = (m.level < len(DEMON_POINTS)) & (missing == number * points)
     left = jnp.max(jnp.where(known, number, 0))
@@ -275,35 +296,41 @@ def _shot_box(m: Ram, y: jax.Array) -> Box:
 
 
 def _first_line(m: Ram, y: jax.Array, row: jax.Array, x: jax.Array, sooner: int) -> jax.Array:
-    """The first line that shows, at column x, that the shot begins at a row, or has ended.
+    """The first line that shows, at column x, the shot's start at a row or its end.
 
     The end takes the display program less time: the beam is less far by `sooner` columns.
     """
-    for i in (0, 1):  # under a demon, the program positions the next one
-        row = jnp.where((row < y[i]) & (row >= y[i] - 3), y[i] - 4, row)
-    above = row >= y[LOWEST]
-    at_demon = jnp.any((row >= y) & (row < y + ROWS))
-    at_diver = (row >= m.diver_y) & (row < m.diver_y + ROWS)
+    late = _after_demon(y[1], _after_demon(y[0], row))
+    above = late >= y[LOWEST]
+    at_demon = jnp.any((late >= y) & (late < y + ROWS))
+    at_diver = (late >= m.diver_y) & (late < m.diver_y + ROWS)
     usual = match((m.bombs_or_rays == 1, 1), (at_diver, 88), otherwise=43)
-    below = jnp.where(m.page == SHIP_EXPLODED, 4, usual + when(row < SHIP_ROWS, 18))
+    below = jnp.where(m.page == SHIP_EXPLODED, 4, usual + when(late < SHIP_ROWS, 18))
     beam = jnp.where(above, jnp.where(at_demon, 106, 31), below)
-    return jnp.where(above, UPPER, LOWER) - row + when(x < beam - sooner, 1)
+    return jnp.where(above, UPPER, LOWER) - late + when(x < beam - sooner, 1)
+
+
+def _after_demon(y: jax.Array, row: jax.Array) -> jax.Array:
+    """The row at which the program notices a row: under a demon it positions the next one."""
+    return jnp.where((row < y) & (row >= y - 3), y - 4, row)
 
 
 def _missile_boxes(m: Ram) -> Box:
-    """A row has up to two missiles. A bomb is half as high as its row, the halves by turns."""
+    """A row has up to two missiles. A bomb is half as high as its row; its halves alternate."""
     steps = jax.lax.div(jnp.maximum(m.frame - m.missile_clock, 0), lookup(PERIODS, m.cycle))
-    row = np.arange(MISSILE_ROWS) - mod(steps, MISSILE_ROWS)  # of a pair of slots
-    row = jnp.where(row < 0, row + MISSILE_ROWS, row)
+    from_last = np.arange(MISSILE_ROWS) - mod(steps, MISSILE_ROWS)  # of a pair of slots
+    row = jnp.where(from_last < 0, from_last + MISSILE_ROWS, from_last)
     dots = sum(jnp.where(row == i, m.missiles[i], 0) for i in range(MISSILE_ROWS))
     last = dots & -dots
     pairs = jnp.stack([dots, jnp.where(dots == last, 0, last)], axis=1)
     x = packed_position(m.code[DIVER]) + 5 + jax.lax.clz(pairs) - 24  # of the first dot
-    bomb, second = m.bombs == 1, m.second_half == 1
-    top = 8 * row + jnp.where(bomb & second, 3, 7)
+    bomb = m.bombs == 1
+    second = m.second_half == 1
+    usual_top = 8 * row + jnp.where(bomb & second, 3, 7)
     bottom = 8 * row + jnp.where(bomb & ~second, 4, 0)
-    top = jnp.minimum(top, m.drawn_y - 1)
-    line, end = _missile_line(m, top[:, None], x), _missile_line(m, bottom[:, None] - 1, x)
+    top = jnp.minimum(usual_top, m.drawn_y - 1)
+    line = _missile_line(m, top[:, None], x)
+    end = _missile_line(m, bottom[:, None] - 1, x)
     falls = (m.bombs_or_rays == 1) & (m.page != SHIP_EXPLODED) & (m.explosion != JUST_HIT)
     there = falls & (pairs > 0) & (top >= bottom)[:, None]
     boxes = box(x.ravel(), line.ravel(), 1, (end - line).ravel(), there.ravel())
@@ -324,7 +351,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _lives_box(m: Ram) -> Box:
-    """The ships on the screen lag behind a life that is lost or won by a frame."""
+    """The ships on the screen lag a frame behind a lost or won life."""
     lost = (m.page == SHIP_EXPLODED) & (m.explosion == 0) & (m.game != GAME_OVER)
     shown = m.lives + when(lost, 1) - when(m.extra_life == 1, 1)
     return SHIPS.box(shown, shown <= MOST_SHIPS, value=m.lives + 1, color=m.lives_color)
@@ -332,7 +359,7 @@ def _lives_box(m: Ram) -> Box:
 
 FIELD = (0, 17, 160, GROUND)
 HIGH = (0, 17, 160, 145)  # above the ship's explosion
-# Sizes and numbers of pixels tell the demons from particles.
+# Sizes and pixel counts distinguish the demons from particles.
 DEMON_SHAPES = (
     Shape(w=(12, 16), h=(5, 7), pixels=(53, 81)),
     Shape(w=16, h=(6, 7), pixels=(88, 112)),  # dense
@@ -355,11 +382,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), doc="the ship"),
+        Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), role="player", doc="the ship"),
         Category("Enemy", DEMONS, count=7, color_row=COLOR_ROW, doc="demons, halves, the diver"),
         Category("PlayerMissile", SHOTS, doc="the shot in flight"),
         Category("EnemyMissile", MISSILES, count=2 * MISSILE_ROWS, doc="bombs, pieces of rays"),
-        display("Score", SCORE.rule(YELLOW, required=True), doc="points"),
-        display("Lives", LIVES, doc="ships in reserve; value: one more"),
+        display("Score", SCORE.rule(YELLOW, required=True), role="score", doc="points"),
+        display("Lives", LIVES, role="lives", doc="ships in reserve; value: one more"),
     ),
 )

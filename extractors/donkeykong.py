@@ -1,51 +1,71 @@
 """DonkeyKong: Mario, four barrels or fireballs, a hammer, Donkey Kong, Pauline, two boards.
 
-Screen: the first board has slanted girders and barrels, the second one (blue) fireballs and eight
-rivets, which Mario takes out by walking over them. Ladder has broken ones, too, each from its first
-rung to its last. A held hammer is drawn in the rows where it hung, whatever floor Mario is on.
-While a game is played, the bonus is displayed (Timer), between lives and games the Score, which
-stays valid and keeps its value. Lives are ALE's; none are shown, and Life is not valid, at 0.
+Screen: the first board has slanted girders and barrels. The second one (blue) has fireballs and
+eight rivets, which Mario takes out by walking over them. Ladder includes broken ladders, each from
+its first rung to its last. A held hammer is drawn in the rows where it hung, on any floor. During a
+game the display shows the bonus (Timer), between lives and games the Score, which stays valid and
+keeps its value. Lives are ALE's; at 0 the screen shows none, and Life is not valid.
 
-Slots: of Ladder and Platform, those of the first board, then those of the second.
+Slots: Ladder and Platform have the first board's parts, then the second board's.
 
-RAM: ALE's source (score, lives), D. Debro's disassembly (what the records are) and the ROM's code.
-Obstacles move before the frame is drawn. Mario, the hammer and the bonus change after it, and
-`decode` takes that back.
+RAM: ALE's source (score, lives), D. Debro's disassembly (meaning of the records) and the ROM's
+code. Obstacles move before the frame is drawn. Mario, the hammer and the bonus change after it;
+`decode` reverts this.
 
 Covered: both boards, the only mode and difficulty, jumps, ladders, the hammer, rivets, lost lives,
 the end of the game, frame skips 3 and 4.
 
-Not exact: the RAM does not tell whether Mario took a step on the third frames, on which he may walk
-or climb, unless he jumps, the step sounds, or nothing is touched; `decode` assumes that he did. Nor
-is it there that he turned or ended a jump, or where the hammer was before it was taken on this
-frame. When a life ends, the RAM is set up anew before its last frame is drawn, which shows the
-barrels, but not Mario: the column of each floor's last obstacle gives their rows, save on ladders.
-Without a barrel on the lowest floor or a new game, it cannot be told from the next frame.
+Not exact: Mario may walk or climb on every third frame. Unless he jumps, the step sounds, or there
+is no input, the RAM does not show a step, and `decode` assumes one. The RAM also lacks his turn,
+the end of a jump, and the hammer's position before he took it on this frame. When a life ends, the
+RAM is set up again before the last frame, which shows the barrels but not Mario. The column of each
+floor's last obstacle gives their rows, except on ladders. Without a barrel on the lowest floor or a
+new game, the RAM does not distinguish that frame from the next one.
 
-VEM: it sees no hammer that touches a ladder, less of a ladder or barrel that something covers, no
-fireballs without rivets, and not the colours of a game that is left alone.
+VEM: it misses a hammer that touches a ladder, covered parts of ladders and barrels, fireballs
+without rivets, and the colours of an idle game.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, NORTH, WEST
-from ocjax.console.ops import among, lookup, match, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.registers import position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    NORTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shades,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    high,
+    lookup,
+    match,
+    pick,
+    position,
+    reached,
+    when,
+)
 
 ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)
 
 
-class Pose:  # of Mario; before them four of walking
+class Pose:  # of Mario; below: four poses of walking
     JUMPS = 4
     CLIMBS = 5
     STANDS = 6
@@ -55,7 +75,7 @@ HEADS = (0, 0, 0, 1, 2, 2, 0)  # first row of Mario's picture, by pose
 FEET = (17, 17, 17, 17, 16, 17, 17)  # the row below it
 
 GIRDERS = 106  # colour of the first board
-BLUE = 138  # of the second one, and of the score
+BLUE = 138  # of the second board and the score
 RED = 70
 WHITE = 14
 BOOTS = 166
@@ -91,19 +111,19 @@ GIRDERS_AT = np.array(PLATFORMS + BLUE_PLATFORMS)
 LADDERS_AT = np.array([(x, top, x + 4, bottom) for x, top, bottom in LADDERS + BLUE_LADDERS])
 BENDS = ROM.bytes(0xDF8, 7)  # `x` where the girders of the first board step
 UPPER_ENDS = ROM.bytes(0xACD, 34)  # `y` of Mario at the upper ends of the ladders
-LOWER_ENDS = ROM.bytes(0xB00, 34)  # and at the lower ones
+LOWER_ENDS = ROM.bytes(0xB00, 34)  # `y` of Mario at the lower ends
 FLOORS = tuple(range(22, 160, 28))  # least `y` of the floors below the uppermost one
 RIVET_X = np.array([52, 104] * 4)
 RIVET_Y = np.repeat([144, 116, 88, 60], 2)
 
 BARREL_FLOORS = (12, 33, 61, 89, 117, 145)  # least `y` of barrels
 EMPTY = 93  # `lowest_row` without an obstacle
-PLAYING = 128  # least value of `state`
+PLAYING = 128  # least `state` during a game
 MOVED_WAIT = 2  # `wait` on a frame on which Mario may have moved
-WHOLE_LADDER = 13  # `ladder` below which a barrel rolls down it
-JUST_JUMPED = 31  # `air` when a jump has just begun
+WHOLE_LADDER = 13  # a barrel rolls down ladders below this number
+JUST_JUMPED = 31  # `air` at the start of a jump
 RISE = 7  # rows of a jump
-NO_HAMMER = 112  # `hammer` of one that was used up
+NO_HAMMER = 112  # `hammer` after use
 
 
 class Sound:  # of `Ram.sound`
@@ -115,7 +135,7 @@ class Sound:  # of `Ram.sound`
 class Heading:  # of `Ram.heading`
     LEFT = 0
     RIGHT = 8
-    LADDER = 128  # from here on, on a ladder
+    LADDER = 128  # least `heading` on a ladder
     DOWN = 254
     UP = 255
 
@@ -144,19 +164,19 @@ class Ram(RamMap):
     hammer = byte(21)  # its picture, low byte of an address
     y = byte(27)  # of Mario, y - 22
     hammer_x = byte(28)  # x + 6
-    rivets = byte(31, 32, 33, 34)  # lowest row first: 6 and more, 12 and more: which are gone
+    rivets = byte(31, 32, 33, 34)  # lowest row first; at least 6 or 12 if rivets are gone
     lives = byte(35)
     bonus = bcd(36)  # hundreds
     obstacle_x = byte(65, 66, 67, 68)  # x + 4
     on_ladder = bits(69, 70, 71, 72, first=7)
     goes_right = bits(69, 70, 71, 72)
     ladder = byte(73, 74, 75, 76)  # number of the ladder that a barrel takes or took
-    coarse_x = byte(*range(82, 76, -1))  # of the obstacle that each floor had last, top first
+    coarse_x = byte(*range(82, 76, -1))  # coarse column of each floor's last obstacle, top first
     fine_x = high(*range(88, 82, -1))
     lowest_row = byte(97)  # of the obstacle on the lowest floor, y - 77
     clock = byte(104)
     at_ladder = byte(106)  # number of Mario's ladder
-    control = byte(107)  # the joystick when the jump began; a bit is 0 where it is pushed
+    control = byte(107)  # the joystick at the start of the jump; a pushed direction has bit 0
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -188,12 +208,12 @@ def _fixed(area: tuple[int, int, int, int] | np.ndarray, color: jax.Array | None
 
 
 def _in_play(m: Ram) -> jax.Array:
-    """Whether a game is played and was already when the frame was drawn."""
+    """True during a game that had started before the frame was drawn."""
     return (m.state >= PLAYING) & ~((m.clock == 0) & (m.bonus == 50))
 
 
 def _life_over(m: Ram) -> jax.Array:
-    """Whether the frame is the last one of a life, without Mario, though the RAM is set up anew."""
+    """True on the last frame of a life, without Mario, though the RAM is set up again."""
     game_over = (m.state == 0) & (m.sound == Sound.POINTS) & (m.sound_left == 31)
     shown = (m.obstacle_y == 0).all() & (m.lowest_row != EMPTY)
     return game_over | shown | ((m.state >= PLAYING) & ~_in_play(m))
@@ -208,9 +228,9 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     at = jnp.where(climbs, m.y, m.x)
     quiet = among(m.sound, (Sound.NONE, Sound.STEP))
     sounds = (m.sound == Sound.STEP) & (m.sound_left == 1)
-    moved = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
-    moved = (moved | in_air) & ~_at_side(m, left, right)
-    moved = moved & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
+    on_beat = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
+    unhindered = (on_beat | in_air) & ~_at_side(m, left, right)
+    moved = unhindered & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
     dx = when(right, 1) - when(left, 1)
     climbed = jnp.where(m.heading == Heading.UP, -1, 1)
     dy = jnp.where(climbs, climbed, _slope_rows(m, dx))
@@ -218,7 +238,7 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _slope_rows(m: Ram, dx: jax.Array) -> jax.Array:
-    """Rows that a step along a floor goes down, where its girders step."""
+    """Rows that a step along a floor goes down at the steps of its girders."""
     bend = (dx != 0) & among(m.x + when(dx < 0, 1), BENDS.tolist()) & (m.board == 0)
     floor = _mario_floor(m)
     slanted = (floor > 0) & (floor < 5)
@@ -226,12 +246,12 @@ def _slope_rows(m: Ram, dx: jax.Array) -> jax.Array:
 
 
 def _mario_floor(m: Ram) -> jax.Array:
-    """The floor that Mario is on, 0 is Donkey Kong's."""
+    """Mario's floor; 0 is Donkey Kong's."""
     return reached(m.y, FLOORS)
 
 
 def _at_side(m: Ram, left: jax.Array, right: jax.Array) -> jax.Array:
-    """Whether Mario is at the end of a girder and cannot go on to the left or right."""
+    """True if Mario is at the end of a girder and cannot go on to the left or right."""
     even = (_mario_floor(m) & 1) == 0
     first = jnp.where(even | (m.board == 1), 36, 41)
     last = jnp.where(even & (m.board == 0), 117, 124)
@@ -257,14 +277,15 @@ def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
         otherwise=(m.walk - dx & 6) >> 1,
     )
     compass = match((on_ladder, NORTH), (m.heading == Heading.LEFT, WEST), otherwise=EAST)
-    top, bottom = pick(pose, HEADS), pick(pose, FEET)
+    top = pick(pose, HEADS)
+    bottom = pick(pose, FEET)
     there = ~_life_over(m)
     whole = box(m.x - dx - 4, y + 22 + top, 8, bottom - top, there, orientation=compass)
     return whole.clip(*BOARD)
 
 
 def _obstacle_boxes(m: Ram) -> Box:
-    """Barrels or fireballs. The side of a barrel that rolls down a ladder is a row lower."""
+    """Barrels or fireballs. The side view of a barrel on a ladder is a row lower."""
     side = (m.on_ladder == 1) & (m.ladder < WHOLE_LADDER) & (m.board == 0)
     low = jnp.where(side, 1, 0)
     y = jnp.where(_life_over(m), _last_rows(m), m.obstacle_y)
@@ -272,18 +293,23 @@ def _obstacle_boxes(m: Ram) -> Box:
 
 
 def _last_rows(m: Ram) -> jax.Array:
-    """The barrels' `y` on the last frame of a life, from the floors on which they were drawn."""
+    """The barrels' `y` on the last frame of a life, from the floors that drew them."""
     drawn_x = position(m.coarse_x + 2, m.fine_x)
     steps = reached(m.obstacle_x, BENDS.tolist())
-    slope, y = jnp.where(m.goes_right == 1, steps, len(BENDS) - steps), jnp.zeros_like(steps)
-    for floor, start in enumerate(BARREL_FLOORS):
-        there = (m.obstacle_x == drawn_x[floor]) & (m.goes_right == 1 - floor % 2)
-        y = jnp.where(there, start + (slope if 0 < floor < 5 else 0), y)
-    return jnp.where((m.on_ladder == 0) & (m.board == 0), y, 0)
+    slope = jnp.where(m.goes_right == 1, steps, len(BENDS) - steps)
+    by_floor = [
+        (
+            (m.obstacle_x == drawn_x[floor]) & (m.goes_right == 1 - floor % 2),
+            start + (slope if 0 < floor < 5 else 0),
+        )
+        for floor, start in enumerate(BARREL_FLOORS)
+    ]
+    y = match(*reversed(by_floor), otherwise=0)
+    return when((m.on_ladder == 0) & (m.board == 0), y)
 
 
 def _hammer(m: Ram, dx: jax.Array) -> Box:
-    """The hammer; it swings while it is held."""
+    """The hammer; it swings while Mario holds it."""
     held = m.hammer_time > 0
     forward = held & ((m.clock - 1 & 8) != 0)
     aside = match((~forward, 6), (m.heading == Heading.LEFT, 7), otherwise=5)
@@ -294,7 +320,7 @@ def _hammer(m: Ram, dx: jax.Array) -> Box:
 
 
 def _rivets(m: Ram) -> Box:
-    """The rivets. The last one of a girder to go leaves a number of 18 and more."""
+    """The rivets. The last rivet of a girder leaves a number of at least 18."""
     gone = reached(jnp.repeat(m.rivets, 2), (6, 12, 18))
     left = np.arange(len(RIVET_X)) % 2 == 0
     there = (gone == 0) | (gone == jnp.where(left, 2, 1))
@@ -313,7 +339,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _timer_box(m: Ram) -> Box:
-    """The bonus, which is counted down after the frame is drawn."""
+    """The bonus, which counts down after the frame is drawn."""
     shown = 100 * (m.bonus + jnp.where((m.clock & 127) == 0, 1, 0))
     return TIMER.box(shown, valid=_in_play(m))
 
@@ -342,7 +368,13 @@ GAME = Game(
     decode=decode,
     shades=SAVER,
     categories=(
-        Category("Player", MARIO_RULE, attributes=("orientation",), doc="Mario; north on a ladder"),
+        Category(
+            "Player",
+            MARIO_RULE,
+            attributes=("orientation",),
+            role="player",
+            doc="Mario; north on a ladder",
+        ),
         Category("Barrel", SMALL, count=4, needs=("OilDrum",), doc="on the first board"),
         Category("Fireball", SMALL, count=4, needs=("Rivet",), doc="on the second board"),
         Category("Hammer", HAMMER_RULE, doc="on its place, or held"),
@@ -352,8 +384,13 @@ GAME = Game(
         Category("OilDrum", Bounds(GIRDERS, DRUM), doc="stack at the lower left"),
         Category("Ladder", RUNGS, count=34, doc="whole or broken; upper first, board by board"),
         Category("Platform", BEAMS, count=13, doc="girders, upper first, board by board"),
-        display("Life", Bounds(BOTH, LIFE_AREA, value=Gauge(8, 4, 1)), doc="lives that are left"),
-        display("Score", SCORE.rule(BLUE), blinks=True, doc="points"),
-        display("Timer", TIMER.rule(GREEN), doc="bonus that is left"),
+        display(
+            "Life",
+            Bounds(BOTH, LIFE_AREA, value=Gauge(8, 4, 1)),
+            role="lives",
+            doc="lives that are left",
+        ),
+        display("Score", SCORE.rule(BLUE), blinks=True, role="score", doc="points"),
+        display("Timer", TIMER.rule(GREEN), role="time", doc="bonus that is left"),
     ),
 )

@@ -1,26 +1,27 @@
 """Enduro: a race by day, on snow, at night and in fog, past 200 cars on the first day, then 300.
 
-Screen: the eight columns at the left edge are blanked by the beam. The road, mountains, the board
-with its car or flags, and the maker's name are scenery. At night, only the cars' lights are drawn.
+Screen: the beam's late blank hides the eight columns at the left edge. The road, mountains, the
+board with its car or flags, and the maker's name are scenery. At night, the game draws only the
+cars' lights.
 
-Slots: cars are numbered in the order in which the player passes them. A car keeps the slot of its
-number, modulo 8, also where it comes nearer by a row.
+Slots: cars have numbers in the order of passing. A car keeps the slot of its number, modulo 8, also
+when it comes nearer by a row.
 
-RAM: ALE's source (cars left, day), OCAtari and AtariARI (what some bytes are), and the ROM's code.
-A step of the game (f28d-f6fa) ends with the vertical sync, and what it has changed is drawn after
-it. So the frame is older by a step than the RAM, but for what the drawing has left there: where the
-road, the cars and their pictures are. From these and from
-the speed, `as_drawn` computes where the player was, and the scroll of the rows.
+RAM: ALE's source (cars left, day), OCAtari and AtariARI (meaning of some bytes), and the ROM's
+code. A step of the game (f28d-f6fa) ends with the vertical sync, and the game draws its results
+afterwards. Therefore the frame is a step older than the RAM, except the bytes that the drawing
+leaves: the positions of the road and the cars, and their pictures. From these and the speed,
+`as_drawn` computes the player's position and the scroll of the rows.
 
-Covered: whole first days in play, with snow, night and fog, and the end of the game; other days,
-and days on which all cars are passed, by writing RAM. There is one mode. When all cars are passed,
-NumberOfCars is not valid.
+Covered: complete first days in play, with snow, night and fog, and the end of the game. RAM was
+edited for other days, and for days on which all cars are passed. The game has one mode.
+NumberOfCars is not valid after all cars are passed.
 
-Not exact: the colour of a car in the last frame in which it is in the nearest row. Cars that fog
-hides are not reported. Numbers are those of the next frame.
+Not exact: the colour of a car on its last frame in the nearest row. Cars hidden by fog are not
+reported. The numbers are the next frame's.
 
-VEM: it does not read the odometer while its digits roll. Where the player stands in front of a car,
-or touches a line of the road, their boxes may be too small or too large.
+VEM: it does not read the odometer while its digits roll. If the player is in front of a car or
+touches a line of the road, boxes may be too small or too large.
 """
 
 import functools
@@ -31,18 +32,33 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits, Font
-from ocjax.console.ops import div, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Font,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    ShortRuns,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    div,
+    lookup,
+    match,
+    packed_position,
+    signed,
+    when,
+)
 
 ROM = Rom("enduro", "94b92a882f6dbaa6993a46e2dcc58402")
 VIEW = (8, 52, 160, 155)
@@ -61,7 +77,7 @@ class Look(NamedTuple):
     zoom: int = 1  # columns of a dot
 
 
-# Pictures by row. At night, only the lights show.
+# Pictures by row. At night, only the lights are visible.
 BY_DAY = (
     Look(0xE38, 11, 2),
     Look(0xE6A, 8, 2),
@@ -80,8 +96,8 @@ AT_NIGHT = (
     Look(0xEB5, 2),
     Look(0xEDD, 1),
 )
-# Low bytes of addresses, which the program gives each row's section. Sections begin at heights
-# that a table has for each scroll, 8 bytes each.
+# Low bytes of the addresses in each row's section. Sections begin at heights in a table, 8 bytes
+# for each scroll.
 STARTS_BY_DAY = ROM.bytes(0xDA9, CAR_ROWS)
 STARTS_AT_NIGHT = ROM.bytes(0xDB1, CAR_ROWS)
 ROAD_SECTIONS = ROM.bytes(0xD01, 128)
@@ -90,24 +106,25 @@ ROAD_SECTIONS = ROM.bytes(0xD01, 128)
 def _columns(look: Look) -> tuple[int, int]:
     """First column and width of a picture; wide dots begin a column later."""
     dots = int(np.bitwise_or.reduce(ROM.bytes(look.address, look.height)))
-    left, right = 8 - dots.bit_length(), 8 - (dots & -dots).bit_length() + 1
+    left = 8 - dots.bit_length()
+    right = 8 - (dots & -dots).bit_length() + 1
     return CAR_X + look.zoom * left + look.zoom - 1, look.zoom * (right - left)
 
 
 def _extents(of_looks: Sequence[Look]) -> np.ndarray:
-    """Lows of addresses, heights, first columns and widths of pictures."""
+    """Low bytes of addresses, heights, first columns and widths of pictures."""
     return np.array([(look.address & 255, look.height, *_columns(look)) for look in of_looks]).T
 
 
 LOOKS = np.stack([_extents(BY_DAY), _extents(AT_NIGHT)])
-FIRST_FRAME = 0xFFFF  # `frames_left` after the first step, whose frame shows no numbers
+FIRST_FRAME = 0xFFFF  # `frames_left` after the first step; its frame has no numbers
 
-ASLANT = 4  # rows of the nearest car of which the last has a wheel on one side
+ASLANT = 4  # rows of the nearest car if the last row has a wheel on one side only
 
 PLAYER_LOW = 0x38
 PLAYER_HEIGHT = 11
 PLAYER_X = 113  # column without steering
-ROAD_X = 104  # position of the road's code, less the sum of the steering and the road
+ROAD_X = 104  # position of the road's code minus the sum of the steering and the road
 NO_CAR = 4  # `car_x` of a row without a car
 
 ROM_FONT = ROM.font(0xF02, rows=7, stride=8)
@@ -118,9 +135,9 @@ TWO_DIGIT_DAY = NumberDisplay(GLYPHS, right=72, top=180, digits=2)
 WHOLE = NumberDisplay(GLYPHS, right=96, top=165, digits=4, leading_zeros=True)  # of the odometer
 ODOMETER_AREA = (64, 164, 104, 173)
 
-GREY = 10
+GRAY = 10
 BLACK = 0
-CAR_COLORS = tuple(range(0x16, 0x100, 0x10))
+CAR_COLORS = tuple(range(22, 256, 16))
 
 
 class Ram(RamMap):
@@ -128,9 +145,9 @@ class Ram(RamMap):
     car_pictures = byte(*range(11, 18))  # low bytes of addresses, less the height of the section
     speed = byte(22)
     distance = byte(24)
-    scroll = byte(25)  # of the rows, already that of the next frame
-    cars = byte(*range(27, 34))  # colours of the rows, 0: no car; already those of the next frame
-    road = byte(34)  # where the road is, relative to the player
+    scroll = byte(25)  # of the rows, already the next frame's
+    cars = byte(*range(27, 34))  # colours of the rows, 0: no car; already the next frame's
+    road = byte(34)  # the road's position relative to the player
     odometer = bcd((42, 41, 40))
     cars_left = bcd((44, 43))
     day = bcd(45)
@@ -143,7 +160,8 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    d, begun = as_drawn(m), m.frames_left < FIRST_FRAME
+    d = as_drawn(m)
+    begun = m.frames_left < FIRST_FRAME
     return {
         "Player": _player_box(m, d),
         "Car": _car_boxes(m, d),
@@ -154,7 +172,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 class Drawn(NamedTuple):
-    """The state of which the frame is."""
+    """The state at the drawing of the frame."""
 
     scroll: jax.Array  # of the rows
     steering: jax.Array
@@ -163,12 +181,13 @@ class Drawn(NamedTuple):
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Take back the last step, in which cars may have changed rows."""
+    """Revert the last step, which may have moved cars to other rows."""
     moved = m.distance + m.speed < 256
     scroll = m.scroll + when(moved, m.faster) & 255
     nearer = moved & (m.faster >= 0) & (scroll < m.faster)
     farther = moved & (m.faster < 0) & (scroll >= m.faster + 256)
-    first, last = m.cars[:1], m.cars[-1:]
+    first = m.cars[:1]
+    last = m.cars[-1:]
     colors = match(
         (nearer, jnp.concatenate([first, m.cars[:-1]])),
         (farther, jnp.concatenate([m.cars[1:], last])),
@@ -192,7 +211,7 @@ def _level(m: Ram) -> Box:
 
 
 def _odometer_box(m: Ram) -> Box:
-    """The four digits, and the black cell on their right in which the fifth one rolls."""
+    """The four digits, and the black cell of the rolling fifth one on their right."""
     digits = WHOLE.box(div(m.odometer, 10))
     _, top, right, bottom = ODOMETER_AREA
     return box(digits.x, top, right - digits.x, bottom - top, value=digits.value)
@@ -205,7 +224,10 @@ def _car_boxes(m: Ram, d: Drawn) -> Box:
     starts = (m.car_pictures + sections) & 255
     night = starts == STARTS_AT_NIGHT
     there = night | (starts == STARTS_BY_DAY)
-    low, height, left, width = (jnp.where(night, LOOKS[1, i], LOOKS[0, i]) for i in range(4))
+    low = jnp.where(night, LOOKS[1, 0], LOOKS[0, 0])
+    height = jnp.where(night, LOOKS[1, 1], LOOKS[0, 1])
+    left = jnp.where(night, LOOKS[1, 2], LOOKS[0, 2])
+    width = jnp.where(night, LOOKS[1, 3], LOOKS[0, 3])
     lowest = (low - m.car_pictures + 64 & 255) - 64  # height of the lowest row
     end = jnp.where(row > 0, jnp.roll(sections, 1), lowest)
     cut = jnp.maximum(end - lowest, 0)
@@ -217,7 +239,7 @@ def _car_boxes(m: Ram, d: Drawn) -> Box:
 
 
 def _leaving(m: Ram, boxes: Box, night: jax.Array) -> Box:
-    """The cars, where the screen's edge cuts the nearest one, whose first rows are narrower."""
+    """The cars; if the screen's edge cuts the nearest one, its first rows are narrower."""
     rows = GROUND - boxes.y
     is_whole = (rows > ASLANT) | night | (np.arange(CAR_ROWS) > 0)
     left = match((is_whole, 0), ((rows == ASLANT) & (m.mirrored == 1), 0), otherwise=2)
@@ -242,12 +264,12 @@ class Wide:
     """The pixels of horizontal runs of at least two pixels: not the lines of the road."""
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """The pixels that the filter keeps."""
         return mask & ~ShortRuns(1, across=True)(mask, planes)
 
 
 PLAYER_VIEW = (8, 130, 160, 155)
-PLAYER = Blobs(GREY, PLAYER_VIEW, Shape(w=(12, 18), h=(8, 11)), gap=(1, 1), filters=(Wide(),))
+PLAYER = Blobs(GRAY, PLAYER_VIEW, Shape(w=(12, 18), h=(8, 11)), gap=(1, 1), filters=(Wide(),))
 CAR_SHAPES = (
     Shape(w=(12, 17), h=(1, 11)),
     Shape(w=8, h=6),
@@ -258,7 +280,7 @@ CAR_SHAPES = (
 NUMBER_OF_CARS = Bounds(
     BLACK,
     CARS_LEFT.area,
-    max_size=(23, 7),  # flags take its place
+    max_size=(23, 7),  # flags replace it
     value=Digits(GLYPHS, CARS_LEFT.lefts, CARS_LEFT.top),
 )
 DISTANCE = Bounds(BLACK, ODOMETER_AREA, value=Digits(GLYPHS, WHOLE.lefts, WHOLE.top))
@@ -275,7 +297,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, rgb=(192, 192, 192), doc="the player's car"),
+        Category("Player", PLAYER, rgb=(192, 192, 192), role="player", doc="the player's car"),
         Category("Car", CARS, count=CAR_SLOTS, doc="number of cars passed before it, modulo 8"),
         display(
             "NumberOfCars",

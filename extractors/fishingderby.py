@@ -1,27 +1,26 @@
 """FishingDerby: two anglers on piers, their poles and lines, six fish, a shark, and two scores.
 
-Screen: the hook is not drawn apart from its line, so a hook's box is that of the line below the
-pole. The hook is at its bottom; the orientation, south-east, south or south-west, tells on which
-side of the pole's end. What the bars of the piers hide of fish, shark and lines is not in their
-boxes; what these hide of each other is. The anglers, the piers, the waves and the maker's name are
-scenery. A fish that was caught or eaten is not valid until it comes back.
+Screen: the line and the hook have one box, from the pole down. The hook is at its bottom. The
+orientation (south-east, south or south-west) gives its side of the pole's end. Boxes exclude the
+parts of fish, shark and lines behind the bars of the piers, but include parts that these objects
+hide from each other. The anglers, the piers, the waves and the maker's name are scenery. A caught
+or eaten fish is not valid until it comes back.
 
-Slots: a fish keeps its slot, its row from the top, also while it is pulled up.
+Slots: a fish keeps its slot, its row from the top, also while an angler pulls it up.
 
-RAM: ALE's source (scores), OCAtari 2.2 and D. Debro's disassembly (what the records are), and the
-ROM's code. The positions in the chip's coding (bytes 42, 43, 76-89) are those on the screen. Fish,
-poles, hooks and scores change after it is drawn, so `decode` takes the pictures from the drawn
-positions, the poles' ends from the slopes' distances, and the hooks' depths from the counters that
-ran down while the lines were drawn.
+RAM: ALE's source (scores), OCAtari 2.2 and D. Debro's disassembly (meaning of the records), and the
+ROM's code. The positions in the chip's coding (bytes 42, 43, 76-89) agree with the screen. Fish,
+poles, hooks and scores change after the drawing. Therefore `decode` takes the pictures from the
+drawn positions, the poles' ends from the slopes' distances, and the hooks' depths from the counters
+that ran down while the lines were drawn.
 
 Covered: all four difficulties, fish that are pulled up, caught and eaten, the end of the game.
 
-Not exact: the RAM does not tell the button with which the left angler pulls faster, so a fish on
-his hook may be drawn a row lower where the hook's depth does not tell; whether a fish has taken a
-hook on this very frame, on which it is a row lower, too; whether the last point of a catch is
-already on the screen.
+Not exact: the RAM lacks the button that makes the left angler pull faster, so a fish on his hook
+may be a row lower on the screen unless the hook's depth shows it. A fish that takes a hook on this
+very frame may be a row lower, too. The last point of a catch may already be on the screen.
 
-VEM: it sees neither two fish that touch nor a hook behind fish and shark.
+VEM: it misses two fish that touch, and a hook behind fish and shark.
 """
 
 import functools
@@ -31,17 +30,36 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, BoxTable, Number, box
-from ocjax.console.compass import EAST, SOUTH, WEST
-from ocjax.console.ops import div, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, NUSIZ_WIDTH, mirrored, position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import NoLines
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    NUSIZ_WIDTH,
+    SOUTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Game,
+    NoLines,
+    Number,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    match,
+    mirrored,
+    position,
+    when,
+)
 
 ROM = Rom("fishing_derby", "b8865f05676e64f3bec72b9defdacfa7")
 FONT = ROM.font(0x700, rows=8)
@@ -52,9 +70,9 @@ RED = 66
 GREEN = 198
 LINE_TOP = 39
 STEPS = 49  # of the drawing loop, down to the lowest depth
-STEPS_ABOVE = 17  # of a line above the depth 0
+STEPS_ABOVE = 17  # of a line above depth 0
 FISH_STEPS = 7  # in a row of fish
-SHARK_NEAR = 64  # column left of which the shark makes the right angler pull fast
+SHARK_NEAR = 64  # the shark makes the right angler pull fast left of this column
 BARS = tuple((x, 61, x + 4, 190) for x in (16, 24, 132, 140))  # of the piers; fish are behind them
 PIERS = ((8, 39, 28, 61), (132, 39, 152, 61))  # with the anglers
 LINE_AREA = (12, 39, 148, 190)
@@ -65,7 +83,7 @@ FISH_ROWS = np.arange(6)
 FISH_Y = 96  # of the uppermost fish
 ROWS_APART = 16  # from a fish to the next one
 SHARK_Y = 80
-PULLED_Y = 80  # of a fish where `pulled_y` is 0
+PULLED_Y = 80  # y of a fish at `pulled_y` 0
 PICTURE_ROWS = 14
 LATE_END = 61  # columns left of this show a line for one row more
 EMPTY_PICTURE = 80  # `picture`
@@ -83,18 +101,15 @@ def _player_row(row: int, nusiz: int) -> np.ndarray:
     """The columns that a row of a player's picture fills, bool `[64]`."""
     zoom = NUSIZ_WIDTH[nusiz] // 8
     dots = np.repeat(np.unpackbits(np.uint8(row)).astype(bool), zoom)
-    out = np.zeros(64, bool)
-    for copy in range(NUSIZ_COPIES[nusiz]):
-        first = copy * NUSIZ_SPACING[nusiz] + (zoom > 1)
-        out[first : first + len(dots)] |= dots
-    return out
+    columns = np.flatnonzero(dots) + (zoom > 1)
+    copies = np.arange(NUSIZ_COPIES[nusiz]) * NUSIZ_SPACING[nusiz]
+    return np.isin(np.arange(64), columns + copies[:, None])
 
 
 def _shark_rows(picture: int, shape: int) -> np.ndarray:
-    """A picture of the shark, which every row draws with another size at another place."""
-    rows, shapes = ROM.rows([picture, shape], PICTURE_ROWS)
-    if shape & 0xFF == SHARK_LEFT:
-        rows = mirrored(rows)
+    """A picture of the shark; each of its rows has another size and position."""
+    stored, shapes = ROM.rows([picture, shape], PICTURE_ROWS)
+    rows = mirrored(stored) if shape & 0xFF == SHARK_LEFT else stored
     moves = -((shapes >> 4 ^ 8) - 8)
     places = 16 + np.concatenate([[0], np.cumsum(moves)[:-1]])
     drawn = zip(rows.tolist(), shapes.tolist(), places.tolist(), strict=True)
@@ -102,21 +117,22 @@ def _shark_rows(picture: int, shape: int) -> np.ndarray:
 
 
 def _visible(pictures: list[np.ndarray], offset: int) -> BoxTable:
-    """The tight boxes of what shows of pictures at each column between the bars.
+    """The tight boxes of the visible parts of pictures at each column, between the bars.
 
     Args:
         pictures: bool `[rows, columns]` each.
-        offset: column at which their first columns are at position 0.
+        offset: column of their first columns at position 0.
     """
     columns = range(160)
     return BoxTable([_visible_part(picture, x + offset) for picture in pictures for x in columns])
 
 
 def _visible_part(picture: np.ndarray, x: int) -> tuple[int, int, int, int]:
-    """Left, top, width and height of what shows between the bars of a picture at a column."""
+    """Left, top, width and height of a picture's visible part between the bars at a column."""
     at = x + np.arange(picture.shape[1])
     seen = picture & (WATER[np.clip(at, 0, 159)] & (at >= 0) & (at < 160))
-    rows, columns = np.flatnonzero(seen.any(axis=1)), at[seen.any(axis=0)]
+    rows = np.flatnonzero(seen.any(axis=1))
+    columns = at[seen.any(axis=0)]
     if not len(rows):
         return (0, 0, 0, 0)
     return (columns[0], rows[0], columns[-1] - columns[0] + 1, rows[-1] - rows[0] + 1)
@@ -138,21 +154,21 @@ class Ram(RamMap):
     clock = byte(1)
     random = byte(2)
     line_slope = byte(28, 29)  # columns in 256 steps
-    line_side = bits(30, 31, first=4, count=4)  # where the line goes
+    line_side = bits(30, 31, first=4, count=4)  # direction of the line
     pole_x = byte(23, 24)  # x + 1 of its end; already moved on
     hook_x = byte(32, 33)
     line_reach = byte(34, 35)  # columns from the pole's end to the hook; 1 more to the right
-    depth_before = byte(36)  # 17 more than the left hook's depth was on this frame or the last one
-    puller = bits(39)  # who pulls a fish up
+    depth_before = byte(36)  # 17 more than the left hook's depth on this frame or the last one
+    puller = bits(39)  # angler who pulls a fish up
     pulled_coarse = byte(42)
     pulled_fine = bits(43, first=4, count=4)
     shark_shape = byte(58)  # low byte of the address of its rows' sizes
     score = bcd(61, 62)
     pulled_y = byte(63)  # y - 80; 0: no fish is pulled up
-    over = byte(64)  # 0: play goes on
+    over = byte(64)  # 0: the game is in play
     depth = byte(65)  # of the left hook
     count_down = byte(67, 68)  # the hook's depth less the 49 steps of the drawing loop
-    # Of the fish from the top, `coarse`, `fine` and `picture` of the shark, too:
+    # The fish from the top; `coarse`, `fine` and `picture` also have the shark:
     x = byte(*range(74, 68, -1))  # already moved on
     coarse = byte(*range(81, 75, -1), 82)
     fine = bits(*range(88, 82, -1), 89, first=4, count=4)
@@ -184,9 +200,9 @@ def _boxes(table: BoxTable, picture: jax.Array, x: jax.Array, y: Number) -> Box:
 
 
 def _fish_face_left(m: Ram, x: jax.Array) -> jax.Array:
-    """Which way the fish faced when they were drawn; 1: to the left.
+    """Direction of the fish as drawn; 1: to the left.
 
-    They move after that, which tells where they were heading. One that has not moved may have
+    They move after that, and the motion shows their direction. A fish that has not moved may have
     turned round by chance since then.
     """
     moved = m.x - x
@@ -196,18 +212,18 @@ def _fish_face_left(m: Ram, x: jax.Array) -> jax.Array:
 
 
 def _fish_in_rows(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
-    """The fish in their rows, and the one that is pulled up."""
+    """The fish in their rows, and the fish that an angler pulls up."""
     faces_left = _fish_face_left(m, x)
     fresh = jnp.all(x == START)  # no fish has moved yet
     pulled = (m.pulled_y > 0) & (
         jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - FISH_ROWS
     )
-    x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
+    shown_x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
     fast = jnp.where(m.puller == 1, shark_x < SHARK_NEAR, m.depth_before - m.depth == 18)
     step = jnp.where(fast | ((m.clock & 3) == 0), 1, 0)  # since it was drawn
     y = jnp.where(pulled, PULLED_Y + m.pulled_y + step, FISH_Y + ROWS_APART * FISH_ROWS)
-    spread = jnp.where(fresh, 1, x >> 1 & 1)
-    fish = _boxes(FISH_BOXES, 2 * spread + faces_left, x, y)
+    spread = jnp.where(fresh, 1, shown_x >> 1 & 1)
+    fish = _boxes(FISH_BOXES, 2 * spread + faces_left, shown_x, y)
     there = (pulled | (m.picture[:6] != EMPTY_PICTURE)) & (m.coarse[:6] > 0)
     return replace(fish, orientation=jnp.where(faces_left == 1, WEST, EAST)).where(there)
 
@@ -228,25 +244,26 @@ def _line_tops(m: Ram) -> jax.Array:
 
 
 def _line_boxes(m: Ram, top_x: jax.Array) -> Box:
-    """The lines, which the drawing loop steps aside when a sum of slopes overflows.
+    """The lines, which the drawing loop moves sideways when a sum of slopes overflows.
 
-    It draws a step of the depth in two rows, and seven of them in a row of fish. Of a line that
-    ends behind a bar of a pier, the last step beside the bar is its end.
+    It draws a step of the depth in two rows, and seven steps in a row of fish. If a line ends
+    behind a bar of a pier, the last step beside the bar is its end.
     """
     depth = jnp.minimum(m.count_down + STEPS & 0xFF, STEPS - 1)
     side = jnp.where(m.line_side == Side.RIGHT, 1, -1)
     end = _visible_depth(m, depth, top_x, side)
     hook_x = top_x + side * _aside(m, end)
     band = div(end, FISH_STEPS)
-    bottom = np.array((81, 80)) + ROWS_APART * band + 2 * (end - FISH_STEPS * band)
-    bottom = bottom + when((hook_x < LATE_END) | (end < depth), 1)
-    left, width = jnp.minimum(top_x, hook_x), jnp.abs(hook_x - top_x) + 1
+    end_row = np.array((81, 80)) + ROWS_APART * band + 2 * (end - FISH_STEPS * band)
+    bottom = end_row + when((hook_x < LATE_END) | (end < depth), 1)
+    left = jnp.minimum(top_x, hook_x)
+    width = jnp.abs(hook_x - top_x) + 1
     towards = SOUTH - 2 * jnp.sign(hook_x - top_x)
     return box(left, LINE_TOP, width, bottom - LINE_TOP, orientation=towards)
 
 
 def _visible_depth(m: Ram, depth: jax.Array, top_x: jax.Array, side: jax.Array) -> jax.Array:
-    """The depth to which the lines show."""
+    """The visible depth of the lines."""
     x = top_x + side * _aside(m, depth)
     bar = jnp.where(side > 0, (x & ~3) - top_x, top_x - (x | 3))  # columns to its near edge
     beside = lax.div(256 * bar - 1, jnp.maximum(m.line_slope, 1)) - STEPS_ABOVE
@@ -254,7 +271,7 @@ def _visible_depth(m: Ram, depth: jax.Array, top_x: jax.Array, side: jax.Array) 
 
 
 def _aside(m: Ram, depth: jax.Array) -> jax.Array:
-    """Columns from the upper ends of the lines to where they are at depths."""
+    """Columns from the upper ends of the lines to their points at some depths."""
     return (STEPS_ABOVE + depth) * m.line_slope >> 8
 
 
@@ -288,11 +305,20 @@ GAME = Game(
     categories=(
         facing_category("Fish", SEA, count=6, doc="one a row, from the top"),
         facing_category("Shark", SHARKS, doc="between the surface and the fish"),
-        facing_category("PlayerOneHook", LEFT_LINE, doc="the left line, from pole to hook"),
+        facing_category(
+            "PlayerOneHook", LEFT_LINE, role="player", doc="the left line, from pole to hook"
+        ),
         facing_category("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
         Category("PlayerOnePole", Bounds(BLACK, POLES[0]), doc="the left pole"),
         Category("PlayerTwoPole", Bounds(BLACK, POLES[1]), doc="the right pole"),
-        display("ScorePlayerOne", SCORES[0].rule(RED), doc="points of the left angler"),
-        display("ScorePlayerTwo", SCORES[1].rule(RED), doc="points of the right angler"),
+        display(
+            "ScorePlayerOne", SCORES[0].rule(RED), role="score", doc="points of the left angler"
+        ),
+        display(
+            "ScorePlayerTwo",
+            SCORES[1].rule(RED),
+            role="opponent_score",
+            doc="points of the right angler",
+        ),
     ),
 )

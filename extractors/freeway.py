@@ -1,38 +1,50 @@
 """Freeway: two chickens cross a road of ten lanes.
 
-Screen: the leftmost eight columns are always black (the beam's late blank); cars drive in and out
-under them and over the right edge. The kerbs, the dashed lines and the copyright line are scenery.
+Screen: the beam's late blank keeps the leftmost eight columns black. Cars drive in and out under
+them and over the right edge. The kerbs, the dashed lines and the copyright line are scenery.
 
-Slots: of Car, the lanes' first cars from top to bottom, then the second ones, then the third ones.
-A truck that shows at both edges has its left piece in its lane's second slot.
+Slots: Car has the lanes' first cars from top to bottom, then the second ones, then the third ones.
+A truck at both edges has its left piece in its lane's second slot.
 
 RAM: ALE's source (scores), OCAtari 2.2 and a public disassembly by Bill Heineman (positions,
-tables), and the ROM's code for the order of a frame: the upper five lanes move after they have been
-drawn, and the digits are looked up every other frame, so the screen lags behind the RAM by what
-has just moved.
+tables), and the ROM's code for the order of a frame. The upper five lanes move after the drawing,
+and the game looks up the digits on every other frame. The screen lags behind the RAM by these
+moves.
 
 Covered: all eight modes (lanes of two or three cars at fixed distances, trucks of twice the width,
 random speeds), both difficulties, both chickens, collisions, the flashing scores before the end,
 the end.
 
-Not exact: the RAM does not tell whether a car of the upper lanes has moved in the one frame in 128
-in which it may have changed its speed (modes 4-7), nor where a chicken was hit, in the one frame in
-which it is still drawn there but already sent back to the start (difficulty A).
+Not exact: in modes 4-7 a car's speed may change on one frame in 128. The RAM does not show if a car
+of the upper lanes has moved on that frame. A chicken that was hit (difficulty A) is still drawn
+there for one frame, but the RAM already has it at the start.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import modulo_screen
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    modulo_screen,
+    pick,
+    score_box,
+    when,
+)
 
 ROM = Rom("freeway", "8e0ab801b1705a740b476b7f588c6d16")
 FONT = ROM.font(0x700, rows=8)
@@ -41,20 +53,20 @@ ROAD = (8, 24, 160, 185)
 BLACK = 0
 YELLOW = 30
 PINK = 74
-GREY = 6
+GRAY = 6
 CAR_COLORS = (66, 220, 18, 74, 130, 36, 136, 68, 216, 26)  # of each lane, top lane first
 CHICKEN_LEFTS = (44, 108)
 DASHES = tuple((x, y, x + 4, y + 1) for x in CHICKEN_LEFTS for y in (102, 104))
 SCORES = tuple(NumberDisplay(FONT, right, top=5, digits=2) for right in (56, 120))
 
 TABLE_ORDER = range(9, -1, -1)  # of the lanes in the RAM's tables, top lane first
-UPPER = 5  # lanes that move after they have been drawn
-CLOCK_FLASHES = 30  # `clock` from which on the scores flash
+UPPER = 5  # lanes that move after the drawing
+CLOCK_FLASHES = 30  # least `clock` while the scores flash
 
 
 class Chicken:  # of `Ram.chicken_state`
     JUST_CROSSED = 143  # the digits still show the score before
-    SHOWN_NEXT = 142  # those of one side still do, by turns
+    SHOWN_NEXT = 142  # one side's digits still show it, alternately
     HIT = 64  # a bit
 
 
@@ -71,7 +83,7 @@ class Ram(RamMap):
     frame = byte(1)
     chicken_y = byte(14, 15)  # 193 - y
     car_kind = bits(*(23 + i for i in TABLE_ORDER), first=0, count=3)  # copies or double width
-    car_pace = bits(*(23 + i for i in TABLE_ORDER), first=4, count=3)  # frames a pixel; 0: two
+    car_pace = bits(*(23 + i for i in TABLE_ORDER), first=4, count=3)  # frames per pixel; 0: two
     car_timer = byte(*(33 + i for i in TABLE_ORDER))  # frames until the next move
     over = byte(102)  # the game has ended, nothing moves
     score = bcd(103, 104)
@@ -85,27 +97,32 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _chickens(m: Ram) -> Box:
-    lifted = (m.chicken_y & 4) != 0  # its feet: the narrower of two pictures
+    lifted = (m.chicken_y & 4) != 0  # with its feet up: the narrower of two pictures
     hit = (m.chicken_state & Chicken.HIT) != 0
     return box(np.array(CHICKEN_LEFTS), 193 - m.chicken_y, jnp.where(lifted | hit, 6, 7), 8)
 
 
 def _cars(m: Ram) -> Box:
     """The lanes' first cars, the second ones, the third ones."""
-    lane, copy = np.arange(30) % 10, np.arange(30) // 10
-    first, spacing, copies = (jnp.tile(v, 3) for v in _lanes(m))
-    truck = spacing == 0
-    x = modulo_screen(first + spacing * copy) - jnp.where(truck, 160 * copy, 0)
-    # Where a single column of a car shows, it is its nose of 6 rows or its tail of 8.
-    nose, tail = np.where(lane < UPPER, 159, 1), np.where(lane < UPPER, 1, 159)
+    lane = np.arange(30) % 10
+    copy = np.arange(30) // 10
+    first, spacing, copies = _lanes(m)
+    truck = jnp.tile(spacing == 0, 3)
+    at = jnp.tile(first, 3) + jnp.tile(spacing, 3) * copy
+    x = modulo_screen(at) - jnp.where(truck, 160 * copy, 0)
+    # A single visible column of a car is its nose of 6 rows or its tail of 8.
+    nose = np.where(lane < UPPER, 159, 1)
+    tail = np.where(lane < UPPER, 1, 159)
     inset = match((truck, 0), (x == nose, 2), (x == tail, 1), otherwise=0)
     width = jnp.where(truck, 16, 8)
-    y, height, color = 27 + 16 * lane + inset, 10 - 2 * inset, np.array(CAR_COLORS)[lane]
-    return box(x, y, width, height, copy < copies, color=color).clip(*ROAD)
+    y = 27 + 16 * lane + inset
+    height = 10 - 2 * inset
+    color = np.array(CAR_COLORS)[lane]
+    return box(x, y, width, height, copy < jnp.tile(copies, 3), color=color).clip(*ROAD)
 
 
 def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Of each lane: x + 160 of its first car as drawn, pixels to the next one, number of cars."""
+    """Each lane's x + 160 of its first car as drawn, pixels to the next one, number of cars."""
     moved = (m.over == 0) & (m.car_timer == jnp.maximum(m.car_pace - 1, 0))
     step = when(moved & (np.arange(10) < UPPER), jnp.where(m.car_pace == 0, 2, 1))
     truck = m.car_kind == Kind.TRUCK
@@ -114,9 +131,9 @@ def _lanes(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
 
 
 def _score_boxes(m: Ram) -> Box:
-    old = m.chicken_state == Chicken.JUST_CROSSED
+    crossed = m.chicken_state == Chicken.JUST_CROSSED
     waits = (m.frame & 1) == np.arange(2)
-    old = old | ((m.chicken_state == Chicken.SHOWN_NEXT) & waits)
+    old = crossed | ((m.chicken_state == Chicken.SHOWN_NEXT) & waits)
     flash = (m.clock >= CLOCK_FLASHES) & (m.over == 0)
     return score_box(
         FONT,
@@ -139,24 +156,26 @@ GAME = Game(
             "Chicken",
             Bounds(YELLOW, tuple((x, 15, x + 7, 195) for x in CHICKEN_LEFTS), ignore=DASHES),
             count=2,
+            role="player",
             doc="first player's, second player's",
         ),
         Category(
             "Car",
             Blobs((BLACK, *CAR_COLORS), ROAD, Shape(w=(1, 16), h=(1, 10))),
             count=30,
-            color_row=1,  # under the black one
+            color_row=1,  # under the black row
             doc="cars and trucks, up to three a lane",
         ),
         display(
             "Score",
             Bounds(
-                GREY,
+                GRAY,
                 tuple(score.area for score in SCORES),
                 inverse=True,
                 value=tuple(Digits(FONT, score.lefts, score.top) for score in SCORES),
             ),
             count=2,
+            role="score",
             doc="roads crossed by each player",
         ),
     ),

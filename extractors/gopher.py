@@ -1,36 +1,50 @@
 """Gopher: a farmer guards three carrots from a gopher, which digs tunnels and holes to get them.
 
-Screen: a duck may bring a seed, of a single pixel, which the farmer catches and plants as a carrot.
-The grass, the dirt that is not dug and a dash at the left edge are scenery.
+Screen: a duck may bring a seed of a single pixel. The farmer catches it and plants it as a carrot.
+The grass, the solid dirt and a dash at the left edge are scenery.
 
-Slots: what is dug is drawn by the playfield, piece by piece, and the slots are its pieces: Floor
-has the 40 columns of the tunnel from the left, Hole the three pieces of each of six holes, the
-upper row first.
+Slots: the playfield draws the tunnel and the holes piece by piece, and the slots are these pieces:
+Floor has the 40 columns of the tunnel from the left, Hole the three pieces of each of six holes,
+the upper row first.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (what the bytes are), and
-the ROM's code. The duck, the seed, the dirt and the farmer's arms change before a frame is drawn,
-the farmer's and the gopher's places after it. `decode` undoes the gopher's last step.
+RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (meaning of the bytes), and
+the ROM's code. The duck, the seed, the dirt and the farmer's arms change before a frame is drawn;
+the farmer and the gopher move after it. `decode` reverts the gopher's last step.
 
 Covered: modes 0 and 2, all difficulties, ducks and seeds, lost carrots, the end of the game. The
-score is not valid on the one frame of a game's start that shows a text in its place.
+score is not valid on one frame at a game's start, which shows a text instead.
 
-Not exact: the RAM does not tell whether the farmer has just moved by a column, for the joystick is
-nowhere noted; which of a few columns the gopher came from when it stops at a hole or leaves the
-tunnel, and which way it faced before it turned at a hole; where it was when it has just been hit;
-the farmer and the holes on the one frame after which a new round begins.
+Not exact: the RAM lacks these facts: the farmer's last step by a column, because it does not record
+the joystick; the gopher's last column (of a few) when it stops at a hole or leaves the tunnel, and
+its direction before it turned at a hole; its position on the frame of a hit; the farmer and the
+holes on the last frame before a new round.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Bounds, Cells
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    lookup,
+    match,
+    when,
+)
 
 ROM = Rom("gopher", "c16c79aad6272baffb8aae9a7fff0864")
 FONT = ROM.font(0xC01, rows=9, stride=10)
@@ -49,10 +63,10 @@ UNDERGROUND = 148  # first row below the farmer
 
 GOALS = ROM.bytes(0xBEF, 16)  # `gopher_x` at the six holes, the first two again, the carrots
 HOLES = 6
-DARK = 128  # `idle` from which on the screen is black
+DARK = 128  # least `idle` of a black screen
 TAUNT_BEGINS = 28  # `taunt`
 DIG_NOTE = 113  # of `sounds`
-SET_ON_ITS_WAY = 128  # least `plan` of a gopher that does not turn on digging
+SET_ON_ITS_WAY = 128  # least `plan` of a gopher that does not turn when it digs
 WINGS_SPREAD = 0xDC  # `duck_wings`
 DUCK_COMES = 32  # `duck_on`
 
@@ -73,7 +87,7 @@ class Clock:  # of `Ram.clock`
 
 class Height:  # of `Ram.height`
     TUNNEL = 0
-    UPRIGHT = 7  # from here on
+    UPRIGHT = 7  # least height of an upright gopher
     HALF_WAY = 22
     PEEPING = 34  # out of a hole
     OUTSIDE = 35
@@ -86,14 +100,14 @@ class GopherX:  # of `Ram.gopher_x`
 
 
 class SeedY:  # of `Ram.seed_y`
-    DUCK = 18  # up to here the seed is in the rows of the duck
+    DUCK = 18  # greatest y of a seed in the rows of the duck
     ABOVE_FARMER = 59
-    NONE = 128  # or more
+    NONE = 128  # least y of an absent seed
 
 
-class Phase:  # pictures of the gopher after those of each height
-    RUN_2 = 36  # the other phase of its run in the tunnel
-    OUTSIDE_2 = 37  # and outside
+class Phase:  # pictures of the gopher after the pictures for each height
+    RUN_2 = 36  # the second phase of its run in the tunnel
+    OUTSIDE_2 = 37  # the second phase outside
 
 
 BLANK = 0xF87  # address of blank rows
@@ -119,8 +133,8 @@ def _gopher_rows(height: int) -> np.ndarray:
 
 GOPHERS = Pictures.of(map(_gopher_rows, range(Phase.OUTSIDE_2 + 1)))
 
-# The six registers of a row of dirt: the bits of each from left to right that hold the columns of
-# the tunnel, and the first columns of the holes.
+# The six registers of a row of dirt. For each register, the bits of the tunnel's columns from left
+# to right, and the bits of the holes' first columns.
 TUNNEL_BITS = (range(4, 8), range(7, -1, -1), range(8)) * 2
 HOLE_BITS = ((7,), (4, 0), (), (), (4, 0), (3,))
 HOLE_X = np.tile((12, 28, 44, 108, 124, 140), 3)
@@ -129,35 +143,35 @@ HOLE_H = np.repeat((8, 7, 7), 6)
 
 
 class Ram(RamMap):
-    dirt = byte(*range(24))  # three rows of holes, the tunnel; a bit for each column that is dug
+    dirt = byte(*range(24))  # three rows of holes, the tunnel; a bit per dug column
     duck_wings = byte(24)  # low byte of their picture's address
     duck_x = byte(28)  # x + 12
     player_x = byte(31)  # x + 10
-    carrots_drawn = byte(37)  # tells the first one
+    carrots_drawn = byte(37)  # selects the first carrot
     carrot_copies = bits(38, count=2)  # NUSIZ
     gopher_x = byte(41)  # x + 3 in the tunnel and outside, x + 4 in a hole
     score = bcd((48, 49, 50))
     score_hundreds = bits(49, count=4)
-    carrots = byte(52)  # a bit a carrot
-    hundreds_shown = byte(64)  # picture of the digit, 10 for each
+    carrots = byte(52)  # a bit per carrot
+    hundreds_shown = byte(64)  # picture of the digit, 10 each
     random = byte(73, 74)
     clock = byte(75)
-    idle = byte(76)  # 256 frames each since the joystick was moved
-    sounds = byte(77, 78)  # next notes of both
+    idle = byte(76)  # since the last input, 256 frames each
+    sounds = byte(77, 78)  # next note of each
     lengths = byte(79, 80)  # frames left of their notes
-    channel = bits(81)  # which of the sounds began last
+    channel = bits(81)  # number of the sound that began last
     state = byte(82)
     run_phase = byte(84)  # 0 or 255
     height = byte(85)  # of the gopher above the tunnel's bottom
     mirrored = bits(86, first=3)  # the gopher faces right
-    goal = bits(87, count=4)  # where it goes
+    goal = bits(87, count=4)  # index in `GOALS`
     goal_seen = byte(87)
     leftward = bits(87, first=7)  # it runs to the left
-    plan = byte(88)  # how high it will climb: 0 back down; 128 or more: it does not turn on digging
+    plan = byte(88)  # height of its climb; 0: back down; from 128: it does not turn when it digs
     climb = bits(88, count=4)
     taunt = byte(90)  # frames
     duck_leftward = bits(91, first=7)
-    seed_y = byte(92)  # steps; 128 or more: none
+    seed_y = byte(92)  # steps; at least 128: no seed
     duck_on = byte(94)
     seed_x = byte(95)  # x + 5
 
@@ -178,14 +192,14 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _dug(m: Ram, rows: slice, columns: tuple[tuple[int, ...] | range, ...]) -> jax.Array:
-    """Whether the dirt is dug at some bits of the registers in some rows."""
+    """True for dirt that is dug, at some bits of the registers in some rows."""
     registers = m.dirt.reshape(4, 6)[rows]
     dots = [registers[:, i : i + 1] >> np.array([b], int) & 1 for i, b in enumerate(columns)]
     return jnp.concatenate(dots, axis=1).ravel() == 1
 
 
 def _was_hit(m: Ram) -> jax.Array:
-    """Whether the gopher was hit after the frame was drawn: the score does not show it yet."""
+    """True if the gopher was hit after the drawing: the score does not show the hit yet."""
     return (m.state == State.PLAY) & (m.hundreds_shown != 10 * m.score_hundreds)
 
 
@@ -203,7 +217,7 @@ def _gopher(m: Ram) -> Box:
 
 
 def _gopher_picture(m: Ram, height: jax.Array) -> jax.Array:
-    """The picture, but for taunts, whose pictures are as large as that of who peeps out."""
+    """The picture; the pictures of taunts have the size of the peeping gopher's."""
     running = among(m.height, (Height.TUNNEL, Height.OUTSIDE))
     changed = (m.state == State.PLAY) & running & ((m.clock & 3) == 0)
     second = (m.run_phase != 0) ^ changed
@@ -215,17 +229,19 @@ def _gopher_picture(m: Ram, height: jax.Array) -> jax.Array:
 
 
 def _as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Where the gopher was drawn, at what height and whether facing right."""
-    played, hit = m.state == State.PLAY, _was_hit(m)
-    x, height, turned = _step_back(m)
-    x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, x), otherwise=m.gopher_x)
-    height = match((hit, Height.PEEPING), (played, height), otherwise=m.height)
+    """Column, height and direction (True: right) of the gopher as drawn."""
+    played = m.state == State.PLAY
+    hit = _was_hit(m)
+    back_x, back_height, turned = _step_back(m)
+    x = match((hit, _hole_of_farmer(m) + m.mirrored), (played, back_x), otherwise=m.gopher_x)
+    height = match((hit, Height.PEEPING), (played, back_height), otherwise=m.height)
     return x, height, (m.mirrored == 1) ^ (turned & played & ~hit)
 
 
 def _step_back(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Where the gopher was before its step, at what height, and whether it has turned since."""
-    x, height = m.gopher_x, m.height
+    """Column and height of the gopher before its step, and True if it has turned since."""
+    x = m.gopher_x
+    height = m.height
     at_goal = x == lookup(GOALS, m.goal) + m.mirrored
     emerged = (height == Height.OUTSIDE) & jnp.any(x == GOALS[:HOLES] + m.mirrored)
     planned = (height == Height.TUNNEL) & _has_new_plan(m)
@@ -252,13 +268,13 @@ def _climb_back(m: Ram) -> jax.Array:
 
 
 def _digs(m: Ram) -> jax.Array:
-    """Whether the sound of digging has just begun."""
+    """True if the sound of digging has just begun."""
     last = when(np.arange(2) == m.channel, m.sounds)
     return jnp.any((last == DIG_NOTE) & (m.lengths == 0))
 
 
 def _run_back(m: Ram) -> jax.Array:
-    """Where the gopher was before a step; it leaves at one end and comes back at the other."""
+    """Column before a step; the gopher leaves at one end and comes back at the other."""
     leftward = m.leftward == 1
     return match(
         (leftward & (m.gopher_x == GopherX.RIGHT_END), GopherX.LEFT_END),
@@ -269,19 +285,19 @@ def _run_back(m: Ram) -> jax.Array:
 
 
 def _hole_of_farmer(m: Ram) -> jax.Array:
-    """The hole that is nearest to the farmer."""
+    """The hole nearest to the farmer."""
     away = jnp.abs(GOALS[:HOLES] - (m.player_x - 3))
     return jnp.max(jnp.where(away == jnp.min(away), GOALS[:HOLES], 0))
 
 
 def _has_new_plan(m: Ram) -> jax.Array:
-    """Whether the gopher has just made a new plan: it is a copy of the random numbers."""
+    """True if the gopher has just made a new plan: it is a copy of the random numbers."""
     same_plan = ((m.plan ^ m.random[0]) & 0x7F) == 0
     return same_plan & (((m.goal_seen ^ m.random[1]) & 0x83) == 0)
 
 
 def _carrots(m: Ram) -> Box:
-    """The carrots as they are drawn: the first one from the left, and copies of it."""
+    """The drawn carrots: the first one from the left, and its copies."""
     first = match((m.carrots_drawn == 0, 0), (m.carrots_drawn == 32, 1), otherwise=2)
     place = 2 - np.arange(3) - first
     second = (m.carrot_copies & 1) == 1
@@ -300,14 +316,16 @@ def _duck(m: Ram) -> Box:
 
 
 def _duck_to_come(m: Ram) -> jax.Array:
-    """Whether the hit that is not drawn yet has made the duck come."""
+    """True if a hit that is not drawn yet has made the duck come."""
     return _was_hit(m) & (m.duck_on == DUCK_COMES) & among(m.duck_x, (12, 148))
 
 
 def _seed(m: Ram) -> Box:
-    """The seed. The game switches it on in the middle of a row, and off in that of the next."""
-    y, x = m.seed_y, m.seed_x - 5
-    in_duck, at_farmer = y <= SeedY.DUCK, y > SeedY.ABOVE_FARMER
+    """The seed. The game switches it on in the middle of a row, and off in the next step's row."""
+    y = m.seed_y
+    x = m.seed_x - 5
+    in_duck = y <= SeedY.DUCK
+    at_farmer = y > SeedY.ABOVE_FARMER
     late = when((in_duck & (x < 37)) | (at_farmer & (x < 25)), 1)
     there = (y < SeedY.NONE) & ~_duck_to_come(m)
     top = y + jnp.where(in_duck, 30, 36) + late
@@ -320,7 +338,7 @@ def _seed(m: Ram) -> Box:
 
 
 def _score_box(m: Ram) -> Box:
-    """The score, which lags behind by a frame where the gopher was hit."""
+    """The score, which lags a frame behind a hit."""
     shown = m.score - when(_was_hit(m), 100)
     just_chosen = (m.state == State.CHOSEN) & (m.clock == Clock.CHOSEN)
     text = (m.state < State.CHOSEN) | just_chosen
@@ -343,13 +361,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", FARMER, rgb=(84, 92, 214), doc="the farmer"),
+        Category("Player", FARMER, rgb=(84, 92, 214), role="player", doc="the farmer"),
         Category("Gopher", RODENT, attributes=("orientation",), doc="the gopher"),
         Category("Carrot", PLANTS, count=3, doc="carrots, from right to left; lives"),
         Category("Bird", BIRD, attributes=("orientation",), rgb=(236, 236, 236), doc="the duck"),
         Category("Seed", Bounds(SAND, (0, 31, 160, 146)), doc="a seed of a carrot"),
         Category("Hole", PIECES, count=18, rgb=SAND_RGB, doc="dug pieces of six, upper row first"),
         Category("Floor", TUNNELS, count=40, doc="dug columns of the tunnel"),
-        display("Score", SCORE.rule(YELLOW, required=True), doc="points"),
+        display("Score", SCORE.rule(YELLOW, required=True), role="score", doc="points"),
     ),
 )

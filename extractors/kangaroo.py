@@ -1,39 +1,58 @@
 """Kangaroo: a mother climbs floors and ladders to her child while monkeys throw coconuts.
 
-Screen: The walls and the dashes on the left one are scenery. The player's box has her fist in it.
-Nothing is valid on the title screen, which follows the last life. Of three or four monkeys one
-above the other, each is drawn on every third or fourth frame.
+Screen: the walls and the dashes on the left one are scenery. The player's box includes her fist.
+Nothing is valid on the title screen, which follows the last life. If three or four monkeys are in
+one column, each is drawn on every third or fourth frame.
 
 Slots: Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of
 the three levels.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are) and the ROM's code. The coconut
-that falls moves before a frame is drawn; the player, the monkeys and the thrown coconuts move after
-it, monkeys once in 16 frames. `decode` undoes these steps as far as the counters tell them.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes) and the ROM's code. The falling
+coconut moves before a frame is drawn. The player, the monkeys (once in 16 frames) and the thrown
+coconuts move afterwards. `decode` undoes these steps as far as the counters show them.
 
-Covered: modes 0 and 1, deaths, the end of the game, and all three levels with the scenes that end
-them. Random play shows the first one; the others were reached by writing RAM.
+Covered: modes 0 and 1, deaths, the end of the game, and all three levels with their final scenes.
+Random play shows the first level; the others were reached by writing RAM.
 
-Not exact: whether the player has just stepped, turned or steered a jump to the side, and whether a
-jump, a crouch or a climb has just ended, for the joystick is nowhere noted. New points show a frame
-late.
+Not exact: the RAM does not keep the joystick. It is therefore unknown whether the player has just
+stepped, turned or steered a jump to the side, and whether a jump, a crouch or a climb has just
+ended. New points appear a frame late.
 
-VEM: does not see the wood in the frames in which it flashes black.
+VEM: it misses the wood while it flashes black.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Packed,
+    RamMap,
+    Rom,
+    Run,
+    Runs,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    lookup,
+    match,
+    only,
+    when,
+)
 
 ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
 BANK = 0x1000  # offset of the second bank
@@ -69,7 +88,7 @@ MOST_PLATFORMS = 20  # of a level
 
 START_LIVES = 2  # `lives` at the start
 GAME_OVER = 128  # its least value after the end
-EMPTY = 128  # least value of bytes that stand for no object
+EMPTY = 128  # least value of bytes without an object
 START_TENS = 2  # of the time
 BLANK = 10  # least digit of the time that is blank
 NOT_PRESSED = 128  # least value of `fire`
@@ -84,7 +103,7 @@ class Pose:  # of `Ram.pose`; `RIGHT` and the last two are bits
     PUNCHES = 128
 
 
-class Timer:  # of `Ram.timer`: when a pose has just begun or moved the player
+class Timer:  # of `Ram.timer`, when a pose has just begun or moved the player
     BEGINS = 1
     PUNCH_BEGINS = 13
     TURNS_OVER = 4  # in a death
@@ -94,13 +113,13 @@ class Timer:  # of `Ram.timer`: when a pose has just begun or moved the player
     STRETCHED = 24
 
 
-class Scene:  # of `Ram.scene`; while it is `EMPTY` or more, nothing moves
+class Scene:  # of `Ram.scene`; at `EMPTY` or more, nothing moves
     DYING = 1
     PUNCHED = 2  # until the button is released
     SAVED = 64  # bit: the child stands still
 
 
-class Gait:  # of `Ram.monkey_state`: what the low nibble says, and bits
+class Gait:  # of `Ram.monkey_state`: values of the low nibble, and bits
     DESCENDS = 1
     WALKS = 4
     SECOND_STEP = 16
@@ -109,14 +128,15 @@ class Gait:  # of `Ram.monkey_state`: what the low nibble says, and bits
 
 WALK_1 = 67  # pictures of monkeys that go left
 WALK_2 = 100
-WALK_RIGHT = 16  # pictures from there to those of monkeys that go right
+WALK_RIGHT = 16  # added to these for monkeys that go right
 SAVED_STEP = 6  # of the child
 CHILD_X = ROM.bytes(BANK + 0xD8F, 8)
 # By bell or fruit, and level.
-PRIZE_ROW, PRIZE_X = (ROM.bytes(BANK + at, 24).reshape(4, 6)[:, :3] for at in (0xFA3, 0xFA6))
+PRIZE_ROW = ROM.bytes(BANK + 0xFA3, 24).reshape(4, 6)[:, :3]
+PRIZE_X = ROM.bytes(BANK + 0xFA6, 24).reshape(4, 6)[:, :3]
 PRIZE_PICTURES = ROM.bytes(BANK + 0xF97, 8)  # of the bell, of the fruits
 POSE_ROWS = ROM.bytes(BANK + 0xF81, 8)
-# The pictures of the player, by the low bits of `pose`, of the bell and the fruits, and of monkeys.
+# Pictures of the player, by the low bits of `pose`; of the bell and the fruits; of monkeys.
 POSE_AT = (ROM.bytes(BANK + 0xE01, 16) & 15) << 8 | ROM.bytes(BANK + 0xDF1, 16)
 POSES = ROM.pictures(POSE_AT.tolist(), 2 * (PITCH * POSE_ROWS).tolist(), top_first=True)
 PRIZES = ROM.pictures(range(0xB00, 0xC00), 16, top_first=True)
@@ -124,24 +144,25 @@ MONKEYS = ROM.pictures(range(0xE00, 0xF00), 16, top_first=True)
 
 
 def _lit_runs(level: int, row: int) -> list[tuple[int, int]]:
-    """Left edges and widths of what the playfield shows in a row."""
+    """Left edges and widths of the playfield's lit stretches in a row."""
     at = ROWS * level + row
     parts = [int(ROM.data[offset + at]) for offset in (0xF00, 0xF42, 0xF84, 0xD52)]
     dots = [f"{p:08b}"[::step] for p, step in zip(parts, (1, -1, 1, -1), strict=True)]
     line = np.array([0, *map(int, "".join(dots)), 0])
-    starts, ends = np.flatnonzero(np.diff(line) == 1), np.flatnonzero(np.diff(line) == -1)
+    starts = np.flatnonzero(np.diff(line) == 1)
+    ends = np.flatnonzero(np.diff(line) == -1)
     return [(16 + 4 * a, 4 * (b - a)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
 
 
 def _level_platforms(level: int) -> list[tuple[int, int, int, int]]:
-    """The boxes of a level's floors and steps, from the top; zeros for those that it lacks."""
+    """The boxes of a level's floors and steps, from the top; zeros for missing ones."""
     lit = ((FIRST_LINE + PITCH * row, run) for row in range(ROWS) for run in _lit_runs(level, row))
     wide = [(x, y, w, 4) for y, (x, w) in lit if w > RUNG]
     return wide + [(0, 0, 0, 0)] * (MOST_PLATFORMS - len(wide))
 
 
 def _level_ladders(level: int) -> list[tuple[int, ...]]:
-    """Boxes of a level's ladders, whose rungs lie in successive rows."""
+    """Boxes of a level's ladders; the rungs of a ladder lie in successive rows."""
     found = [(row, x) for row in range(ROWS) for x, w in _lit_runs(level, row) if w == RUNG]
     tops = [(row, x) for row, x in found if (row - 1, x) not in found]
     last = [next(r for r in range(row, ROWS) if (r + 1, x) not in found) for row, x in tops]
@@ -175,10 +196,10 @@ class Ram(RamMap):
     lives = byte(45)
     scene = byte(54)
     clock = byte(57)
-    tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 stands for a blank
+    tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 is a blank
     ones = bits(59, count=4)
     third = byte(60)  # 0-2; the player steps at 0
-    fire = byte(124)  # 128 or more: the button is not pressed
+    fire = byte(124)  # at least 128: the button is not pressed
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -200,7 +221,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _of_level(m: Ram, table: np.ndarray) -> jax.Array:
-    """What a table by level has for this one."""
+    """This level's entry of a table by level."""
     chosen = (np.arange(LEVELS) == m.level).reshape(LEVELS, *[1] * (table.ndim - 1))
     return only(chosen, table, axis=0)
 
@@ -216,19 +237,20 @@ def _shown_ladders(m: Ram) -> Box:
 
 
 def _prize(m: Ram, first: int, last: int, state: jax.Array) -> Box:
-    """The bell or the fruits, which are at fixed places of a level."""
-    row, x = (_of_level(m, table[first:last].T) for table in (PRIZE_ROW, PRIZE_X))
+    """The bell or the fruits, at fixed positions of a level."""
+    row = _of_level(m, PRIZE_ROW[first:last].T)
+    x = _of_level(m, PRIZE_X[first:last].T)
     picture = lookup(PRIZE_PICTURES, (4 if first > 0 else 0) + (state & 3))
     return PRIZES.box(picture, x + 15, PITCH * row + FIRST_LINE, valid=state < EMPTY)
 
 
 def _next_life(m: Ram) -> jax.Array:
-    """Whether this is the first frame of a life that is not the first one."""
+    """True on the first frame of a life, except the first life."""
     return (m.clock == 0) & (m.tens == START_TENS) & ((m.lives < START_LIVES) | (m.score > 0))
 
 
 def _child_box(m: Ram) -> Box:
-    """The child, which walks to and fro, and stands still when the player has come."""
+    """The child, which walks to and fro, and stands still when the player has arrived."""
     begins = (m.clock == 0) & (m.tens == START_TENS) & ~_next_life(m)
     last_clock = jnp.where(begins, 0, m.clock - 1)
     step = jnp.where((m.scene & Scene.SAVED) != 0, SAVED_STEP, last_clock >> 4 & 7)
@@ -236,8 +258,10 @@ def _child_box(m: Ram) -> Box:
 
 
 def _monkey_boxes(m: Ram) -> Box:
-    state, acts = m.monkey_state, m.scene < EMPTY
-    kind, back = state & 15, (state & Gait.BACK) != 0
+    state = m.monkey_state
+    acts = m.scene < EMPTY
+    kind = state & 15
+    back = (state & Gait.BACK) != 0
     moved = ((m.clock & 15) == 0) & acts
     climbed = moved | (((m.clock & 15) == 8) & acts & back)
     step = when(moved & (kind == Gait.WALKS), jnp.where(back, -3, 3))
@@ -245,7 +269,8 @@ def _monkey_boxes(m: Ram) -> Box:
     row = (m.monkey_row - climb) & 255
     walked = jnp.where((state & Gait.SECOND_STEP) != 0, WALK_1, WALK_2) + when(~back, WALK_RIGHT)
     picture = jnp.where(moved & (kind == Gait.WALKS), walked, m.monkey_picture)
-    x, y = m.monkey_x - step + 15, PITCH * row + FIRST_LINE
+    x = m.monkey_x - step + 15
+    y = PITCH * row + FIRST_LINE
     return MONKEYS.box(picture, x, y, valid=(state < EMPTY) & (row < ROWS))
 
 
@@ -257,8 +282,9 @@ def _thrown(m: Ram) -> Box:
 
 
 def _falling(m: Ram) -> Box:
-    """The coconut that falls. Beside a sprite of the other kind the game switches it on late."""
-    row, x = m.falling_row - ROWS * m.level, m.falling_x + 14
+    """The falling coconut. The game switches it on a line later beside a sprite of another kind."""
+    row = m.falling_row - ROWS * m.level
+    x = m.falling_x + 14
     there = (m.falling_row < EMPTY) & (row >= 0) & (row < ROWS)
     _, player_row, pose = _player_drawn(m)
     starts = jnp.concatenate([_of_level(m, PRIZE_ROW.T), jnp.stack([jnp.int32(1), player_row])])
@@ -270,23 +296,26 @@ def _falling(m: Ram) -> Box:
 
 
 def _player_box(m: Ram) -> Box:
-    """The player. She is not valid below the screen and on the first frame of the next life."""
+    """The player; not valid below the screen and on the first frame of the next life."""
     x, row, pose = _player_drawn(m)
     right = (pose & Pose.RIGHT) != 0
     first, top, width, height = POSES.extent(pose & 15)
     punches = pose >= Pose.PUNCHES
     left = first - when(punches & ~right, FIST)
     end = first + width + when(punches & right, FIST)
-    facing, y = jnp.where(right, EAST, WEST), PITCH * row + FIRST_LINE + top
+    facing = jnp.where(right, EAST, WEST)
+    y = PITCH * row + FIRST_LINE + top
     player = box(x + 15 + left, y, end - left, height, orientation=facing)
     return player.where(~_next_life(m)).clip(0, 4, 160, 180)
 
 
 def _player_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Column, row and pose in which the player was drawn."""
-    acts, dies = m.scene < EMPTY, m.scene == Scene.DYING
+    """The player's drawn column, row and pose."""
+    acts = m.scene < EMPTY
+    dies = m.scene == Scene.DYING
     drawn = _pose_drawn(m)
-    walks, right = _is_walking(m), (m.pose & Pose.RIGHT) != 0
+    walks = _is_walking(m)
+    right = (m.pose & Pose.RIGHT) != 0
     free = (m.x != WEST_END) & (m.x != EAST_END)
     steps = walks & ((m.pose | drawn) & 1 == 1) & (m.third == 0) & free
     x = m.x - when(acts & steps & ~dies, jnp.where(right, 1, -1))
@@ -316,12 +345,14 @@ def _rows_down(m: Ram) -> jax.Array:
 def _pose_drawn(m: Ram) -> jax.Array:
     """The pose before the last step.
 
-    A jump goes up and down by its timer; it, a crouch and a punch begin with the timer at 1 or 13.
-    A punch has just ended if the game has not yet noticed that the button is released.
+    A jump goes up and down by its timer. Jumps and crouches begin with the timer at 1, punches at
+    13. A punch has just ended if the game has not yet noticed that the button is released.
     """
-    pose, timer, still = m.pose, m.timer, m.pose & Pose.RIGHT
-    began = (_jumps(m) | _crouches(m)) & (timer == Timer.BEGINS)
-    began = began | (pose >= Pose.PUNCHES) & (timer == Timer.PUNCH_BEGINS)
+    pose = m.pose
+    timer = m.timer
+    still = m.pose & Pose.RIGHT
+    jump_or_crouch = (_jumps(m) | _crouches(m)) & (timer == Timer.BEGINS)
+    began = jump_or_crouch | (pose >= Pose.PUNCHES) & (timer == Timer.PUNCH_BEGINS)
     released = (m.scene == Scene.PUNCHED) & (m.fire >= NOT_PRESSED)
     return match(
         ((m.scene == Scene.DYING) & (timer == Timer.TURNS_OVER), pose ^ Pose.RIGHT),
@@ -335,14 +366,15 @@ def _pose_drawn(m: Ram) -> jax.Array:
 
 
 def _score_box(m: Ram) -> Box:
-    """The score. Its last two digits are always noughts."""
+    """The score; its last two digits are always zeros."""
     left = jnp.where(m.score == 0, HUNDREDS.area[2] + int(FONT.left[0]), HUNDREDS.box(m.score).x)
     right = SCORE_RIGHT - 8 + int(FONT.right[0])
     return edges(left, SCORE_TOP, right, SCORE_TOP + FONT.height, value=100 * m.score)
 
 
 def _time(m: Ram) -> Box:
-    tens, ones = (when(d < BLANK, d) for d in (m.tens, m.ones))
+    tens = when(m.tens < BLANK, m.tens)
+    ones = when(m.ones < BLANK, m.ones)
     left = match((m.tens < BLANK, 80), (m.ones < BLANK, 84), otherwise=88)
     _, top, right, bottom = CLOCK.area
     return edges(left, top, right, bottom, value=1000 * tens + 100 * ones)
@@ -351,7 +383,7 @@ def _time(m: Ram) -> Box:
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
 WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
 RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
-# Without the coconut:
+# Rows of wood, to be ignored for the coconut.
 WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(FIRST_LINE, 180, PITCH))
 CROUCHING = Blobs(FUR, (0, 28, 160, 180), Shape(w=(4, 12), h=(5, 16)), gap=(1, 1))
 BODY = Blobs(FUR, (0, 4, 160, 180), Shape(w=(4, 12), h=(17, 24)), gap=(1, 1), also=(CROUCHING,))
@@ -368,7 +400,7 @@ FLOORS = Runs(
     then=(Packed(),),
 )
 PLACES = tuple((x, y, x + w, y + h) for x, y, w, h in LADDERS.tolist())
-# Less than the ladders, which figures cover, and more than what is there in other levels.
+# Lower than the ladders, which figures cover, and higher than other objects of other levels.
 RUNG_HEIGHTS = tuple((RUNG, max(4, h - 4)) for h in LADDERS[:, 3].tolist())
 RUNGS = Bounds(RUNG_COLORS, PLACES, RUNG_HEIGHTS)
 SPARE_LIVES = LIVES.rule(DISPLAY_COLOR, (16, 183, 80, 190), single=2)
@@ -379,7 +411,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", BODY, attributes=("orientation",), doc="the mother"),
+        Category("Player", BODY, attributes=("orientation",), role="player", doc="the mother"),
         Category("Child", CHILD, doc="the child"),
         Category("Monkey", APES, count=4, doc="monkeys"),
         Category("FallingCoconut", BALL, doc="a coconut that falls"),
@@ -388,8 +420,8 @@ GAME = Game(
         Category("Fruit", FRUITS, count=3, doc="fruits"),
         Category("Platform", FLOORS, count=MOST_PLATFORMS, rgb=WOOD_RGB, doc="floors and steps"),
         Category("Ladder", RUNGS, count=12, rgb=WOOD_RGB, doc="ladders of the three levels"),
-        display("Score", SCORE.rule(DISPLAY_COLOR), doc="points"),
-        display("Lives", SPARE_LIVES, doc="lives left but the last one"),
-        display("Time", CLOCK.rule(DISPLAY_COLOR), doc="time left"),
+        display("Score", SCORE.rule(DISPLAY_COLOR), role="score", doc="points"),
+        display("Lives", SPARE_LIVES, role="lives", doc="lives left but the last one"),
+        display("Time", CLOCK.rule(DISPLAY_COLOR), role="time", doc="time left"),
     ),
 )

@@ -1,18 +1,19 @@
 """Mario Bros.: Mario knocks pests over from below and kicks them off four floors.
 
-Screen: Player 0 is Mario. Player 1 is the pest of a floor, set anew below each of three platforms,
-or on some frames the fireball instead, so that it and the pest of its floor flicker. The missiles
-are two coins that roll and turn. In a bonus phase, player 1 shows four coins at the left and four
-at the right in turn. The top shows the score, or for a while the lives. Pipes are scenery.
+Screen: player 0 is Mario. Player 1 is the pest of a floor, set again below each of three platforms.
+On some frames player 1 is the fireball instead, so the fireball and the pest of its floor flicker.
+The missiles are two coins that roll and turn. In a bonus phase, player 1 alternates between four
+coins at the left and four at the right. The top shows the score, or for a while the lives. Pipes
+are scenery.
 
-Slots: Pest has one a floor, from the top down. BonusCoin has those at the left, then those at the
+Slots: Pest has one per floor, from the top down. BonusCoin has those at the left, then those at the
 right, each from the top down. Platform goes by lines, each from the left. Level is the number at
-the bottom: in a bonus phase, the seconds that are left.
+the bottom: in a bonus phase, the remaining seconds.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code: f24d-fb58 of its second half, and
-b00b-b7e9 of its first. Pests and coins move after the frame is drawn. Where pests are drawn follows
-from the pointers and the codes for the video chip; a coin's step is taken back. An object that
-flickers is valid if this frame shows it or the one before did.
+b00b-b7e9 of its first. Pests and coins move after the frame is drawn. The pointers and the codes
+for the video chip give the drawn positions of pests; `decode` undoes a coin's step. A flickering
+object is valid if this frame or the one before shows it.
 
 Covered: all modes, 24 levels up to level 39 and two bonus phases by writing RAM, all pests, lost
 lives, the end of the game.
@@ -20,24 +21,42 @@ lives, the end of the game.
 Not exact: a pest that the fireball hides is up to two columns ahead. A coin that has just landed
 may be a column off. On the frame on which Mario dies, the lives are already one less.
 
-VEM: it sees no coin that has a colour of the scenery in one of its rows, as the game leaves their
-colours to chance. It misses Mario where he falls off the screen, and whoever touches someone of his
-colours. At an edge, it sees both parts of what REM tells the larger part of.
+VEM: it misses coins with a row in a colour of the scenery, because the game leaves their colours to
+chance. It misses Mario while he falls off the screen, and figures of one colour that touch. At an
+edge, it finds both parts of an object, while REM gives the larger part.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, lookup, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import EDGE_CUTS, packed_position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    edges,
+    lookup,
+    packed_position,
+    pick,
+    reached,
+    when,
+)
 
 ROM = Rom("mario_bros", "e908611d99890733be31733a979c62d8")
 FONT = ROM.font(0x1F00, rows=7, stride=7)
@@ -45,22 +64,22 @@ SCORE = NumberDisplay(FONT, right=103, top=13, digits=6, leading_zeros=True)
 COUNTER = NumberDisplay(FONT, right=87, top=180, digits=2, leading_zeros=True)
 CAPS = IconRow(left=96, top=13, width=7, height=7, pitch=-8)
 
-BLACK = 0x00
-BLUE = 0x74  # displays, icy floors
-MARIO_BLUE = 0x76  # and coins of bonus phases
-SKIN = 0x3E
-BROWN = 0x34  # shirts, the ground
-BOOTS = 0xF4
-ORANGE = 0x3A  # the fireball
-GREEN = 0xC4  # pipes
-RED = 0x4A  # floors
-YELLOW = 0xEC  # the level
+BLACK = 0
+BLUE = 116  # displays, icy floors
+MARIO_BLUE = 118  # and coins of bonus phases
+SKIN = 62
+BROWN = 52  # shirts, the ground
+BOOTS = 244
+ORANGE = 58  # the fireball
+GREEN = 196  # pipes
+RED = 74  # floors
+YELLOW = 236  # the level
 PEST_COLORS = tuple(ROM.bytes(0x1C1F, 4).tolist())  # turtles, crabs, flies, slipices
-POW_COLORS = tuple(range(0x0A, 0x2C, 2))
+POW_COLORS = tuple(range(10, 44, 2))
 
 PICTURE_ROWS = 23  # of a picture
-FIRST_LINE = 14  # line of the screen on which a picture begins whose `y` is 0
-PLACE_OFFSET = 6  # a picture begins so many columns left of its `x`
+FIRST_LINE = 14  # first line of a picture with `y` 0
+PLACE_OFFSET = 6  # columns from a picture's left edge to its `x`
 SCREEN_WIDTH = 160
 FIELD = (0, 26, SCREEN_WIDTH, 175)
 EVERY_FLOOR = np.arange(4)
@@ -74,7 +93,7 @@ FLOOR_AREAS = (
     (112, 135, 160, 138),
 )
 POW_AREA = (72, 141, 88, 148)
-# A pest of this floor that ends at this line shows its last row once more, left of the beam there.
+# The last row of a pest of this floor that ends at this line is repeated left of the beam.
 LATE_FLOOR = 2
 LATE_LINE = 135
 LATE_COLUMNS = 2  # column of the beam
@@ -84,9 +103,9 @@ COIN_TOP = FIRST_LINE + 12
 COIN_ROWS = 12
 COIN_WIDTHS = (1, 2, 4, 8)
 COIN_OFFSETS = (0, -1, -2, -4)
-COIN_RATE = 0x64  # of 256 frames
+COIN_RATE = 0x64  # in 256 frames
 FLOOR_YS = (2, 20, 58, 98, 138)  # `y` on a floor
-FALL_LINES = 2  # lines a frame
+FALL_LINES = 2  # lines per frame
 BONUS_SIZE = (7, 11)
 LEFT_HIDDEN = 3  # low bits of `frame`
 RIGHT_HIDDEN = 7
@@ -108,19 +127,19 @@ class Ram(RamMap):
     frame = byte(1)
     phase = byte(3)
     turn = bits(4, count=2)  # the number of the falling pest that is drawn
-    fire_turn = bits(4, first=2)  # the fireball is drawn instead of its floor's pest
-    counter = bcd(5)  # the level, or in a bonus phase the seconds left
+    fire_turn = bits(4, first=2)  # the fireball replaces its floor's pest
+    counter = bcd(5)  # the level, or in a bonus phase the remaining seconds
     lives = byte(7)
     score = bcd((9, 10))
     faces_left = bits(27, first=5)
-    caps_shown = byte(29)  # frames left in which lives are shown instead of the score
+    caps_shown = byte(29)  # remaining frames of the lives in place of the score
     plays = bits(38, first=7)
     y = byte(42)
     x = byte(44)
-    picture_low = byte(48)  # where Mario's picture would be that began on line 0
+    picture_low = byte(48)  # address of Mario's picture, as if it began on line 0
     picture_high = byte(49)
     pest_code = byte(*range(65, 69))  # HMP1 and the turns of the loop before RESP1; 0: not drawn
-    pest_low = byte(*range(69, 77, 2))  # where the picture would be that began on line 0
+    pest_low = byte(*range(69, 77, 2))  # address of the picture, as if it began on line 0
     pest_high = byte(*range(70, 77, 2))
     pest_y = byte(*range(89, 93))
     coin_y = byte(93, 94)
@@ -142,13 +161,13 @@ class Ram(RamMap):
 
 
 def _addresses(low: int, high: int, count: int) -> list[int]:
-    """Places in the ROM of pictures whose addresses are in two tables."""
+    """ROM offsets of pictures with addresses in two tables."""
     pages = ROM.bytes(high, count).astype(int)
     return ((pages << 8 | ROM.bytes(low, count)) & 0xFFF).tolist()
 
 
 def _at_edges(places: list[int]) -> Pictures:
-    """Pictures of which an edge hides some columns, as in `EDGE_CUTS`."""
+    """Pictures with columns hidden by an edge, as in `EDGE_CUTS`."""
     rows = [ROM.rows(place, PICTURE_ROWS, top_first=True) for place in places]
     return Pictures.of(
         (r & cut for r in rows for cut in EDGE_CUTS), picture=len(rows), beyond=len(EDGE_CUTS)
@@ -166,22 +185,22 @@ def _last_row_left(place: int) -> int:
     return 8 - int(rows[np.flatnonzero(rows)[-1]]).bit_length()
 
 
-BY_STATE = _addresses(0x1BCF, 0x1BF7, 40)  # places of pests' pictures
+BY_STATE = _addresses(0x1BCF, 0x1BF7, 40)  # of pests' pictures
 PEST_PLACES = sorted(set(BY_STATE))
 PEST_PICTURES = _at_edges(PEST_PLACES)
 LAST_ROW_LEFTS = [_last_row_left(place) for place in PEST_PLACES]
-# Numbers of pictures: by state, and by address the one that begins there or last before.
+# Index of pictures: by state, and by address (the last picture that begins at or before it).
 PICTURE_OF = [PEST_PLACES.index(place) for place in BY_STATE]
 PEST_PAGES = range(0xB00, 0xE00)
 PICTURE_BEFORE = [
     max([i for i, p in enumerate(PEST_PLACES) if p <= at], default=0) for at in PEST_PAGES
 ]
 BANK = 0xB000
-# Turns of eight frames: the high nibble while there is a fireball, else the low one.
+# Schedules of eight frames: the high nibble with a fireball, the low nibble without one.
 TURN_TABLE = ROM.bytes(0x1BB7, 24).tolist()
-ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()  # where they begin, by the number of falling pests
+ROWS_OF_TURNS = ROM.bytes(0x1FE3, 4).tolist()  # their first entries, by the number of falling pests
 FIRE_RATES = ROM.bytes(0x69B, 12).tolist()  # added to `fire_part`, by pose: an overflow is a step
-FAST_LEVEL = 10  # from here on, the fireball takes a step on each of its turns ($F5CB, bank 0)
+FAST_LEVEL = 10  # first level with a step of the fireball on each of its turns ($F5CB, bank 0)
 
 
 def _bonus_places() -> tuple[list[int], list[int]]:
@@ -229,9 +248,8 @@ def _figure(
     """The larger part of a picture that an edge may cut in two."""
     column = _begin(x)
     beyond = jnp.clip(column + 8 - SCREEN_WIDTH, 0, 8) - jnp.clip(-column, 0, 8)
-    if mirrored is not False:
-        beyond = jnp.where(mirrored, -beyond, beyond)
-    index = pictures.index(picture=picture, beyond=beyond + len(EDGE_CUTS) // 2)
+    cut = beyond if mirrored is False else jnp.where(mirrored, -beyond, beyond)
+    index = pictures.index(picture=picture, beyond=cut + len(EDGE_CUTS) // 2)
     left, top, width, height = pictures.extent(index, mirrored=mirrored)
     return column + left, y + FIRST_LINE + top, width, height
 
@@ -246,14 +264,14 @@ def _player(m: Ram) -> Box:
 
 
 def _turn_before(m: Ram) -> jax.Array:
-    """What the frame before showed: `turn` in the two low bits, `fire_turn` in the next one."""
+    """The content of the frame before: `turn` in the two low bits, `fire_turn` in the next one."""
     falling = jnp.sum(m.pest >> 6 == PestState.FALLS, axis=0, dtype=jnp.int32)
     turns = lookup(TURN_TABLE, pick(falling, ROWS_OF_TURNS) + (m.frame - 2 & 7))
     return jnp.where(m.fire_on == 1, turns >> 4, turns & 15)
 
 
 def _pests(m: Ram, earlier: jax.Array) -> Box:
-    """Those that this frame shows, or else the one before."""
+    """The pests that this frame or the one before shows."""
     under_fire = (m.fire_turn == 1) & (m.fire_on == 1) & (m.fire_floor == EVERY_FLOOR)
     drawn = (m.pest_code != 0) & ~under_fire
     falls = m.pest >> 6 == PestState.FALLS
@@ -261,9 +279,11 @@ def _pests(m: Ram, earlier: jax.Array) -> Box:
     waits = jnp.where(falls, earlier & 3 == rank, under_fire & (earlier & 4 == 0))
     picture, x, y = _as_drawn(m, drawn)
     left, top, width, height = _figure(PEST_PICTURES, picture, x, y)
-    late = drawn & (EVERY_FLOOR == LATE_FLOOR) & (top + height == LATE_LINE)
+    at_line = drawn & (EVERY_FLOOR == LATE_FLOOR) & (top + height == LATE_LINE)
     crosses = m.pest_low + LATE_LINE - FIRST_LINE > 0xFF
-    late &= _begin(x) + pick(picture, LAST_ROW_LEFTS) < LATE_COLUMNS + when(crosses, PAGE_COLUMNS)
+    late = at_line & (
+        _begin(x) + pick(picture, LAST_ROW_LEFTS) < LATE_COLUMNS + when(crosses, PAGE_COLUMNS)
+    )
     color = pick(m.pest >> 4 & 3, PEST_COLORS)
     there = drawn | (waits & (m.pest != 0))
     return box(left, top, width, height + when(late, 1), there, color=color).clip(*FIELD)
@@ -284,7 +304,7 @@ def _as_drawn(m: Ram, drawn: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array
 
 
 def _fireball(m: Ram, earlier: jax.Array) -> Box:
-    """The fireball where this frame shows it, or the one before."""
+    """The fireball, if this frame or the one before shows it."""
     moved = (m.counter >= FAST_LEVEL) | (m.fire_part < lookup(FIRE_RATES, m.fire_pose))
     since = moved & (m.fire_turn == 0)
     x = m.fire_x + when(since, jnp.where(m.fire_left == 1, 1, -1))
@@ -295,7 +315,7 @@ def _fireball(m: Ram, earlier: jax.Array) -> Box:
 
 
 def _coins(m: Ram) -> Box:
-    """Coins that roll along the floors; they turn about themselves."""
+    """Coins that roll along the floors and spin."""
     size = (m.frame - 1 & 15) >> 2
     stands = among(m.coin_y, FLOOR_YS)
     rolled = stands & (m.coin_part < COIN_RATE)
@@ -308,7 +328,7 @@ def _coins(m: Ram) -> Box:
 
 
 def _bonus_boxes(m: Ram) -> Box:
-    """The coins of both sides, which take turns; each is hidden twice in a row once in eight."""
+    """The coins of the two sides alternate; every 8 frames, each side is hidden twice in a row."""
     left = (m.pest != 0) & (m.frame & 7 != LEFT_HIDDEN)
     right = (m.right_coin != 0) & (m.frame & 7 != RIGHT_HIDDEN)
     return box(np.array(BONUS_X), np.array(BONUS_Y), *BONUS_SIZE, jnp.concatenate([left, right]))
@@ -344,7 +364,12 @@ GAME = Game(
     screen=(210, 160),
     categories=(
         Category(
-            "Player", PLAYER_RULE, attributes=("orientation",), rgb=(104, 72, 198), doc="Mario"
+            "Player",
+            PLAYER_RULE,
+            attributes=("orientation",),
+            rgb=(104, 72, 198),
+            role="player",
+            doc="Mario",
         ),
         Category("Pest", PEST_RULE, count=4, doc="turtles, crabs, flies, slipices"),
         Category("Fireball", FIRE_RULE, doc="fireball"),
@@ -356,11 +381,15 @@ GAME = Game(
         ),
         display("Level", COUNTER.rule(YELLOW), doc="level, or in a bonus phase the seconds left"),
         display(
-            "Score", Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value), doc="points"
+            "Score",
+            Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value),
+            role="score",
+            doc="points",
         ),
         display(
             "Life",
             CAPS.rule(BLUE, (56, 13, 104, 20), single=2, max_size=(45, 7)),
+            role="lives",
             doc="lives; one has no cap",
         ),
     ),

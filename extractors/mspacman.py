@@ -1,23 +1,23 @@
 """Ms. Pac-Man: a maze of pills, four power pills, up to four ghosts, a fruit that wanders through.
 
-Screen: score, lives and the level's fruit stand below. The walls, all other pixels in the pills'
-colour, are scenery. Ghosts on the same rows, also in one place of the pen, share a sprite and are
-drawn in turn, as are fruit and player; of the power pills the left and the right ones are drawn for
-eight frames each.
+Screen: score, lives and the level's fruit are below the maze. The walls, all other pixels in the
+pills' colour, are scenery. Ghosts on the same rows, also at one position in the pen, share a sprite
+and alternate, and so do fruit and player. The left power pills and the right ones alternate, eight
+frames each.
 
-Slots: a slot of Pill is a place that has a pill in any of the four mazes.
+Slots: a slot of Pill is a position with a pill in any of the four mazes.
 
-RAM: OCAtari, AtariARI and ALE; the rest was read from the ROM. The screen shows the positions from
-before the frame's last move, so `decode` takes that move back. The RAM has a bit for every place of
-every row, the same in all mazes; where the maze has a wall, the bit says nothing.
+RAM: OCAtari, AtariARI and ALE; the rest was read from the ROM. The screen shows the positions
+before the frame's last move, so `decode` undoes that move. The RAM has one bit per position of
+every row, the same in all mazes; the bit has no meaning at a wall of the maze.
 
 Covered: four mazes, seven fruits, modes 0 to 3 (four, one, two, three ghosts), start, deaths, pen,
-tunnels (the larger part of whoever is cut in two), game over. The `value` of Score is the
-emulator's: the extra life at 10,000 points is a 1 in the last digit, which shows as 0.
+tunnels (the larger part of a figure cut in two), game over. The `value` of Score is the emulator's:
+the extra life at 10,000 points is a 1 in the last digit, which shows as 0.
 
-Not exact: the RAM does not tell which way somebody came around a corner or to a wall, when a slower
-stretch after a pill ends, where a life ended on the one frame on which the next begins. The player
-is 1-2 pixels off in 4 % of frames, a ghost in 1-2 %.
+Not exact: the RAM does not record the direction a figure turned from at a corner or a wall, or when
+a slow-down after a pill ends. On the one frame on which the next life begins, it does not record
+where the last one ended. The player is 1-2 pixels off in 4 % of frames, a ghost in 1-2 %.
 """
 
 import functools
@@ -26,19 +26,36 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.registers import larger_part
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Box,
+    Category,
+    Cells,
+    Game,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    high,
+    larger_part,
+    lookup,
+    match,
+    mod,
+    pick,
+    when,
+)
 
 ROM = Rom("ms_pacman", "87e79cd41ce136fd4f72cc6e2c161bee")
 FONT = ROM.font(0x92B, rows=7, stride=8)
-# Three pictures of the player for each way, then the seven fruits, 12 empty rows below each.
+# Three pictures of the player for each direction, then the seven fruits, 12 empty rows apart.
 PICTURES = ROM.pictures(range(0xE0C, 0xE0C + 19 * 22, 22), 10, top_first=True)
 FIRST_FRUIT = 12
 
@@ -55,7 +72,7 @@ class Mode:  # of `Ram.ghost_mode`
 
 
 class Event:  # of `Ram.event`
-    NEW_LIFE = 35  # from the start of another life or level on
+    NEW_LIFE = 35  # at the start of another life or level
     DYING = range(78, 128)  # the player turns around
     MOVES = 255  # everything moves
 
@@ -65,34 +82,36 @@ class Chew:  # of `Ram.chews`
     EATS = 3  # on the frame on which it is eaten
 
 
-# The ways out of every place, a bit each from UP in the highest: by maze, row and column. The two
-# halves of a maze mirror each other, and only the left one is here, with two columns beyond it.
+# The exits of every position, one bit each, UP in the highest: by maze, row and column. The two
+# halves of a maze mirror each other. The table has the left half, with two columns beyond it.
 EXITS = ROM.bytes(0x1E27, 4 * 14 * 6)
 PLACE_BITS = (6, 15, 13, 11, 9, 16, 18, 20, 22, 14, 12, 10, 8, 17, 19, 21, 23, 4)  # by column
 
 
 def _places() -> np.ndarray:
-    """Which places have a pill at first, bool `[maze, row, column]`: all that have a way out."""
+    """Positions with a pill at first, bool `[maze, row, column]`: all positions with an exit."""
     ways = np.stack([EXITS >> 4, EXITS & 15], axis=-1).reshape(4, 14, 12)
-    half = ways[:, :, 2:11] != 0
-    half[:, (1, 12), 0] = False  # the power pills'
-    half[:, 5:8, 8] = False  # beside the pen's door
+    row = np.arange(14)[:, None]
+    column = np.arange(9)
+    is_power_pill = np.isin(row, (1, 12)) & (column == 0)
+    is_at_door = np.isin(row, (5, 6, 7)) & (column == 8)  # of the pen
+    half = (ways[:, :, 2:11] != 0) & ~is_power_pill & ~is_at_door
     return np.concatenate([half, half[:, :, ::-1]], axis=2)
 
 
 PILL_PLACES = _places()
 MASKS = (PILL_PLACES << np.array(PLACE_BITS)).sum(axis=2).astype(np.int32)  # bits by maze and row
-USED = np.asarray(PILL_PLACES.any(axis=0))  # places that have a pill in any maze
+USED = np.asarray(PILL_PLACES.any(axis=0))  # positions with a pill in any maze
 
-# The fruit's paths, two bits a step: four of every maze, and last the way around the pen.
+# The fruit's paths, two bits per step: four for every maze, and last the way around the pen.
 FRUIT_PATHS = ROM.data[0x1D6A:0x1DAE].view(">i4")
 AROUND_PEN = len(FRUIT_PATHS) - 1
-# How many rows the fruit bounces down in each of eight phases: to the side, down, up.
+# Rows that the fruit bounces down in each of eight phases: sideways, down, up.
 BOUNCES = ROM.data[0x1DB2:0x1DCA].view(np.int8)
 BOUNCE_ASIDE = 0
 BOUNCE_DOWN = 8
 BOUNCE_UP = 16
-# Of 16 frames, a bit for those on which each of the ghosts takes a second step.
+# In 16 frames, one bit for each frame with a second step, by ghost.
 SECOND_STEPS = np.array((0, 0x0040, 0x0404, 0x1101), np.int32)
 # The pen as `ghost_x` and `ghost_y` of ghosts in it.
 PEN_LEFT = 82
@@ -107,7 +126,7 @@ RIGHT_HALF = 96  # least `x`
 MAZE_COLORS = (74, 138, 8, 214)
 GHOST_COLORS = (38, 184, 88, 70)
 SCARED_COLOR = 150
-ENDING_COLOR = 12  # of a scared ghost that flashes
+ENDING_COLOR = 12  # of a flashing scared ghost
 FRUIT_COLORS = (68, 68, 54, 22, 68, 214, 40)
 PLAYER_COLOR = 42
 LIFE_COLOR = 24
@@ -125,7 +144,7 @@ POWER_Y = (146, 14, 147, 15)
 
 class Ram(RamMap):
     maze = bits(0, count=2)
-    ghost_way = bits(1, 2, 3, 4, count=2)  # in the pen: rounds to go
+    ghost_way = bits(1, 2, 3, 4, count=2)  # in the pen: remaining rounds
     ghost_leaves = bits(1, 2, 3, 4, first=3)  # the pen
     ghost_mode = bits(1, 2, 3, 4, first=4, count=3)
     ghost_scared = bits(1, 2, 3, 4, first=7)
@@ -138,28 +157,30 @@ class Ram(RamMap):
     ghost_y = byte(12, 13, 14, 15)  # y - 1
     y = byte(16)  # y - 1
     fruit_y = byte(17)  # y - 1
-    waits = high(18)  # a bit a ghost, the last first: on every other call it moves in a tunnel
+    waits = high(18)  # one bit per ghost, the last first: on every other call it moves in a tunnel
     ghosts = byte(19)  # in play, minus 1
     demo = bits(20, first=7)
     frame = byte(30)
     fruit_step = bits(31, count=5)
     fruit_enters = bits(31, first=6)
-    fruit_loops = bits(31, first=7)  # goes around the pen
+    fruit_loops = bits(31, first=7)  # circles the pen
     event = byte(39)  # counts through music, pauses and deaths
     pills = byte(*((i + 2, i + 1, i) for i in range(59, 101, 3)))  # by row
-    scare = byte(116)  # time left
+    scare = byte(116)  # remaining time
     power = bits(117, first=2, count=4)
     fruit_phase = bits(118, first=3, count=3)
     eaten = byte(119)  # pills, in this maze
-    score = bcd((122, 121, 120))  # its last digit, shown as 0: the extra life was given
+    score = bcd((122, 121, 120))  # its last digit, shown as 0, is 1 after the extra life
     lives = bits(123, count=3)  # without the last one
     icons = bits(123, count=2)
     fruit = high(123)  # of the level
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    playing, i3 = m.demo == 0, np.arange(3)
-    fruits, maze = _fruit_boxes(m), pick(m.maze, MAZE_COLORS)
+    playing = m.demo == 0
+    i3 = np.arange(3)
+    fruits = _fruit_boxes(m)
+    maze = pick(m.maze, MAZE_COLORS)
     counted = (m.ghosts >= i3) & (m.ghosts < 3)
     power = playing & ((m.power >> np.arange(4) & 1) == 1)
     return {
@@ -176,18 +197,22 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _player(m: Ram) -> Box:
-    last, dies = m.frame - 1, _dying(m)
+    last = m.frame - 1
+    dies = _dying(m)
     chew = pick(last >> 2 & 3, (0, 1, 2, 1))
-    way = jnp.where(dies, last >> 3 & 3, m.way)  # she dies turning round and round
-    (x, y), shape = _player_before(m), 3 * way + jnp.where(dies, 1, chew)
+    way = jnp.where(dies, last >> 3 & 3, m.way)  # a dying player spins
+    (x, y) = _player_before(m)
+    shape = 3 * way + jnp.where(dies, 1, chew)
     return _picture(shape, larger_part(x - 12, 8), y + 1, orientation=4 * way)
 
 
 def _ghosts(m: Ram) -> Box:
-    number, (x, y) = np.arange(4), _ghosts_before(m)
+    number = np.arange(4)
+    (x, y) = _ghosts_before(m)
     scared = m.ghost_scared == 1
     only_eyes = ~scared & among(m.ghost_mode, (Mode.EYES, Mode.EYES_ENTER_PEN))
-    # The first row of the eyes is empty; that of a ghost is not drawn on the places' own lines.
+    # The first row of the eyes is empty; the first row of a ghost is missing at the positions' own
+    # lines.
     late = when(only_eyes | (mod(y, 12) == 0), 1)
     color = match(
         (scared & ((m.scare & 0x32) == 0), ENDING_COLOR),
@@ -200,7 +225,7 @@ def _ghosts(m: Ram) -> Box:
 
 
 def _pills(m: Ram) -> jax.Array:
-    """Whether each place of the mazes has a pill."""
+    """True for each position of the mazes with a pill."""
     free = match(*((m.maze == maze, MASKS[maze]) for maze in range(3)), otherwise=MASKS[3])
     rows = m.pills & free
     bit = np.int32(1) << np.array(PLACE_BITS, np.int32)
@@ -208,10 +233,10 @@ def _pills(m: Ram) -> jax.Array:
 
 
 def _fruit_boxes(m: Ram) -> Box:
-    """The one in the maze, and the level's below it."""
-    x, y = _fruit_before(m)
-    x = jnp.stack([larger_part(x - 12, 8), jnp.int32(126)])
-    y = jnp.stack([y + 1, jnp.int32(173)])
+    """The fruit in the maze, and the level's fruit below it."""
+    fruit_x, fruit_y = _fruit_before(m)
+    x = jnp.stack([larger_part(fruit_x - 12, 8), jnp.int32(126)])
+    y = jnp.stack([fruit_y + 1, jnp.int32(173)])
     there = jnp.stack([(m.fruit_x > 0) & ~_dying(m), m.ghosts == 3])
     color = pick(m.fruit, FRUIT_COLORS)
     return _picture(FIRST_FRUIT + m.fruit, x, y, valid=there, color=color)
@@ -225,26 +250,27 @@ def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **fields: Any) -> Box
 
 
 def _dying(m: Ram) -> jax.Array:
-    """Whether the player turns around; as the next life begins, the frame still shows that."""
+    """True while the player spins; the frame on which the next life begins still shows that."""
     phase = m.frame & 7
     reborn = (m.event == Event.NEW_LIFE) & (phase == 1) & (m.eaten > 0)
     return among(m.event - when(phase == 0, 1), Event.DYING) | reborn
 
 
 def _moving(m: Ram) -> jax.Array:
-    """Whether everything moves."""
+    """True if everything moves."""
     return (m.event == Event.MOVES) & (m.demo == 0)
 
 
 def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """One pixel that way."""
+    """One pixel in a direction."""
     sideways = (way & 1) == 1
     return when(sideways, 2 - way), when(~sideways, way - 1)
 
 
 def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """The player moves on even frames unless a wall has been ahead."""
-    (dx, dy), sideways = _step(m.way), m.way & 1
+    """The player's position before her last move, on even frames unless a wall was ahead."""
+    (dx, dy) = _step(m.way)
+    sideways = m.way & 1
     moved = _moving(m) & ((m.frame & 1) == 0) & (~_stands(m) | (m.chews == Chew.EATS))
     steps = match(
         (~moved, 0),
@@ -256,8 +282,9 @@ def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _stands(m: Ram) -> jax.Array:
-    """Whether the player is in the middle of a place that has no exit ahead."""
-    sideways, in_right_half = (m.way & 1) == 1, m.x >= RIGHT_HALF
+    """True if the player is in the middle of a position without an exit ahead."""
+    sideways = (m.way & 1) == 1
+    in_right_half = m.x >= RIGHT_HALF
     ahead = jnp.where(in_right_half & sideways, m.way ^ 2, m.way)  # mirrored
     in_middle = match(
         (~sideways, mod(m.y, 12) == 2),
@@ -269,36 +296,44 @@ def _stands(m: Ram) -> jax.Array:
 
 
 def _exits_of_place(m: Ram, in_right_half: jax.Array) -> jax.Array:
-    """The ways out of the player's place, as of its mirror image in the left half."""
+    """The exits of the player's position, mirrored into the left half."""
     place = jnp.where(in_right_half, 21 - (m.x >> 3), m.x >> 3)
     pair = lookup(EXITS, 84 * m.maze + 6 * div(m.y, 12) + (place >> 1))
     return jnp.where((place & 1) == 1, pair, pair >> 4)
 
 
 def _ghosts_before(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Ghosts move on odd frames, one or two pixels."""
+    """The ghosts' positions before their last move, on odd frames by one or two pixels."""
     steps = _ghost_steps(m)
-    (way_x, way_y), x, y = _step(m.ghost_way), m.ghost_x, m.ghost_y
+    x, y = _pixel_back(m, m.ghost_x, m.ghost_y, steps >= 1)
+    return _pixel_back(m, x, y, steps >= 2)
+
+
+def _pixel_back(
+    m: Ram, x: jax.Array, y: jax.Array, moved: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Positions of ghosts one pixel back, if they moved."""
+    way_x, way_y = _step(m.ghost_way)
     inside = m.ghost_mode == Mode.IN_PEN
     enters = m.ghost_mode == Mode.EYES_ENTER_PEN
-    for n in (1, 2):
-        pen_x, pen_y = _pen_step(x, y, m.ghost_leaves == 1)
-        dx = match((inside, pen_x), (enters, 0), otherwise=way_x)
-        dy = match((inside, pen_y), (enters, 1), otherwise=way_y)
-        x, y = x - when(steps >= n, dx), y - when(steps >= n, dy)
-    return x, y
+    pen_x, pen_y = _pen_step(x, y, m.ghost_leaves == 1)
+    dx = match((inside, pen_x), (enters, 0), otherwise=way_x)
+    dy = match((inside, pen_y), (enters, 1), otherwise=way_y)
+    return x - when(moved, dx), y - when(moved, dy)
 
 
 def _ghost_steps(m: Ram) -> jax.Array:
-    """How many pixels each ghost has moved."""
-    number, sideways, scared = np.arange(4), (m.ghost_way & 1) == 1, m.ghost_scared == 1
-    second = (SECOND_STEPS >> (m.frame & 14) & 1) != 0
-    second = second | (~sideways & (((m.frame + number) & 2) != 0)) | (m.ghost_mode == Mode.EYES)
+    """Pixels that each ghost has moved."""
+    number = np.arange(4)
+    sideways = (m.ghost_way & 1) == 1
+    scared = m.ghost_scared == 1
+    by_table = (SECOND_STEPS >> (m.frame & 14) & 1) != 0
+    second = by_table | (~sideways & (((m.frame + number) & 2) != 0)) | (m.ghost_mode == Mode.EYES)
     twice = ~scared & second
     in_tunnel = (m.ghost_x < TUNNEL_LEFT) | (m.ghost_x >= TUNNEL_RIGHT)
     waits = m.waits >> (3 - number) & 1
-    rests = (m.fruit == 0) & ((m.frame & 30) == 30)
-    rests = rests | (scared & sideways & ((m.frame & 6) == 0))
+    all_rest = (m.fruit == 0) & ((m.frame & 30) == 30)
+    rests = all_rest | (scared & sideways & ((m.frame & 6) == 0))
     return match(
         (~_moving(m) | ((m.frame & 1) == 0) | rests, 0),
         (in_tunnel & ~twice, 1 - waits),
@@ -309,8 +344,9 @@ def _ghost_steps(m: Ram) -> jax.Array:
 
 
 def _pen_step(x: jax.Array, y: jax.Array, leaves: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The last step of a ghost in the pen: round against the clock, or out by the middle."""
-    left, bottom = (x == PEN_LEFT) & (y > PEN_TOP), (y == PEN_BOTTOM) & (x > PEN_LEFT)
+    """The last step of a ghost in the pen: counterclockwise, or out through the middle."""
+    left = (x == PEN_LEFT) & (y > PEN_TOP)
+    bottom = (y == PEN_BOTTOM) & (x > PEN_LEFT)
     right = (x == PEN_RIGHT) & (y < PEN_BOTTOM)
     up = jnp.where(leaves, y < PEN_TOP, right)
     dx = match((up, 0), (leaves, -1), (left, 0), (bottom, 1), otherwise=-1)
@@ -319,18 +355,19 @@ def _pen_step(x: jax.Array, y: jax.Array, leaves: jax.Array) -> tuple[jax.Array,
 
 
 def _fruit_before(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """The fruit moves on every fourth frame: its path says the way, and it bounces."""
+    """The fruit's position before its last move, on every fourth frame along its path, bouncing."""
     loops = m.fruit_loops == 1
     leaves = ~loops & (m.fruit_enters == 0)
     path = lookup(FRUIT_PATHS, jnp.where(loops, AROUND_PEN, 4 * m.maze + m.fruit_path))
-    way = jnp.where(m.fruit_step < 16, path >> (30 - 2 * (m.fruit_step & 15)) & 3, Way.UP)
-    way = jnp.where(leaves, way ^ 2, way)  # the same path backwards
+    path_way = jnp.where(m.fruit_step < 16, path >> (30 - 2 * (m.fruit_step & 15)) & 3, Way.UP)
+    way = jnp.where(leaves, path_way ^ 2, path_way)  # the same path backwards
     phase = jnp.where(leaves, 7 - m.fruit_phase, m.fruit_phase)
     bounce = match(
         ((way & 1) == 1, BOUNCE_ASIDE), (way == Way.DOWN, BOUNCE_DOWN), otherwise=BOUNCE_UP
     )
     moved = _moving(m) & ((m.frame & 3) == 0)
-    dx, dy = _step(way)[0], lookup(BOUNCES, bounce + phase)
+    dx = _step(way)[0]
+    dy = lookup(BOUNCES, bounce + phase)
     bounced = moved & (loops | (m.fruit_step > 0))
     return m.fruit_x - when(moved, dx), m.fruit_y - when(bounced, dy)
 
@@ -351,7 +388,11 @@ GAME = Game(
     decode=decode,
     categories=(
         Category(
-            "Player", sprites(PLAYER_COLOR, FIELD), attributes=("orientation",), doc="Ms. Pac-Man"
+            "Player",
+            sprites(PLAYER_COLOR, FIELD),
+            attributes=("orientation",),
+            role="player",
+            doc="Ms. Pac-Man",
         ),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="orange, cyan, pink, red"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two right, two left"),
@@ -361,7 +402,7 @@ GAME = Game(
         display(
             "GhostIcon", GHOST_ICONS, count=3, attributes=(), doc="as many as ghosts in modes 1-3"
         ),
-        display("Score", POINTS, doc="points"),
-        display("Life", LIFE_ICONS, doc="all icons; value: lives"),
+        display("Score", POINTS, role="score", doc="points"),
+        display("Life", LIFE_ICONS, role="lives", doc="all icons; value: lives"),
     ),
 )

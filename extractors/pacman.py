@@ -1,24 +1,24 @@
 """Pac-Man: a maze of wafers, four power pills, four ghosts and the vitamin.
 
-Screen: score and lives stand below. The walls, all other pixels in the wafers' colour, are scenery.
-The ghosts take turns, each is drawn on every fourth frame; of the power pills the left and the
-right ones are drawn for eight frames each. Who is in the tunnel between top and bottom is not valid
-while nothing of him shows. On the frame on which a life begins, the screen still shows how the last
-one ended; nobody is valid.
+Screen: score and lives are below the maze. The walls, all other pixels in the wafers' colour, are
+scenery. The ghosts alternate: each is drawn on every fourth frame. The left power pills and the
+right ones alternate, eight frames each. A figure in the tunnel between top and bottom is not valid
+while it is completely hidden. On the frame on which a life begins, the screen still shows the end
+of the last one; no figure is valid.
 
-RAM: the ROM is made for PAL consoles. OCAtari and ALE's source (score, lives), J. Mathes'
-disassembly of a hack (names of bytes), and the ROM's code: f0f4-f37a draws, f930-f983 moves the
-ghost whose turn it is before that, f621-f7bd moves Pac-Man after it. The remainders of his place by
-the maze's grid are from before the move, so that `decode` takes the move back. A wafer's bit is at
-the place that the ROM's own tables tell.
+RAM: the ROM is made for PAL consoles. Sources are OCAtari and ALE's source (score, lives), J.
+Mathes' disassembly of a hack (names of bytes), and the ROM's code. f0f4-f37a draws; before that,
+f930-f983 moves one of the ghosts; afterwards, f621-f7bd moves Pac-Man. The RAM keeps remainders of
+his position in the maze's grid from before the move; `decode` undoes the move with them. The ROM's
+own tables give the position of each wafer's bit.
 
 Covered: modes 0 to 7, both difficulties, scared ghosts, eyes, tunnel, deaths, cleared mazes, game
 over.
 
-Not exact: Pac-Man's width while only some rows of him are in the tunnel, and on the frame on which
-he turns around; what was eaten on this very frame.
+Not exact: Pac-Man's width while only some of his rows are in the tunnel, and on the frame on which
+he turns around; objects that were eaten on this very frame.
 
-VEM: it is wrong about a ghost that touches a power pill, and about whoever is behind a ghost.
+VEM: it is wrong about a ghost that touches a power pill, and about figures behind a ghost.
 """
 
 import functools
@@ -26,14 +26,28 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    mod,
+    pick,
+    when,
+)
 
 ROM = Rom("pacman", "fc2233fc116faef0d3c31541717ca2db")
 FONT = ROM.font([0xE00 + int(low) for low in ROM.bytes(0xEF9, 10)], rows=7)
@@ -42,26 +56,28 @@ BIT_MASKS = tuple(int(mask) for mask in ROM.bytes(0xE6D, 8))
 
 def _wafer_places() -> dict[tuple[int, int], tuple[int, int]]:
     """Left and top of every wafer, by its byte and the mask of its bit."""
-    places = {}
+    places = []
     for row in range(8):
         nodes = ROM.bytes(0xE16 + 40 * (row & 1), 40).tolist()
         for column, node in enumerate(nodes):
             if node & 0x81 == 1:  # a path, with a wafer
                 at = int(ROM.data[0xE7C + 2 * row + (node >> 1 & 1)])
-                x = 4 * column + (4 if column == 26 else 0)  # drawn one node further on
-                places[at, BIT_MASKS[node >> 2 & 7]] = x, 32 + 22 * row
-    return places
+                x = 4 * column + (4 if column == 26 else 0)  # drawn one node further right
+                places.append(((at, BIT_MASKS[node >> 2 & 7]), (x, 32 + 22 * row)))
+    return dict(places)
 
 
-NEVER_SET = ((2, 1), (6, 128))  # their places belong to the pen
+NEVER_SET = ((2, 1), (6, 128))  # their positions belong to the pen
 WAFERS = {bit: xy for bit, xy in sorted(_wafer_places().items()) if bit not in NEVER_SET}
-WAFER_BYTE, WAFER_MASK = (tuple(bit[i] for bit in WAFERS) for i in (0, 1))
-WAFER_X, WAFER_Y = (tuple(xy[i] for xy in WAFERS.values()) for i in (0, 1))
+WAFER_BYTE = tuple(number for number, _ in WAFERS)
+WAFER_MASK = tuple(mask for _, mask in WAFERS)
+WAFER_X = tuple(x for x, _ in WAFERS.values())
+WAFER_Y = tuple(y for _, y in WAFERS.values())
 
-# The mouth's four phases, then how Pac-Man dies, the last picture first.
+# The mouth's four phases, then the pictures of his death, the last one first.
 LOOK_LOWS = (*ROM.bytes(0xDC5, 4), *ROM.bytes(0xDFD, 16))
 LOOKS = ROM.pictures([0xD00 + int(low) for low in LOOK_LOWS], 7)
-FIRST_DYING = 4  # index of the pictures of how he dies
+FIRST_DYING = 4  # index of the first picture of his death
 
 
 class State:  # bits of `Ram.state`
@@ -69,16 +85,16 @@ class State:  # bits of `Ram.state`
     TUNNEL = 32  # between top and bottom
 
 
-WAY_UP = 3  # way, of the highest bits of `Ram.state`
-WAY_COMPASS = (4, 12, 8, 0)  # of the ways: right, left, down and up
+WAY_UP = 3  # direction in the highest bits of `Ram.state`
+WAY_COMPASS = (4, 12, 8, 0)  # of the directions right, left, down and up
 
 PATH_ROWS = 11  # steps from one row of the maze to the next
 TUNNEL_END = 98  # `y` below the maze
-ENTRY = 11  # `y` above it
-ALL_ROWS = 6  # least `y` in the tunnel at which all rows show
-MAZE_TOP = 9  # steps to the first row that shows
+ENTRY = 11  # `y` above the maze
+ALL_ROWS = 6  # least `y` in the tunnel with all rows visible
+MAZE_TOP = 9  # steps to the first visible row
 START_TIME = 60  # `time` at a new start
-EATEN = 186  # `ate` on the frame of it
+EATEN = 186  # `ate` on the frame on which a ghost is eaten
 STANDS = 128  # least `ate` while all stand still after a ghost was eaten
 POWER_X = (6, 6, 150, 150)
 POWER_Y = (39, 171, 39, 171)
@@ -96,12 +112,12 @@ LIVES = IconRow(8, 217, width=4, height=6, pitch=8)
 
 
 class Ram(RamMap):
-    frame = byte(0)  # 2 more than as Pac-Man's picture was chosen
+    frame = byte(0)  # 2 more than when Pac-Man's picture was chosen
     game_over = byte(2)
-    row_part = byte(5)  # Pac-Man's `y` before the move, less the next row of the maze
+    row_part = byte(5)  # Pac-Man's `y` before the move, minus the next row of the maze
     column_part = byte(6)  # lowest bits of his `x` before the move
-    wafers = byte(*range(8, 24))  # a bit each
-    icons = byte(24)  # lives, less the one in play
+    wafers = byte(*range(8, 24))  # one bit each
+    icons = byte(24)  # lives, without the current one
     power = byte(26)  # bits of the power pills
     fright = bits(26, first=6)  # 0: the ghosts will be scared for a moment only
     scared = bits(26, first=7)  # the ghosts
@@ -109,7 +125,7 @@ class Ram(RamMap):
     ghost_x = byte(50, 51, 52, 53)
     y = byte(54)  # two rows
     ghost_y = byte(55, 56, 57, 58)  # two rows
-    state = byte(59)  # way in the highest bits
+    state = byte(59)  # direction in the highest bits
     ghost_state = byte(60, 61, 62, 63)
     mirrored = bits(59)
     eyes = bits(60, 61, 62, 63, first=3)
@@ -138,13 +154,14 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _starts(m: Ram) -> jax.Array:
-    """Whether all have just been put at the start of a life, which does not show yet."""
+    """True if all have just been put at the start of a life, which is not visible yet."""
     return (m.time == START_TIME) & (m.ready == 1) & (m.dying == 0) & ((m.frame & 1) == 0)
 
 
 def _rows_shown(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The step that a picture begins at, how many of seven rows are hidden, whether any show."""
-    in_tunnel, up = (state & State.TUNNEL) != 0, (state >> 6) == WAY_UP
+    """First step of a picture, number of hidden rows of its seven, and whether any are visible."""
+    in_tunnel = (state & State.TUNNEL) != 0
+    up = (state >> 6) == WAY_UP
     shows = ~in_tunnel | ((state & State.MOVES) != 0) & ((y > 0) | up) & (y != TUNNEL_END)
     inside = jnp.where(up & (y == ENTRY), ENTRY + 1, jnp.maximum(y, MAZE_TOP))
     cut = in_tunnel & (y < ALL_ROWS)
@@ -152,13 +169,13 @@ def _rows_shown(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, j
 
 
 def _player(m: Ram) -> Box:
-    x, y = _player_before(m)
-    first, cut, shows = _rows_shown(y, m.state)
+    at_x, half_y = _player_before(m)
+    first, cut, shows = _rows_shown(half_y, m.state)
     dies = FIRST_DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
     look = jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3)
     turned = (m.mirrored == 1) & (m.ate < STANDS) & (m.dying == 0)
     left, top, width, height = LOOKS.extent(look, mirrored=turned)
-    x = x + left
+    x = at_x + left
     rows = jnp.minimum(height, 7 - cut - top)
     compass = pick(m.state >> 6, WAY_COMPASS)
     y = 2 * (first + top) + 2
@@ -203,14 +220,17 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     categories=(
-        facing("Player", PLAYER_RULE, doc="Pac-Man"),
+        facing("Player", PLAYER_RULE, role="player", doc="Pac-Man"),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="they are drawn in turn"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two left, two right"),
         Category("Pill", PILL_RULE, count=len(WAFER_X), doc="the maze's wafers"),
         Category("Vitamin", VITAMIN_RULE, doc="below the pen"),
-        display("Score", SCORE.rule(BLACK), doc="points; the last five digits show"),
+        display("Score", SCORE.rule(BLACK), role="score", doc="points; the last five digits show"),
         display(
-            "Life", LIVES.rule(GREEN, (0, 217, 80, 223), single=2), doc="all icons; value: lives"
+            "Life",
+            LIVES.rule(GREEN, (0, 217, 80, 223), single=2),
+            role="lives",
+            doc="all icons; value: lives",
         ),
     ),
 )

@@ -1,17 +1,17 @@
 """Pitfall: Harry runs through 255 scenes of a jungle with pits, tar, logs, beasts and treasures.
 
-Screen: a scene has up to three objects of one kind on the ground; below the ground there is a
-scorpion, or a brick wall and a ladder. StairPit is the hole above the ladder, with a Pit on either
-side in some scenes. Tarpit and Waterhole open and close in some; holes are background, which
-nothing draws. Rope is its brown part, below the leaves, without what trunks of its colour hide.
-PlayerScore has the value of the points won, 2,000 less than shown. Trees, the ground (OCAtari's
-Platform) and the maker's name are scenery. The screen saver puts what is below the ground behind
-the left edge.
+Screen: a scene has up to three objects of one kind on the ground. Below the ground it has a
+scorpion, or a brick wall and a ladder. StairPit is the hole above the ladder; some scenes have a
+Pit on either side of it. Tarpit and Waterhole open and close in some scenes. Holes are background,
+so the game does not draw them as objects. Rope is its brown part, below the leaves, without columns
+that trunks of its colour hide. PlayerScore has the value of the points won, 2,000 less than shown.
+Trees, the ground (OCAtari's Platform) and the maker's name are scenery. The screen saver puts the
+objects below the ground behind the left edge.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. Everything
-moves at F66D-FA72, before a scene is drawn at F0CE-F58E, but for the first step into a hole and
-Harry's new start; his column is then still in the position of the sprite. Harry's row of line 117
-is drawn after column 34, so that left of it the row above is seen again.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code. Everything
+moves at F66D-FA72, before a scene is drawn at F0CE-F58E, except the first step into a hole and
+Harry's new start; the sprite's position then still has his column. Harry's row of line 117 is drawn
+after column 34, so left of it the row above is repeated.
 
 Covered: all scenes, objects and treasures (by writing RAM), falls, ladders, ropes, deaths, the end.
 
@@ -27,18 +27,36 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console import registers
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, extremes, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    ShortRuns,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    extremes,
+    high,
+    match,
+    pick,
+    registers,
+    when,
+)
 
 ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
@@ -48,15 +66,16 @@ SCORE = NumberDisplay(FONT, right=69, top=9, digits=6)
 
 POSES = 9  # Harry's pictures
 TALL = 22  # and their rows
-NO_ROW = 24  # none of them is shown again
+NO_ROW = 24  # no row is repeated
 
 
 def _harry_pictures() -> Pictures:
-    """Harry's pictures, with each row once more in place of the next one, or with none."""
+    """Harry's pictures, each with one row repeated in place of the next, and unchanged."""
     out = []
     for pose in range(POSES):
         rows = np.append(ROM.rows(0xB00 + TALL * pose, TALL), (0, 0))
-        out += [np.where(np.arange(NO_ROW) == row, np.roll(rows, 1), rows) for row in range(NO_ROW)]
+        with_row = (np.arange(NO_ROW) == row for row in range(NO_ROW))
+        out.extend(np.where(twice, np.roll(rows, 1), rows) for twice in with_row)
         out.append(rows)
     return Pictures.of(out)
 
@@ -64,7 +83,7 @@ def _harry_pictures() -> Pictures:
 HARRYS = _harry_pictures()
 OBJECTS = Pictures.of([ROM.rows(0xD00 + low, 15) for low in range(0xF1)])
 SCORPIONS = Pictures.of([ROM.rows(0xD90 + 16 * i, 16) for i in range(2)])
-ROPES = ROM.bytes(0xCA1, 8).tolist()  # not 0 for a scene with a rope
+ROPES = ROM.bytes(0xCA1, 8).tolist()  # nonzero for a scene with a rope
 THINGS = {  # objects on the ground: low bytes of their pictures
     "Logs": range(0, 32),
     "Fire": range(32, 64),
@@ -75,36 +94,36 @@ THINGS = {  # objects on the ground: low bytes of their pictures
     "GoldenBar": range(192, 224),
     "DiamondRing": range(224, 240),
 }
-THREE = ("Logs", "Crocodile")  # of which a scene may have three
+THREE = ("Logs", "Crocodile")  # up to three in a scene
 
 VIEW = (8, 0, 160, 210)
 BAND_TOP = 72  # first line of Harry's band
-EARLY_X = 97  # beyond it, Harry's first row is drawn a line earlier
-EARLY_ROW = 20  # the last row for which that holds
-LATE_X = 30  # up to here, a row of Harry is seen again
-LATE_ROW = 45  # which one, counted from the top of his band
-GROUND = 53  # row that the ground hides
+EARLY_X = 97  # right of it, Harry's first row is drawn a line earlier
+EARLY_ROW = 20  # the last row drawn earlier
+LATE_X = 30  # left of it, a row of Harry is repeated
+LATE_ROW = 45  # the repeated row, counted from the top of his band
+GROUND = 53  # row hidden by the ground
 BELOW_GROUND = 75  # the first row below the ground
-BELOW_HOLE = 60  # the same where there is a ladder
+BELOW_HOLE = 60  # the first row below the ground in scenes with a ladder
 ROPE_TOP = 65
-THINGS_TOP = 118  # of what is on the ground
+THINGS_TOP = 118  # of objects on the ground
 ROPE_BOTTOM = 118
-ROPE_X = 78  # where it hangs
-TRUNKS = (48, 56, 64, 68)  # left columns of the left one of two in the middle, by `trees`
+ROPE_X = 78  # column of its top
+TRUNKS = (48, 56, 64, 68)  # left columns of the left one of the two middle trunks, by `trees`
 START = 2000  # points of a new game
 START_X = 20  # of Harry
-CLOSED_ROW = 255  # a row of a hole
+CLOSED_ROW = 255  # value of a closed row of a hole
 
 
 class Scene:  # of `Ram.scene`
     HOLE = 0
-    HOLES = 1  # three
+    HOLES = 1  # three holes
     CROCODILES = 4
     TAR = (2, 5, 6)
     WATER = (3, 4, 7)
 
 
-class Kind:  # of `Ram.kind`, parts that count in some scenes
+class Kind:  # of `Ram.kind`: bits with a meaning in some scenes
     METAL = 3  # bits: of a bar
     ROPE = 2  # a bit: over crocodiles
 
@@ -120,7 +139,7 @@ class Height:  # of `Ram.y`
     SUNK = 54
     BELOW_AGAIN = 64  # at a new start
     FLOOR = 86
-    ABOVE = 223  # at a new start; from here on, above his band
+    ABOVE = 223  # at a new start; at least this: above his band
 
 
 class Jump:  # of `Ram.jump`
@@ -128,7 +147,7 @@ class Jump:  # of `Ram.jump`
 
 
 class Stick:  # of `Ram.stick`
-    INTO_HOLE = 31  # of one who falls
+    INTO_HOLE = 31  # `stick` during a fall into a hole
 
 
 class Tally:  # of `Ram.tally`, and a bit of it
@@ -141,22 +160,22 @@ class Saved:  # of `Ram.saver_mask`
 
 
 class Ram(RamMap):
-    saver_key = byte(7)  # what colours are XORed with
-    saver_mask = byte(8)  # what they are masked with: 255 in play
+    saver_key = byte(7)  # XORed with colours
+    saver_mask = byte(8)  # mask of colours: 255 in play
     tally = byte(0)  # marks for lives
-    rope = byte(18)  # 117 - its lowest line
+    rope = byte(18)  # 117 minus its lowest line
     kind = byte(19)  # of the objects
     scene = byte(20)
     ladder = byte(29)
     holes = byte(*range(32, 39))  # playfield of the rows of a hole, from its middle; 0: open
     pose = byte(53)  # low byte of Harry's picture
-    picture = byte(55)  # likewise, of the objects
-    scorpion = byte(65)  # likewise
+    picture = byte(55)  # low byte, of the objects
+    scorpion = byte(65)  # low byte, of the scorpion
     copies = bits(84, count=3)
     score = bcd((85, 86, 87))
     minutes = bcd(88)
     seconds = bcd(89)
-    slope = byte(92)  # 1/256 columns a line
+    slope = byte(92)  # 1/256 columns per line
     swing = bits(93, first=7)  # to the right
     fine = high(21, 22, 23)  # with `coarse`, x + 1: Harry, object, below the ground
     coarse = byte(24, 25, 26)
@@ -164,10 +183,10 @@ class Ram(RamMap):
     mirrored = bits(101, first=3)
     turned = bits(102, first=3)  # scorpion
     jump = byte(103)  # step of a jump
-    stick = byte(104)  # as a jump began
+    stick = byte(104)  # at the start of a jump
     y = byte(105)
     trees = byte(107)
-    sunk = byte(114)  # rows that Harry is lower, hit by a log
+    sunk = byte(114)  # rows that a log has pushed Harry down
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -190,50 +209,51 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _hole_box(m: Ram) -> Box:
-    """The tar or water, as far as it is open."""
+    """The open part of the tar or water."""
     rows = jnp.sum(m.holes != CLOSED_ROW)
     closed = 4 * lax.population_count(m.holes[0])
     return box(48 + closed, 125 - rows, 64 - 2 * closed, 2 * rows, rows > 0)
 
 
 def _again(m: Ram) -> jax.Array:
-    """Whether Harry has just been put to his new place, after the frame was drawn."""
+    """True if Harry has just been moved to his new start, after the frame was drawn."""
     placed = among(m.y, (Height.ABOVE, Height.BELOW_AGAIN))
     return placed & (m.jump == Jump.FALLS) & (m.x == START_X)
 
 
 def _tally_box(m: Ram) -> Box:
-    """The marks for lives, of which one has just been taken where Harry begins again."""
+    """The marks for lives; the frame still shows the mark that a new start has just removed."""
     marks = jnp.where(_again(m), m.tally >> 2 | Tally.ONE, m.tally)
     lives = 1 + lax.population_count(m.tally)
     return box(21, 22, jnp.where(marks == Tally.TWO, 3, 1), 8, marks > 0, value=lives)
 
 
 def _at(m: Ram, sprite: int) -> jax.Array:
-    """First column of sprite 0, Harry, 1, the object on the ground, or 2, scorpion or wall."""
+    """First column of a sprite: 0 Harry, 1 the object on the ground, 2 scorpion or wall."""
     return registers.position(m.coarse[sprite], m.fine[sprite]) - 1
 
 
 def _line_of_row(row: jax.Array) -> jax.Array:
-    """The line of a row of Harry's band; the ground hides seven rows, and lines repeat after it."""
+    """The line of a row of Harry's band; the ground hides seven rows, and lines repeat below it."""
     return BAND_TOP + row + match((row > 62, 1), (row >= 60, 2), otherwise=0)
 
 
 def _harry_box(m: Ram) -> Box:
-    """Harry; those of his rows that the ground hides are not shown."""
+    """Harry, without the rows that the ground hides."""
     x = _at(m, 0)
     whole = _whole_harry(m, x)
-    first, last = whole.y, whole.y + whole.h - 1
+    top_row = whole.y
+    bottom_row = whole.y + whole.h - 1
     below = jnp.where(m.ladder == 0, BELOW_GROUND, BELOW_HOLE)
-    first = jnp.maximum(jnp.where((first >= GROUND) & (first < below), below, first), 0)
-    last = jnp.where((last >= GROUND) & (last < below), GROUND - 1, last)
+    first = jnp.maximum(jnp.where((top_row >= GROUND) & (top_row < below), below, top_row), 0)
+    last = jnp.where((bottom_row >= GROUND) & (bottom_row < below), GROUND - 1, bottom_row)
     top = _line_of_row(first) - when((first <= EARLY_ROW) & (x > EARLY_X), 1)
     there = whole.valid & (last >= first)
     return box(whole.x, top, whole.w, _line_of_row(last) + 1 - top, there).clip(*VIEW)
 
 
 def _whole_harry(m: Ram, x: jax.Array) -> Box:
-    """Harry in rows of his band, as if there were no ground."""
+    """Harry in rows of his band, ignoring the ground."""
     died = match(
         (m.y == Height.BELOW_AGAIN, Height.FLOOR),
         (m.scene <= Scene.HOLES, Height.RUNS),
@@ -257,22 +277,23 @@ def _thing_boxes(m: Ram) -> dict[str, Box]:
     shapes = OBJECTS.box(m.picture, x, THINGS_TOP, valid=there).clip(*VIEW)
     metal = m.kind & Kind.METAL
     of_metal = {"SilverBar": metal == Metal.SILVER, "GoldenBar": metal == Metal.GOLD}
-    boxes = {}
-    for name, pictures in THINGS.items():
-        slots = slice(3 if name in THREE else 1)
-        shown = among(m.picture, pictures) & of_metal.get(name, True)
-        boxes[name] = shapes[slots].where(shown)
-    return boxes
+    return {
+        name: shapes[: 3 if name in THREE else 1].where(
+            among(m.picture, pictures) & of_metal.get(name, True)
+        )
+        for name, pictures in THINGS.items()
+    }
 
 
 def _scorpion(m: Ram) -> Box:
-    look, west = m.scorpion >> 4 & 1, m.turned == 1
+    look = m.scorpion >> 4 & 1
+    west = m.turned == 1
     there = m.ladder == 0
     return SCORPIONS.box(1 - look, _at(m, 2), 164, mirrored=west, valid=there).clip(*VIEW)
 
 
 def _rope_box(m: Ram) -> Box:
-    """The lines of the rope that are not in a trunk."""
+    """The lines of the rope outside of trunks."""
     line = np.arange(ROPE_TOP, ROPE_BOTTOM)
     way = (line - 33) * m.slope >> 8
     x = ROPE_X + jnp.where(m.swing == 1, way, -way)
@@ -287,8 +308,9 @@ def _rope_box(m: Ram) -> Box:
 
 
 def _timer(m: Ram) -> Box:
-    """The time left, in seconds; tens of minutes are blank when they are 0."""
-    tens, ones = m.minutes // 10, m.minutes % 10
+    """The remaining time in seconds; tens of minutes are blank when they are 0."""
+    tens = m.minutes // 10
+    ones = m.minutes % 10
     left = jnp.where(tens > 0, 29 + pick(tens, LEFTS), 37 + pick(ones, LEFTS))
     right = 61 + pick(m.seconds % 10, RIGHTS)
     return box(left, 22, right - left, 8, value=60 * m.minutes + m.seconds)
@@ -343,7 +365,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (29, 193), 12, mask=Saved.MASK, taken=(12, 14, 24, 66)),
     categories=(
-        Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
+        Category("Player", HARRY, rgb=(92, 186, 92), role="player", doc="Harry"),
         Category("Logs", LOG, count=3, doc="rolling or lying"),
         Category("Fire", FIRE, rgb=(236, 200, 96), doc="a fire"),
         dark("Snake", still((BLACK, RED)), doc="a cobra"),
@@ -360,8 +382,15 @@ GAME = Game(
         background("Tarpit", SLIME, doc="tar or quicksand"),
         Category("Waterhole", Bounds(BLUE, (48, 118, 112, 132)), doc="a pond"),
         Category("Rope", ROPE, doc="a liana"),
-        display("LifeCount", Bounds(WHITE, (21, 22, 29, 30), value=Gauge(2, -1, 1)), doc="lives"),
-        display("Timer", Bounds(WHITE, (29, 22, 69, 30), value=CLOCK), doc="seconds left"),
-        display("PlayerScore", SCORE.rule(WHITE, base=-START), doc="points won"),
+        display(
+            "LifeCount",
+            Bounds(WHITE, (21, 22, 29, 30), value=Gauge(2, -1, 1)),
+            role="lives",
+            doc="lives",
+        ),
+        display(
+            "Timer", Bounds(WHITE, (29, 22, 69, 30), value=CLOCK), role="time", doc="seconds left"
+        ),
+        display("PlayerScore", SCORE.rule(WHITE, base=-START), role="score", doc="points won"),
     ),
 )

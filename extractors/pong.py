@@ -1,27 +1,40 @@
 """Pong: two paddles, a ball and two scores.
 
-Player is the right paddle (green), Enemy the left one (orange). The white walls above and below
-the court are scenery: paddles and the ball are drawn under them and end at the court's first and
-last row.
+Screen: Player is the right paddle (green), Enemy the left one (orange). The white walls above and
+below the court are scenery: paddles and the ball are drawn under them and end at the court's first
+and last row.
 
 RAM: ALE's source (scores), OCAtari 2.2 and AtariARI (positions), and the ROM's drawing loop for the
 rest. Each iteration of the loop draws two rows and waits for the beam once. Therefore a paddle
 starts at an even count, and the ball is switched on and off in the middle of a row: left of the
-beam it is one row lower. All of 31,000 boxes on unseen play are exact.
+beam it is one row lower.
 
 Covered: both modes, all four difficulties (A halves a side's paddle), points of both sides, the end
-of the game, and the first two frames after a reset, which have the screen saver's colours.
+of the game, and the first two frames after a reset, which have the screen saver's colours. All of
+31,000 boxes on unseen play are exact.
+
+Not exact: nothing known.
 """
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font, score_box
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.registers import wrap
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.rules import Bounds
+from ocjax.authoring import (
+    DIGITS_3X5,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    RamMap,
+    Rom,
+    box,
+    byte,
+    choose,
+    display,
+    hex_font,
+    score_box,
+    wrap,
+)
 
 COURT = (0, 34, 160, 194)
 # in play, in the screen saver
@@ -38,21 +51,21 @@ PLAYER_DIGITS = (100, 116)
 ENEMY_DIGITS = (20, 36)
 SCORE_TOP = 1
 
-NEW_GAME = 60  # of `begin`: on this frame the ball is still where the console's start left it
-NEW_GAME_BALL = (2, 45)
-POINT_MADE = 63  # of the pause: on this frame the digits are still those before the point
-# as `scorer` names them
+NEW_GAME = 60  # of `begin`: on this frame the ball still has its position from the console's start
+NEW_GAME_BALL = (2, 45, 2, 4)
+POINT_MADE = 63  # of `pause`: on this frame the digits still show the score before the point
+# values of `scorer`
 ENEMY = 0
 PLAYER = 1
 
 
 class Ram(RamMap):
-    paddle_read = byte(4)  # turn of the drawing loop in which the paddle's position was read
+    paddle_read = byte(4)  # turn of the drawing loop that read the paddle's position
     begin = byte(10)
     pause = byte(11)  # frames until the next serve
     enemy_score = byte(13)
     player_score = byte(14)
-    scorer = byte(18)  # who made the last point
+    scorer = byte(18)  # the side that made the last point
     enemy_mask = byte(37)  # 256 - height
     player_mask = byte(38)  # 256 - height
     ball_x = byte(49)  # x + 49
@@ -72,7 +85,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _paddle(x: int, y: jax.Array, offset: int, mask: jax.Array) -> Box:
-    even = (y + 1) & ~1  # the loop draws two rows a turn
+    even = (y + 1) & ~1  # the loop draws two rows per turn
     return box(x, even - offset, 4, 256 - mask).clip(*COURT)
 
 
@@ -81,22 +94,21 @@ def _ball(m: Ram) -> Box:
     top = _switched(m, m.ball_y, x + 1)
     bottom = _switched(m, m.ball_y + 4, x)
     begins = (m.begin == NEW_GAME) & (m.ball_y == NEW_GAME)
-    x, top = (jnp.where(begins, a, b) for a, b in zip(NEW_GAME_BALL, (x, top), strict=True))
-    return box(x, top, 2, jnp.where(begins, 4, bottom - top)).clip(*COURT)
+    return choose(begins, box(*NEW_GAME_BALL), box(x, top, 2, bottom - top)).clip(*COURT)
 
 
 def _switched(m: Ram, count: jax.Array, x: jax.Array) -> jax.Array:
-    """Row from which column x shows what the loop switches at a count.
+    """First row of column x after the loop switches the ball at a count.
 
-    The beam is in the middle of a row then. Where it is depends on the loop's branches, which
-    differ by one cycle (three pixels) where a paddle is not drawn.
+    The beam is in the middle of a row at that time. Its column depends on the loop's branches,
+    which differ by one cycle (three pixels) if a paddle is not drawn.
     """
     odd = m.ball_y & 1
     turn = count - odd
     no_player = ((turn - m.player_y) & m.player_mask) != 0
     no_enemy = ((turn + 2 - m.enemy_y) & m.enemy_mask) != 0
-    beam = 149 + jnp.where(no_player, 3, 0) + jnp.where(turn <= m.paddle_read, 6, 0)
-    beam = beam + odd * jnp.where(no_enemy, -19, -22)
+    even_beam = 149 + jnp.where(no_player, 3, 0) + jnp.where(turn <= m.paddle_read, 6, 0)
+    beam = even_beam + odd * jnp.where(no_enemy, -19, -22)
     return count - jnp.where(x < beam, 14, 15)
 
 
@@ -108,7 +120,7 @@ def _score(m: Ram, side: int, value: jax.Array, lefts: tuple[int, int]) -> Box:
 
 
 def _number(lefts: tuple[int, int], colors: tuple[int, ...]) -> Bounds:
-    """How VEM finds and reads a score."""
+    """VEM's rule for finding and reading a score."""
     region = (lefts[0], SCORE_TOP, lefts[-1] + FONT.width, SCORE_TOP + FONT.height)
     return Bounds(colors, region, value=Digits(FONT, lefts, SCORE_TOP))
 
@@ -119,19 +131,27 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(GREEN, (140, 34, 144, 194)), rgb=GREEN_RGB, doc="right paddle"),
+        Category(
+            "Player",
+            Bounds(GREEN, (140, 34, 144, 194)),
+            rgb=GREEN_RGB,
+            role="player",
+            doc="right paddle",
+        ),
         Category("Enemy", Bounds(ORANGE, (16, 34, 20, 194)), rgb=ORANGE_RGB, doc="left paddle"),
         Category("Ball", Bounds(WHITE, COURT), rgb=WHITE_RGB, doc="the ball, while it is in play"),
         display(
             "PlayerScore",
             _number(PLAYER_DIGITS, GREEN),
             rgb=GREEN_RGB,
+            role="score",
             doc="points of the right paddle",
         ),
         display(
             "EnemyScore",
             _number(ENEMY_DIGITS, ORANGE),
             rgb=ORANGE_RGB,
+            role="opponent_score",
             doc="points of the left paddle",
         ),
     ),

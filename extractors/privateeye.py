@@ -1,26 +1,25 @@
 """Private Eye: a detective in a car that jumps, in the streets and the woods of a city.
 
 Screen: Badguy and Badguy_Head look out of windows and doors, as Clue does. Passage leads to another
-street or into the woods. Shop_Sign stands for all signs but those of Police, Bank and Guns.
-Hydrants, curtains, branches, bricks and jail windows are scenery. Player is the detective, whose
-lower part is in the car unless he jumps higher. Score counts from 1,000 points.
+street or into the woods. Shop_Sign is any sign except Police, Bank and Guns. Hydrants, curtains,
+branches, bricks and jail windows are scenery. Player is the detective, whose lower part is in the
+car unless he jumps higher. Score counts from 1,000 points.
 
-Slots: A scene has three records of objects, each drawn up to three times side by side: slots
-record * 3 + copy, of the records that hold the kind. Slots of things that are looked for: in a
-scene, carried (at the top right).
+Slots: a scene has three records of objects, each drawn up to three times side by side. The slots
+are record * 3 + copy, for the records that may hold the kind. Items to be found have two slots: in
+a scene, carried (at the top right).
 
-RAM: ALE's source (score), OCAtari 2.2 (kinds, what the bytes are), and the ROM's code: the steps at
-F513 of the second bank are made before the drawing, and what collisions change at F1FF and the
-clock's step at F8CE of the first bank after it. The kinds' pictures are listed at F6DF. The
-pointers that F693 sets up tell what is drawn of the detective, and how high.
+RAM: ALE's source (score), OCAtari 2.2 (kinds, meaning of the bytes), and the ROM's code. The steps
+at F513 of the second bank come before the drawing. Effects of collisions at F1FF, and the clock's
+step at F8CE of the first bank, come after it. F6DF lists the kinds' pictures. The pointers that
+F693 sets up give the detective's drawn picture and height.
 
 Covered: all scenes and signs of all five cases (written to RAM), the end of the game.
 
-Not exact: what a collision has taken or broken is gone from the RAM a frame early.
+Not exact: an object that a collision has taken or broken is gone from the RAM a frame early.
 
-VEM: does not see things in a scene that can be carried, the car while it flashes, mud that the car
-touches, or what is behind others, and takes a curtain or a plant that touches the detective for a
-part of him.
+VEM: it misses items in a scene, the car while it flashes, mud that the car touches, and objects
+behind others. It takes a curtain or a plant that touches the detective for a part of him.
 """
 
 import dataclasses
@@ -29,18 +28,43 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, lookup, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.registers import copies, player_width, spacing
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import EndsAbove
+from ocjax.authoring import (
+    EAST,
+    NUSIZ_WIDTH,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Context,
+    Detected,
+    Digits,
+    Game,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    Step,
+    Tight,
+    among,
+    bcd,
+    bits,
+    box,
+    boxes,
+    byte,
+    choose,
+    copies,
+    display,
+    div,
+    lookup,
+    mod,
+    pick,
+    signed,
+    spacing,
+    when,
+)
 
 ROM = Rom("private_eye", "ef3a4f64b6494ba770862768caf04b86")
 SECOND = 0x1000  # offset of the second bank
@@ -71,12 +95,12 @@ class Kind:  # of `Ram.kind` and `Ram.held`
 
 HEIGHTS = ROM.bytes(0x6DF, Kind.COUNT).astype(int) - 1
 PLACES = (ROM.bytes(0xCA7, Kind.COUNT).astype(int) & 15) << 8 | ROM.bytes(0xC86, Kind.COUNT)
-MOST_CUT = 16  # rows that a window hides
+MOST_CUT = 16  # most rows that a window hides
 KIND_ROWS = [
     ROM.rows(int(at), int(n)) if n > 0 else np.zeros(1, int)
     for at, n in zip(PLACES, HEIGHTS, strict=True)
 ]
-# Of each kind, without its lowest 0 to 15 rows.
+# Each kind's picture without its lowest 0 to 15 rows.
 SIZES = Pictures.of(
     [np.where(np.arange(len(r)) < len(r) - c, r, 0) for r in KIND_ROWS for c in range(MOST_CUT)],
     kind=len(KIND_ROWS),
@@ -115,26 +139,26 @@ SIGNS = {  # by `scene`
     "Gun_Sign": (16,),
     "Shop_Sign": (17, 18, 19, 21, 22, 23),
 }
-FALLS = (5, 6)  # scenes in which only the first two records are drawn
-OVER = 128  # `idle`, this or more: nothing is shown
+FALLS = (5, 6)  # scenes that draw only the first two records
+OVER = 128  # least `idle` with a blank screen
 STARTS = 1000  # points at the beginning
 CAR_BASE = 19  # least `car_row` of a car that is not down on its wheels
 CAR_END = 177  # row below the lowest one of the car
-TICK = 171  # what a step adds to `fraction`; with a carry it takes two hundredths, not one
+TICK = 171  # added to `fraction` in each step; a carry makes the step two hundredths, not one
 LOOKS = np.array((0, 3, 4, 8, 9, 12, 13))  # the other seven of 14 are parts of these
 LOW_BYTES, PAGES, COLORS = ROM.bytes(SECOND | 0xD7F, 3 * 14).reshape(3, 14)[:, LOOKS].astype(int)
-LOOK_KEYS = (LOW_BYTES - COLORS & 255).tolist()  # tells the looks apart
-HIGHEST = 200  # more rows of lift are less than none
+LOOK_KEYS = (LOW_BYTES - COLORS & 255).tolist()  # identify the looks
+HIGHEST = 200  # most rows of lift; higher bytes are negative
 ROWS = 36  # rows of the detective's picture
 
 
 def _detective_pictures() -> Pictures:
-    """The extents of each look's first 0 to 36 rows, from the row of the counter's 35 down."""
+    """The extents of each look's first 0 to 36 rows; the rows count down from 35."""
     out = []
     for low, page, color in zip(LOW_BYTES, PAGES, COLORS, strict=True):
         shown = np.cumprod(ROM.bytes(0xA00 | int(color), ROWS)[::-1] != 0)
         dots = shown * ROM.bytes(int(page & 15) << 8 | int(low), ROWS)[::-1]
-        out += [dots * (np.arange(ROWS) < n) for n in range(ROWS + 1)]
+        out.extend(dots * (np.arange(ROWS) < n) for n in range(ROWS + 1))
     return Pictures.of(out)
 
 
@@ -142,7 +166,7 @@ DETECTIVE = _detective_pictures()
 
 
 class Ram(RamMap):
-    pointers = byte(18, 20)  # to the detective's picture and colours, less the rows of lift
+    pointers = byte(18, 20)  # to the detective's picture and colours, minus the rows of lift
     held = byte(5)  # kind that the detective carries
     base = byte(38, 39, 40)  # 182 - bottom row
     kind = byte(41, 42, 43)
@@ -160,12 +184,12 @@ class Ram(RamMap):
     seconds = bcd(69)
     car_row = byte(86)  # 182 - its top row
     depth = byte(88)  # of the way into a passage
-    fine_x = signed(91)  # quarters of a column; less than zero to the left
+    fine_x = signed(91)  # quarters of a column; negative to the left
 
 
 def decode(m: Ram) -> dict[str, Box]:
     objects = _object_boxes(m)
-    boxes = {
+    by_name = {
         "Player": _player(m),
         "Car": _car(m),
         **_grouped(m, objects),
@@ -176,7 +200,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Score": SCORE.box(m.score, value=m.score - STARTS),
         "Clock": _clock_box(m),
     }
-    return {name: b.where(m.idle < OVER) for name, b in boxes.items()}
+    return {name: b.where(m.idle < OVER) for name, b in by_name.items()}
 
 
 def _grouped(m: Ram, objects: Box) -> dict[str, Box]:
@@ -186,17 +210,18 @@ def _grouped(m: Ram, objects: Box) -> dict[str, Box]:
 
 
 def _passage_boxes(m: Ram, first: Box) -> Box:
-    """The ways to an alley and into the woods, which the first record holds."""
+    """The ways to an alley and into the woods, from the first record."""
     leads = m.kind[0] == np.array((Kind.ALLEY, Kind.WOODS))
     return box(first.x, first.y, first.w, first.h, first.valid & leads)
 
 
 def _object_boxes(m: Ram) -> Box:
     """The records' objects and their copies: record * 3 + copy."""
-    kind, cut = jnp.clip(m.kind, 0, Kind.COUNT - 1), jnp.clip(m.cut, 0, MOST_CUT - 1)
+    kind = jnp.clip(m.kind, 0, Kind.COUNT - 1)
+    cut = jnp.clip(m.cut, 0, MOST_CUT - 1)
     picture = SIZES.index(kind=kind, cut=cut)
     left, top, width, height = SIZES.extent(picture, mirrored=m.mirrored == 1)
-    zoom = player_width(m.size) >> 3
+    zoom = pick(m.size, NUSIZ_WIDTH) >> 3
     x = m.x + 15 + when(zoom > 1, 1) + zoom * left
     full_height = lookup(HEIGHTS, m.kind)
     y = BASE + 1 - m.base - full_height + m.cut + top
@@ -207,24 +232,27 @@ def _object_boxes(m: Ram) -> Box:
 def _copied(m: Ram, records: Box) -> Box:
     """The copies of the records' objects."""
     whole = jax.tree.map(lambda v: jnp.repeat(v, 3) if v.ndim else v, records)
-    number, gap = jnp.repeat(copies(m.size), 3), jnp.repeat(spacing(m.size), 3)
+    number = jnp.repeat(copies(m.size), 3)
+    gap = jnp.repeat(spacing(m.size), 3)
     copy = np.arange(9) % 3
-    x = whole.x + copy * gap
-    x = jnp.where(x >= 160, x - 160, x)
+    unwrapped = whole.x + copy * gap
+    x = jnp.where(unwrapped >= 160, unwrapped - 160, unwrapped)
     return dataclasses.replace(whole, x=x).where(copy < number)
 
 
 def _of_kind(m: Ram, objects: Box, kind: np.ndarray) -> Box:
-    """The objects of some kinds of which there is one at most."""
-    in_first, in_second, in_third = (m.kind[i] == kind for i in range(3))
+    """The objects of kinds that appear at most once."""
+    in_first = m.kind[0] == kind
+    in_second = m.kind[1] == kind
+    in_third = m.kind[2] == kind
     here = choose(in_first, objects[0], choose(in_second, objects[3], objects[6]))
     return here.where(in_first | in_second | in_third)
 
 
 def _item_boxes(m: Ram, objects: Box) -> dict[str, Box]:
-    """What is looked for: in the scene, and carried."""
+    """Items: in the scene, and carried."""
     kinds = Kind.FIRST_ITEM + np.arange(len(ITEMS))
-    left, top, width, height = (v[MOST_CUT * kinds] for v in EXTENTS)
+    left, top, width, height = np.array(EXTENTS)[:, MOST_CUT * kinds]
     carried = box(140 + left, 45 - HEIGHTS[kinds] + top, width, height, m.held == kinds)
     both = zip(_box_fields(_of_kind(m, objects, kinds)), _box_fields(carried), strict=True)
     pairs = [jnp.stack(values, axis=1) for values in both]
@@ -241,8 +269,10 @@ def _facing(m: Ram) -> jax.Array:
 
 def _car(m: Ram) -> Box:
     """The car, from the side, or from behind in a passage; it goes down on its wheels when hit."""
-    top, left = BASE - m.car_row, m.fine_x < 0
-    aside, down = m.depth == 0, when(m.car_row < CAR_BASE, 1)
+    top = BASE - m.car_row
+    left = m.fine_x < 0
+    aside = m.depth == 0
+    down = when(m.car_row < CAR_BASE, 1)
     x = m.player_x - when(aside, jnp.where(left, 9, 3) + down)
     width = jnp.where(aside, 20 + 2 * down, 8)
     bottom = jnp.minimum(top + jnp.where(aside, 14, 15), CAR_END)
@@ -253,10 +283,11 @@ def _player(m: Ram) -> Box:
     """The detective, down to the car."""
     apart = m.pointers[0] - m.pointers[1] & 255
     look = sum((when(apart == a, i) for i, a in enumerate(LOOK_KEYS)), jnp.zeros_like(apart))
-    lift = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
-    lift = jnp.where(lift > HIGHEST, lift - 256, lift)
+    lift_byte = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
+    lift = jnp.where(lift_byte > HIGHEST, lift_byte - 256, lift_byte)
     above = jnp.clip(ROWS - 1 + lift - m.car_row, 0, ROWS)  # rows that the car does not cover
-    x, y = m.player_x, BASE + 1 - ROWS - lift
+    x = m.player_x
+    y = BASE + 1 - ROWS - lift
     at = (ROWS + 1) * look + above
     drawn = DETECTIVE.box(at, x, y, mirrored=m.fine_x < 0, orientation=_facing(m))
     return drawn.clip(*FIELD)
@@ -266,7 +297,8 @@ def _clock_box(m: Ram) -> Box:
     """The clock before its last step."""
     back = m.hundredths + jnp.where(m.fraction + TICK > 255, 2, 1)
     time = 60 * m.minutes + m.seconds + when(back >= 100, 1)
-    minute_box, second_box = MINUTES.box(div(time, 60)), SECONDS.box(mod(time, 60))
+    minute_box = MINUTES.box(div(time, 60))
+    second_box = SECONDS.box(mod(time, 60))
     right = second_box.x + second_box.w
     return box(minute_box.x, minute_box.y, right - minute_box.x, FONT.height, value=time)
 
@@ -285,40 +317,59 @@ BRICKS_AT = {  # columns of the bricks of walls, by row
     119: (24, 60, 96, 132),
 }
 WALL = tuple((x, y, x + 4, y + 4) for y, columns in BRICKS_AT.items() for x in columns)
-figure = functools.partial(
-    Blobs, (0, 0x46, 0x4A, 0x16, 0x1A, 0x1E, 0x82), gap=(0, 1), then=(EndsAbove("Car"),)
-)
-DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 0x1E, 0x82))
+
+
+class AboveCar(Step):
+    """End boxes above a car that begins inside them: drivers share a colour with their car."""
+
+    @property
+    def other(self) -> str:
+        """The category that the step reads."""
+        return "Car"
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        lower = context.found["Car"]
+        across = (lower.x < found.x + found.w) & (found.x < lower.x + lower.w)
+        above = lower.y - found.y
+        inside = lower.valid & across & (above > 0) & (above < found.h)
+        height = jnp.where(inside, above, found.h)
+        return found._replace(box=boxes(found.x, found.y, found.w, height, found.valid))
+
+
+FIGURE_COLORS = (0, 70, 74, 22, 26, 30, 130)
+figure = functools.partial(Blobs, FIGURE_COLORS, gap=(0, 1), then=(AboveCar(), Tight()))
+DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 30, 130))
 CARS = Blobs(0, (8, 110, 160, 183), Shape(w=(8, 28), h=(8, 17)), gap=(1, 1))
-ALLEY = (0x06, 0x0A, 0x86)
-WOODS = (0x14,)
+ALLEY = (6, 10, 134)
+WOODS = (20,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
 ON_GROUND = (8, 172, 160, 181)
-BARRIERS = Blobs((0x1E, 0), LOW_AREA, Shape(w=(5, 8), h=(17, 18)))
+BARRIERS = Blobs((30, 0), LOW_AREA, Shape(w=(5, 8), h=(17, 18)))
 MUDS = Blobs(0, ON_GROUND, Shape(w=8, h=4, pixels=22))
-PLANTS = Blobs((0x1A, 0x32, 0xD6), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
-BRICKS = Blobs(0x44, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
+PLANTS = Blobs((26, 50, 214), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
+BRICKS = Blobs(68, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
 PIECE_SHAPES = (
     Shape(w=8, h=4, pixels=36),
     Shape(w=8, h=4, pixels=33),
     Shape(w=6, h=3, pixels=23),
 )
 PIECES = Blobs(0, ON_GROUND, PIECE_SHAPES, gap=(3, 0))
-DOVES = Blobs(0x0E, (8, 56, 160, 150), Shape(w=8, h=(5, 6)))
-LIZARDS = Bounds(0x1A, (8, 173, 160, 183), min_size=(7, 4))
+DOVES = Blobs(14, (8, 56, 160, 150), Shape(w=8, h=(5, 6)))
+LIZARDS = Bounds(26, (8, 173, 160, 183), min_size=(7, 4))
 
 
 def _who(hues: tuple[int, ...], regions: tuple[Area, Area], most: int) -> Blobs:
-    """Who looks out: in the first region with four rows or more, in the second the hat's tip."""
+    """A figure that looks out: at least four rows in the first region, its hat in the second."""
     tip = Blobs(hues[0], regions[1], (Shape(w=4, h=(2, 3)), Shape(w=3, h=1)), gap=(1, 0))
     whole = Shape(w=8, h=(4, most))
     return Blobs(hues, regions[0], whole, first=hues[0], ignore=JAIL, also=(tip,))
 
 
 JAIL = tuple((x, 50, x + 8, 70) for x in (44, 76, 108))
-GUYS = _who((0x1E, 0, 0x0E, 0x80), ((8, 50, 160, 160), (8, 50, 160, 68)), 14)
-HEADS = _who((0x82, 0), ((8, 158, 160, 167), (8, 158, 160, 167)), 6)
-CLUES = Blobs((0x0E, 0x82, 0), UPPER, Shape(w=(3, 8), h=(6, 14)), gap=(0, 2), first=0x0E)
+GUYS = _who((30, 0, 14, 128), ((8, 50, 160, 160), (8, 50, 160, 68)), 14)
+HEADS = _who((130, 0), ((8, 158, 160, 167), (8, 158, 160, 167)), 6)
+CLUES = Blobs((14, 130, 0), UPPER, Shape(w=(3, 8), h=(6, 14)), gap=(0, 2), first=14)
 KNIVES = Blobs(0, (8, 155, 160, 183), Shape(w=8, h=4, pixels=16))
 RULES = {
     "Barrier": BARRIERS,
@@ -338,11 +389,11 @@ CLOCK_LEFTS = (*MINUTES.lefts, *SECONDS.lefts)
 CLOCK = Bounds(WHITE, (58, 19, 98, 27), value=Digits(FONT, CLOCK_LEFTS, 19, (600, 60, 10, 1)))
 CARRIED_AREA = (138, 28, 150, 46)
 NOWHERE = (0, 0, 1, 1)
-LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # things of the same colours
+LARGER = {"Gun": ("Comb", "Shoe_Sole"), "Button": ("Necklace",)}  # items with the same colours
 
 
 def _item_rule(name: str) -> Blobs | Bounds:
-    """A whole picture; in a scene, it is not looked for."""
+    """A complete picture; VEM does not search for it in a scene."""
     kind = Kind.FIRST_ITEM + ITEMS.index(name)
     dots = KIND_ROWS[kind]
     at = int(PLACES[kind]) + int(ROM.bytes(0xCC8 + kind, 1)[0])
@@ -359,7 +410,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing_category("Player", DETECTIVES, rgb=(228, 111, 111), doc="the detective"),
+        facing_category(
+            "Player", DETECTIVES, rgb=(228, 111, 111), role="player", doc="the detective"
+        ),
         facing_category("Car", CARS, doc="the detective's car"),
         Category(
             "Passage",
@@ -374,10 +427,10 @@ GAME = Game(
         ),
         *(Category(name, _item_rule(name), count=2, doc="in a scene, carried") for name in ITEMS),
         Category("Police_Sign", sign(0), doc="at the police station"),
-        Category("Bank_Sign", sign(0xD4), doc="at the bank"),
-        Category("Gun_Sign", sign(0x8E), doc="at the gun shop"),
-        Category("Shop_Sign", sign((0x30, 0x48, 0x5E, 0x4E, 0x56, 0x0E)), doc="at other shops"),
-        display("Score", SCORE.rule(WHITE, base=-STARTS), doc="points that were won"),
-        display("Clock", CLOCK, doc="seconds that are left"),
+        Category("Bank_Sign", sign(212), doc="at the bank"),
+        Category("Gun_Sign", sign(142), doc="at the gun shop"),
+        Category("Shop_Sign", sign((48, 72, 94, 78, 86, 14)), doc="at other shops"),
+        display("Score", SCORE.rule(WHITE, base=-STARTS), role="score", doc="points that were won"),
+        display("Clock", CLOCK, role="time", doc="seconds that are left"),
     ),
 )

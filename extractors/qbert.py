@@ -1,28 +1,28 @@
 """Qbert: a figure hops on a pyramid of 21 cubes, which change colour; balls, Coily, Sam, disks.
 
-Screen: The score, the lives and the first row's figures share the top of the screen: Score and
-Lives are on display only while the player is not on the highest cube; then Score stays valid, Lives
-does not. Curse is what a player who is hit says. The sides of cubes are scenery.
+Screen: the score, the lives and the first row's figures share the top of the screen. Score and
+Lives are displayed only while the player is not on the highest cube; while hidden, Score stays
+valid and Lives does not. Curse is the speech of a hit player. The sides of cubes are scenery.
 
-Slots: Cube is the top face of a cube, row by row from the left; its value is 1 in the colour that
-all have to get. The rows below the first one have a record each for what is hopping there. RedBall
-has eight slots: as a ball goes down by a row with each step of the game, it stays in its slot.
+Slots: Cube is the top face of a cube, row by row from the left. Its value is 1 in the target
+colour. Each row below the first one has a record for the figure that hops there. RedBall has eight
+slots: a ball goes down a row with each step of the game and keeps its slot.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the bytes are), and the ROM's code:
-the kernel at F0D0-F4B1, hops and falls at F4B3-F639, one of five steps of the game before a frame
-at F6C9-FAAE. The player moves after a frame is drawn; the kernel's counters have where he was.
-Coily and another object in his row are drawn by turns.
+RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (meaning of the bytes), and the ROM's
+code: the kernel at F0D0-F4B1, hops and falls at F4B3-F639, one of five steps of the game before a
+frame at F6C9-FAAE. The player moves after a frame is drawn; the kernel's counters have his drawn
+position. Coily and another object in his row are drawn on alternate frames.
 
 Covered: levels and rounds (by writing RAM), both difficulties (the first has no RedBall), hops,
 disks, falls, hits, the end of the game.
 
 Not exact: while the player falls, the pyramid is in front of all figures, and REM's boxes are
-whole; balls and Coily are in front of it at other times. Five lines of the two lowest rows of cubes
-show the player as he was a frame before, and lines are a row apart on both sides of a column. As a
-fall costs a life, figures but the purple ball are cleared.
+complete; balls and Coily are in front of it at other times. In five lines of the two lowest rows of
+cubes, the player looks as he did a frame before. Lines are a row apart on both sides of a
+column. When a fall costs a life, the game clears all figures except the purple ball.
 
-VEM: does not see black disks, nor Coily at the top beside the score. It tells a cube's value by the
-colour of the score; while that is not on display, the value is unknown.
+VEM: it misses black disks, and Coily at the top beside the score. It gets a cube's value from the
+colour of the score; while the score is hidden, the value is unknown.
 """
 
 import functools
@@ -31,20 +31,38 @@ import itertools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, lookup, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte, high
-from ocjax.console.registers import position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, ByColor
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    UNKNOWN_VALUE,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    high,
+    lookup,
+    pick,
+    position,
+    reached,
+    when,
+)
 
 ROM = Rom("qbert", "484b0076816a104875e00467d431c2d2")
 FONT = ROM.font(0x004, rows=7, stride=8)
-COLUMNS = ROM.bytes(0xCC6, 15)  # x + 3 of the places that things hop to
-TARGETS = ROM.bytes(0xE24, 21)  # colour that all cubes have to get, by the round
+COLUMNS = ROM.bytes(0xCC6, 15)  # x + 3 of the positions of hops
+TARGETS = ROM.bytes(0xE24, 21)  # target colour of all cubes, by round
 CUBE_COLORS = tuple(sorted({int(c) & 0xFE for c in ROM.bytes(0xE24, 0x20)[:30]}))
 FIGURE_PICTURES = ROM.pictures(range(0xF00, 0x1000), 22)
 
@@ -74,7 +92,7 @@ class Cry:  # on the frame on which a fall costs a life
 
 class Travel:  # of `Ram.travel`
     RIDES = 1  # on a disk
-    FALLS = 128  # this or more: down
+    FALLS = 128  # at least: it falls
 
 
 GAME_OVER = 254  # `lives`
@@ -83,18 +101,18 @@ UPWARD_POSE = 22  # `pose`
 SINKS = 6  # greatest `hop` with squashed balls
 MIDDLE = 77  # `player_x` on the highest cube
 START = 25  # `player_y` there
-SCORE_Y = 55  # least `player_y` at which the score is on display
-SUMMIT = (76, 10)  # where Coily is on the highest cube
-# The generator of random numbers takes these values of `dice` in turn, two a step of the game.
+SCORE_Y = 55  # least `player_y` with the score on display
+SUMMIT = (76, 10)  # Coily's position on the highest cube
+# Sequence of `dice` from the generator of random numbers; a step of the game takes two values.
 DICE = tuple(itertools.accumulate(range(15), lambda last, _: 5 * last + 1 & 15, initial=0))
 DICE_STEPS = np.argsort(DICE) // 2  # of the game, modulo 8, by `dice`
 
 SCORE = NumberDisplay(FONT, right=73, top=6, digits=5, leading_zeros=True)
 LIVES = IconRow(left=33, top=17, width=8, height=11, pitch=8)
 FIGURE_ROW = np.arange(5)
-WINDOWS = np.array([39, 67, 96, 125, 155])  # first line of what hops in a row
+WINDOWS = np.array([39, 67, 96, 125, 155])  # first line of a row's figure
 LATE_ROW = 3  # its sprites are a line lower
-LATE_END = 82  # on the left of this column
+LATE_END = 82  # left of this column
 CUBES = tuple(
     (x, y, x + 20, y + 5)
     for y, lefts in {
@@ -111,7 +129,7 @@ DISKS = ((12, 138, 20, 140), (140, 138, 148, 140))
 FIELD = (0, 10, 160, 206)
 
 # The kernel shows row `counter + 199 - line + lag` of the player's picture. The lag changes at some
-# lines. Each line is drawn after and before the beam has reached the column of a threshold.
+# lines. Each line has two lags, for columns right and left of a threshold of the beam.
 LINES = np.arange(10, 206)
 RIGHT_LAG = {10: 0, 32: 1, 61: 2, 89: 3, 96: 4, 147: 5, 148: 6, 177: 7}
 LEFT_LAG = {
@@ -126,7 +144,7 @@ SIDES = (46, 100, 112, 115, 124, 127, 130)
 
 
 def _by_line(steps: dict[int, int]) -> np.ndarray:
-    """A number for each line, given by the lines from which on it changes."""
+    """A number for each line, from the lines at which it changes."""
     changes = np.searchsorted(list(steps), LINES, side="right") - 1
     return np.array(list(steps.values()))[changes]
 
@@ -147,29 +165,29 @@ PLAYERS = _player_pictures()
 
 
 class Ram(RamMap):
-    lives = byte(8)  # less two
+    lives = byte(8)  # minus two
     dice = bits(10, count=4)  # low bits of the generator of random numbers
     shown = byte(11, 13, 15, 17, 19)  # low byte of the digits' pictures
     counter = byte(33)  # of the rows of the player's picture, at the end of the frame
-    coily_row = byte(39)  # 255: not there
-    other_picture = byte(41)  # of what is not drawn in Coily's row
-    other_color = byte(53)  # likewise
+    coily_row = byte(39)  # 255: no Coily
+    other_picture = byte(41)  # of the hidden figure in Coily's row
+    other_color = byte(53)  # of the hidden figure in Coily's row
     player_x = byte(43)  # x + 3, has moved
     column_x = byte(44, 45, 46, 47, 48)  # x + 3, row by row
-    swapped = byte(49)  # it is not Coily that is not drawn
+    swapped = byte(49)  # the hidden figure is not Coily
     pose = byte(50)  # picture of the player
     ready = byte(51)  # 0 while the RAM is cleared
     hop = byte(56)  # counts down to the next hops
     travel = byte(59)
     coarse = byte(75, 76, 77, 78, 79)  # x + 4 in the chip's coding, row by row
     fine = high(60, 61, 62, 63, 64)
-    beam = byte(65)  # low nibble of the player's position on the screen, + 41
+    beam = byte(65)  # low nibble of the player's position on the screen, plus 41
     player_y = byte(67)  # counter at the beginning of the frame, has moved
     coily_column = byte(69)
     cube = byte(21, 52, 54, 83, 85, 87, 98, 100, 102, 104, 1, 3, 5, 7, 9, 32, 34, 36, 38, 40, 42)
     mirrored = bits(84, first=3)
     score = bcd((89, 90, 91))
-    picture = byte(92, 93, 94, 96, 95)  # of what hops in each row
+    picture = byte(92, 93, 94, 96, 95)  # of the figure in each row
     round = byte(99)
     color = byte(107, 108, 109, 110, 111)
     disk = byte(112, 122)  # colour
@@ -196,7 +214,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _target(m: Ram) -> jax.Array:
-    """The colour that all cubes have to get, and that the display has."""
+    """The target colour of all cubes, which is also the display's colour."""
     return lookup(TARGETS, m.round)
 
 
@@ -219,28 +237,29 @@ def _lives_box(m: Ram) -> Box:
 
 
 def _drawn_y(m: Ram) -> jax.Array:
-    """The counter at the beginning of the frame, as of a player who looks down."""
+    """The counter at the beginning of the frame, converted to a player who looks down."""
     y = m.counter + 189 + when(m.pose == UPWARD_POSE, 23) & 255
-    # The display takes a count more.
+    # The display takes another count.
     lower = (y >= SCORE_Y) | ((y == SCORE_Y - 1) & (m.player_y >= SCORE_Y))
     return jnp.where(m.travel >= Travel.FALLS, m.player_y - 2, y + when(lower, 1))
 
 
 def _fell(m: Ram) -> jax.Array:
-    """Whether a fall has just cost a life and cleared the RAM, after the frame was drawn."""
+    """True if a fall has just cost a life and cleared the RAM, after the frame was drawn."""
     cried = (m.sound == Cry.SOUND) & (m.tune == Cry.TUNE) & (m.pause == Cry.PAUSE)
     return cried & (m.travel >= Travel.FALLS)
 
 
 def _started(m: Ram) -> jax.Array:
-    """Whether the game has drawn a frame since a reset."""
+    """True if the game has drawn a frame since a reset."""
     return (m.ready > 0) & ((m.counter > 0) | (m.player_y > START))
 
 
 def _player_box(m: Ram) -> Box:
-    """The player before he moved, by the rest of the counters of the kernel."""
+    """The player before he moved, from the kernel's remaining counters."""
     x = m.player_x + (m.beam + 15 - m.player_x & 15) - 11
-    upward, left = m.pose == UPWARD_POSE, m.mirrored == 1
+    upward = m.pose == UPWARD_POSE
+    left = m.mirrored == 1
     index = 512 * reached(x + 4, SIDES) + when(upward, 256) + m.counter
     facing = jnp.where(upward, jnp.where(left, 2, 14), jnp.where(left, 6, 10))
     there = ((m.lives != GAME_OVER) | _fell(m)) & _started(m)
@@ -248,8 +267,9 @@ def _player_box(m: Ram) -> Box:
 
 
 def _figure_boxes(m: Ram) -> tuple[Box, dict[str, jax.Array]]:
-    """What hops in the rows, and last what is not drawn in Coily's row; the kinds of all."""
-    x, row = jnp.append(position(m.coarse, m.fine) - 4, _other_x(m)), _rows(m)
+    """The figures in the rows, then the hidden one in Coily's row; the kinds of all."""
+    x = jnp.append(position(m.coarse, m.fine) - 4, _other_x(m))
+    row = _rows(m)
     y = pick(row, WINDOWS.tolist()) + when((row == LATE_ROW) & (x + 4 < LATE_END), 1)
     picture = jnp.append(_drawn_pictures(m), m.other_picture)
     there = jnp.append(FIGURE_ROW >= 0, among(m.coily_row, range(1, 6)))
@@ -262,14 +282,14 @@ def _rows(m: Ram) -> jax.Array:
 
 
 def _other_x(m: Ram) -> jax.Array:
-    """The column of what is not drawn in Coily's row: of him, or of what takes turns with him."""
+    """The column of the hidden figure in Coily's row: Coily, or his partner."""
     coily = lookup(COLUMNS, m.coily_column)
     other = jnp.sum(when(m.coily_row == FIGURE_ROW + 1, m.column_x))
     return jnp.where(m.swapped == 0, coily, other) - 3
 
 
 def _drawn_pictures(m: Ram) -> jax.Array:
-    """What was drawn in the rows. As a fall costs a life, it clears all but the purple colour."""
+    """The drawn pictures of the rows. A fall that costs a life clears all but the purple colour."""
     lost = _fell(m) & (m.color == Color.PURPLE) & (m.swapped == 0)
     ball = jnp.where(m.hop <= SINKS, Picture.SQUASHED, Picture.BALL)
     return jnp.where(lost, ball, m.picture)
@@ -288,15 +308,18 @@ def _kinds_of(picture: jax.Array, color: jax.Array) -> dict[str, jax.Array]:
 
 
 def _one(figures: Box, wanted: jax.Array) -> Box:
-    """The figure that is wanted, of which there is one at most."""
+    """The wanted figure; a game has one at most."""
     place = (figures.x + 16 & 511) | figures.y << 9 | figures.w << 17 | figures.h << 21
     found = jnp.max(jnp.where(wanted & figures.valid, place, -1))
-    x, y, w, h = (found & 511) - 16, found >> 9 & 255, found >> 17 & 15, found >> 21
+    x = (found & 511) - 16
+    y = found >> 9 & 255
+    w = found >> 17 & 15
+    h = found >> 21
     return box(x, y, w, h, found >= 0)
 
 
 def _coily_box(m: Ram, figures: Box, kinds: dict[str, jax.Array]) -> Box:
-    """Coily, who waits on the highest cube in a picture and a place of its own."""
+    """Coily; on the highest cube he waits in a special picture and position."""
     left, top, width, height = FIGURE_PICTURES.extent(jnp.asarray(Picture.COILY_LEAPS))
     waiting = box(
         SUMMIT[0] + left, SUMMIT[1] + top, width, height, (m.coily_row == 0) & _started(m)
@@ -305,13 +328,13 @@ def _coily_box(m: Ram, figures: Box, kinds: dict[str, jax.Array]) -> Box:
 
 
 def _red_balls(m: Ram, figures: Box, red: jax.Array) -> Box:
-    """Red balls, which go down a row with each step, by the row from which they began."""
+    """Red balls, which go down a row with each step; their slots follow from their first step."""
     slot = (_rows(m) - lookup(DICE_STEPS, m.dice)) & 7
     return jax.vmap(lambda number: _one(figures, red & (slot == number)))(jnp.arange(8))
 
 
 def _disk_boxes(m: Ram) -> Box:
-    """The disks; the one that the player has just reached was drawn before."""
+    """The disks, including one that the player has just reached: it was drawn before."""
     left = (m.player_x < MIDDLE) == np.array((True, False))
     taken = (m.travel == Travel.RIDES) & (_drawn_y(m) == m.player_y) & left
     x, y = np.array(DISKS).T[:2]
@@ -327,7 +350,16 @@ GREENS = monster(Color.GREEN, shapes=Shape(w=(4, 7), h=(5, 9)))
 REDS = monster(Color.RED, shapes=Shape(w=(4, 7), h=(5, 9)))
 SAMS = monster(Color.GREEN, shapes=Shape(w=(6, 8), h=(12, 18)))
 SPOKEN = Bounds(Color.CURSE, FIELD, min_size=(6, 12), ignore=DISKS)
-ABOVE_FIGURES = (33, 6, 73, 10)  # rows of the score, in the colour that cubes have to get
+ABOVE_FIGURES = np.s_[:, 6:10, 33:73]  # of frames: the score, in the target colour of the cubes
+
+
+def done_by_color(color: jax.Array, frames: jax.Array) -> jax.Array:
+    """True if cubes have the score's colour, which is their target; unknown without the score."""
+    # The background is black, 0.
+    shown = jnp.max(frames[ABOVE_FIGURES], axis=(1, 2)).astype(jnp.int32)[None]
+    return jnp.where(shown > 0, (color == shown).astype(jnp.int32), UNKNOWN_VALUE)
+
+
 ICONS = LIVES.rule(CUBE_COLORS, (33, 17, 73, 28), single=2)
 
 GAME = Game(
@@ -336,7 +368,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, attributes=("orientation",), doc="the figure"),
+        Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the figure"),
         Category("Coily", SNAKE, doc="the snake"),
         Category("Sam", SAMS, doc="changes cubes back"),
         Category("PurpleBall", PURPLES, doc="Coily's egg"),
@@ -352,10 +384,10 @@ GAME = Game(
             count=21,
             attributes=("value",),
             color_row=2,
-            value=ByColor(like=ABOVE_FIGURES),
+            value=done_by_color,
             doc="row by row; 1: done",
         ),
-        display("Score", SCORE.rule(CUBE_COLORS), blinks=True, doc="points"),
-        display("Lives", ICONS, doc="one more than the icons"),
+        display("Score", SCORE.rule(CUBE_COLORS), blinks=True, role="score", doc="points"),
+        display("Lives", ICONS, role="lives", doc="one more than the icons"),
     ),
 )

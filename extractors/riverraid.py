@@ -1,27 +1,27 @@
 """River Raid: a jet flies up a river past ships, helicopters, jets, fuel depots and bridges.
 
-Screen: The eight columns at the left edge are blanked. Explosions, banks, roads and the gauge's
-frame are scenery. Fuel is the needle of the gauge; its value is what that shows, to eight units of
-fuel. Lives shows one less than the emulator counts; with the last one, and at first, it shows
-nothing.
+Screen: the eight columns at the left edge are blank. Explosions, banks, roads and the gauge's frame
+are scenery. Fuel is the needle of the gauge; its value is the needle's position, in steps of eight
+units of fuel. Lives shows one less than the emulator counts. It shows nothing with the last life,
+and at first.
 
-Slots: The river comes down in six blocks of 32 rows. Each has a record with at most one object: a
-house with its tree on the bank, a fuel depot, a bridge, a tanker, a helicopter or a jet. The
-records move on by one when a new block comes, so a slot is a record's place in a ring of eight.
+Slots: the river comes down in six blocks of 32 rows. Each block has a record with at most one
+object: a house with its tree on the bank, a fuel depot, a bridge, a tanker, a helicopter or a jet.
+The records move on by one when a new block comes, so a slot is a record's index in a ring of eight.
 
-RAM: OCAtari, AtariARI and T. Jentzsch's disassembly (what the bytes are), ALE's source (score,
-lives), and the ROM's code: f027-f3ff draws, f85d-fa8c moves the river before that, f489-f75b moves
-all else after that, which `decode` takes back. Of what was hit after the frame was drawn, the RAM
-has the points, on the stack, and the missile's row by the time that its sound has still to last.
+RAM: OCAtari, AtariARI and T. Jentzsch's disassembly (meaning of the bytes), ALE's source (score,
+lives), and the ROM's code: f027-f3ff draws. f85d-fa8c moves the river before the drawing. f489-f75b
+moves everything else after it; `decode` undoes that. If an object was hit after the frame was
+drawn, the stack still has its points, and the remaining time of its sound gives the missile's row.
 
 Covered: levels 1 to 9, moving objects, both difficulties (the missile follows the jet, or flies
 straight), deaths, the new start, game over.
 
-Not exact: a missile that hits something 15 frames or more after it was fired, a carry in the points
-of what was hit (a depot is assumed then), the display of the score on the frame of a hit, the rows
-of a jet that the left edge cuts.
+Not exact: a missile that hits something 15 frames or more after it was fired; a carry in the points
+of a hit (REM assumes a depot then); the display of the score on the frame of a hit; the rows of a
+jet that the left edge cuts.
 
-VEM: misses one or two rows of a missile, roof or tree at an edge.
+VEM: it misses one or two rows of a missile, roof or tree at an edge.
 """
 
 import dataclasses
@@ -31,17 +31,34 @@ from collections import Counter
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, match, only, pick, when
-from ocjax.console.ram import RamMap, bits, byte, high, low
-from ocjax.console.registers import position
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    among,
+    bits,
+    box,
+    byte,
+    display,
+    high,
+    low,
+    match,
+    only,
+    pick,
+    position,
+    when,
+)
 
 ROM = Rom("riverraid", "393948436d1f4cc3192410bb918f9724")
 FONT = ROM.font(0xB00, rows=8)
@@ -64,12 +81,12 @@ class Kind:  # of `Ram.kind`
 
 
 HELICOPTERS = (Kind.HELICOPTER, Kind.TURNED_ROTOR)
-KIND_ZOOMS = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind, from the jet on
+KIND_ZOOMS = (1, 1, 1, 2, 4, 2, 1)  # pixels of a dot by kind, starting at the jet
 
 
 class Points:  # of `Ram.points`
     BRIDGE = 0x28
-    HELICOPTER = 0x30  # a depot's follow
+    HELICOPTER = 0x30  # others, except `NONE`: a depot
     NONE = 0xF3
 
 
@@ -85,21 +102,21 @@ class Look:  # of `Ram.look`
 
 
 OFF = 180  # `missile_y` while no missile flies
-FIRED = 13  # `missile_y` of one that has just been fired
-SPEED = 6  # of a missile, rows a frame
-SOUNDS = range(1, 14)  # `sound` for which the row of a missile is known
-MOVES = 0x40  # bit of `block`: what is in it moves by turns
-FLIPPED = 0x10  # bit of `block`: that looks the other way
-STICK_RIGHT = 4  # bits of a joystick, 1 where it is not pressed
+FIRED = 13  # `missile_y` on the frame of the shot
+SPEED = 6  # of a missile, rows per frame
+SOUNDS = range(1, 14)  # values of `sound` that give the row of a missile
+MOVES = 0x40  # bit of `block`: its object moves on alternate frames
+FLIPPED = 0x10  # bit of `block`: its object looks the other way
+STICK_RIGHT = 4  # bits of a joystick, 1 if not pressed
 STICK_LEFT = 8
 HORIZONTAL = STICK_LEFT | STICK_RIGHT
 FULL = 255  # `fuel`
 START_PART = 0xDF  # `fuel_part` when a life starts
-USED_PART = 0xE0  # its least value when an 1 / 8 has just been used up
+USED_PART = 0xE0  # least `fuel_part` just after 1 / 8 was used
 START_OFFSET = 30  # `offset` when a life starts
-MOVING_LEVEL = 2  # first `level` in which objects move
-NO_DIGIT = 80  # `icon`, least value of empty pictures
-BLANK = 88  # `digits`, likewise
+MOVING_LEVEL = 2  # first `level` with moving objects
+NO_DIGIT = 80  # least `icon` of empty pictures
+BLANK = 88  # least `digits` of empty pictures
 WATER = 132
 PLAYER = 28
 NEEDLE = 30
@@ -115,11 +132,11 @@ KIND_COLORS = {  # of most of their dots
     Kind.HOUSE: WHITE,
     Kind.DEPOT: WHITE,
 }
-HOUSE_ROW = -13  # row whose colour is a house's
+HOUSE_ROW = -13  # row with a house's colour
 SCORE = NumberDisplay(FONT, right=104, top=165, digits=6)
 LIVES = NumberDisplay(FONT, right=64, top=192, digits=1)
-NEEDLE_X = 68  # of the needle where there is no fuel
-FUEL_STEP = 8  # fuel for each column
+NEEDLE_X = 68  # of the needle without fuel
+FUEL_STEP = 8  # fuel per column
 RING = 8
 RECORDS = 6
 PICTURE_ROWS = 24
@@ -127,20 +144,23 @@ HIDDEN = -21  # `y` of the highest block while it is not drawn yet
 
 
 def _rows_of(kind: int) -> np.ndarray:
-    """Rows of a picture, from two tables by turns, without those in the water's colour."""
-    even, odd, colors = (int(ROM.data[table + kind]) for table in (0xBBB, 0xFC8, 0xF23))
-    rows = np.stack([ROM.bytes(0xE00 + start, 13) for start in (even, odd)], axis=1)
-    rows[ROM.bytes(0xF00 + colors, 13) == WATER] = 0
-    return rows[:0:-1].reshape(PICTURE_ROWS)
+    """Rows of a picture, alternately from two tables, without rows in the water's colour."""
+    even = int(ROM.data[0xBBB + kind])
+    odd = int(ROM.data[0xFC8 + kind])
+    colors = int(ROM.data[0xF23 + kind])
+    dots = np.stack([ROM.bytes(0xE00 + start, 13) for start in (even, odd)], axis=1)
+    is_water = ROM.bytes(0xF00 + colors, 13) == WATER
+    return np.where(is_water[:, None], 0, dots)[:0:-1].reshape(PICTURE_ROWS)
 
 
 def _seen(kind: int, usual: int) -> list[int]:
-    """Colours of what the view's lower end leaves of a picture, then of what its upper end does.
+    """Colours of a picture's visible part at the view's lower end, then at its upper end.
 
-    By the number of rows that are left: the usual colour if it is seen, else that of most dots. Of
-    a house only the row counts whose colour VEM reads.
+    By the number of visible rows: the usual colour if it is visible, otherwise the colour of most
+    dots. For a house, only the row that VEM reads the colour from counts.
     """
-    rows, start = _rows_of(kind), int(ROM.data[0xF23 + kind])
+    rows = _rows_of(kind)
+    start = int(ROM.data[0xF23 + kind])
     colors = np.repeat(ROM.bytes(0xF00 + start, 13)[:0:-1], 2)
     first, last = np.flatnonzero(rows)[[0, -1]]
     dots = [
@@ -148,16 +168,19 @@ def _seen(kind: int, usual: int) -> list[int]:
         for color, row in zip(colors.tolist(), rows.tolist(), strict=True)
     ]
     left = range(PICTURE_ROWS + 1)
-    parts = [dots[first : first + h] for h in left]
-    parts += [dots[max(last + 1 - h, 0) : last + 1] for h in left]
-    if kind == Kind.HOUSE:
-        parts = [part[max(len(part) + HOUSE_ROW, 0) :][:1] for part in parts]
-    counts = [sum(part, Counter()) for part in parts]
+    upper = [dots[first : first + h] for h in left]
+    lower = [dots[max(last + 1 - h, 0) : last + 1] for h in left]
+    counts = [sum(_rows_that_count(kind, part), Counter()) for part in (*upper, *lower)]
     return [usual if c[usual] or not c else max(c, key=c.__getitem__) for c in counts]
 
 
+def _rows_that_count(kind: int, rows: list[Counter]) -> list[Counter]:
+    """All rows of a part of a picture, or the single row of a house."""
+    return rows[max(len(rows) + HOUSE_ROW, 0) :][:1] if kind == Kind.HOUSE else rows
+
+
 def _cut(rows: np.ndarray, beyond: int) -> np.ndarray:
-    """The rows on the screen, where so many are beyond its bottom, or less than zero its top."""
+    """The rows on the screen, with `beyond` rows below the view, or above it if negative."""
     at = np.arange(PICTURE_ROWS)
     return np.where((at >= -beyond) & (at < PICTURE_ROWS - beyond), rows, 0)
 
@@ -173,13 +196,13 @@ SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 
 class Ram(RamMap):
-    saver_key = byte(5)  # what colours are XORed with
-    saver_mask = byte(6)  # what they are masked with: 0xFF in play
+    saver_key = byte(5)  # XORed with colours
+    saver_mask = byte(6)  # mask of colours: 0xFF in play
     clock = bits(2)  # helicopters and tankers move when it is 0
-    sticks = high(4)  # joystick that led to what is drawn
+    sticks = high(4)  # joystick of the drawn frame
     stick = low(4)
-    thrust = byte(7)  # steps of 1 / 256 pixel a frame
-    offset = byte(11)  # rows by which the lowest block has come down
+    thrust = byte(7)  # steps of 1 / 256 pixel per frame
+    offset = byte(11)  # rows that the lowest block has come down
     block = byte(14, 15, 16, 17, 18, 19)  # lowest block first
     coarse = byte(20, 21, 22, 23, 24, 25)  # 15 pixels
     fine = high(26, 27, 28, 29, 30, 31)
@@ -189,13 +212,13 @@ class Ram(RamMap):
     missile_y = byte(50)
     x = byte(51)
     x_part = byte(52)  # 1 / 256 pixel
-    part = byte(54)  # block of a section, from 2 down
+    part = byte(54)  # block of a section, counted down from 2
     fuel = byte(55)
     fuel_part = byte(56)
-    section = byte(57)  # of a level, from 16 down
+    section = byte(57)  # of a level, counted down from 16
     look = byte(58)
     level = byte(61)
-    icon = byte(64)  # lives: 8 times the digit that shows, or an empty picture
+    icon = byte(64)  # lives: 8 times the visible digit, or an empty picture
     mode = byte(70)
     digits = byte(77, 79, 81, 83, 85)  # 8 times a digit, or an empty picture
     ones = byte(87)
@@ -203,7 +226,7 @@ class Ram(RamMap):
     shot_bank = bits(102, first=7)  # 0: the missile hit a bank
     touched = byte(104)  # record that the player touches
     missile_x = byte(117)  # x + 1
-    sound = byte(123)  # frames that the missile is still heard
+    sound = byte(123)  # remaining frames of the missile's sound
     points = byte(127)  # of a hit on this frame: 8 times a digit, 8 after a carry
 
 
@@ -226,7 +249,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _drawn_kinds(m: Ram) -> jax.Array:
-    """What the records' objects were when the frame was drawn."""
+    """The kinds of the records' objects when the frame was drawn."""
     record = np.arange(RECORDS)
     shot = (m.kind == Kind.HIT) & (m.shot == record)
     rammed = (m.kind == Kind.RAMMED) & (m.touched == record) & (m.mode == Mode.CRASH)
@@ -244,13 +267,14 @@ def _drawn_kinds(m: Ram) -> jax.Array:
 
 def _object_boxes(m: Ram) -> tuple[jax.Array, Box]:
     """Kinds and boxes of the objects of all blocks, in the ring."""
-    kind, left = _drawn_kinds(m), m.leftward
+    kind = _drawn_kinds(m)
     moving = among(m.mode, (Mode.FLIES, Mode.CRASH)) & (m.level >= MOVING_LEVEL)
-    by_turns = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & (m.clock == 0)
-    by_turns = by_turns & (m.block & MOVES > 0)
+    alternating = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & (m.clock == 0)
+    by_turns = alternating & (m.block & MOVES > 0)
     steps = when(moving & (by_turns | (kind == Kind.JET)), 1)
-    at = position(m.coarse, m.fine) + jnp.where(left == 1, steps, -steps)
-    left = jnp.where(moving & by_turns & (m.block & FLIPPED > 0), 1 - left, left)
+    at = position(m.coarse, m.fine) + jnp.where(m.leftward == 1, steps, -steps)
+    turns = moving & by_turns & (m.block & FLIPPED > 0)
+    left = jnp.where(turns, 1 - m.leftward, m.leftward)
     zoom = pick(kind - Kind.JET, KIND_ZOOMS)
     y = 32 * (5 - np.arange(RECORDS)) + m.offset - 23
     there = (kind >= Kind.JET) & (y > HIDDEN)
@@ -263,31 +287,37 @@ def _object_boxes(m: Ram) -> tuple[jax.Array, Box]:
 
 
 def _pack(b: Box, left: jax.Array, kind: jax.Array) -> jax.Array:
-    """Boxes, ways and kinds as a number each: one by one, they take 1.2 times as long in all."""
+    """Pack box, direction and kind into one number. Separate values cost 1.2 times as much time."""
     return b.x | b.y << 8 | b.w << 16 | b.h << 22 | left << 27 | kind << 28
 
 
 def _unpacked(packed: jax.Array) -> tuple[jax.Array, Box]:
-    x, y, w, h = packed & 255, packed >> 8 & 255, packed >> 16 & 63, packed >> 22 & 31
+    x = packed & 255
+    y = packed >> 8 & 255
+    w = packed >> 16 & 63
+    h = packed >> 22 & 31
     facing = jnp.where(packed >> 27 & 1 == 1, WEST, EAST)
     return packed >> 28 & 15, box(x, y, w, h, orientation=facing)
 
 
 def _in_ring(m: Ram, of_records: jax.Array) -> jax.Array:
-    """The records' numbers in the ring; 0 where there is none."""
+    """The records' numbers in the ring; 0 in unused slots."""
     record = (np.arange(RING) + 2 * m.section + m.part) & (RING - 1)
     return sum((when(record == i, of_records[i]) for i in range(RECORDS)), jnp.int32(0))
 
 
 def _colored(b: Box, kind: int) -> Box:
-    """Objects of a kind with the colours of what the ends of the view leave of them."""
+    """Objects of a kind with the colours of their visible parts at the ends of the view."""
     index = b.h + when(b.y < MIDDLE, PICTURE_ROWS + 1)
     return dataclasses.replace(b, color=pick(index, _seen(kind, KIND_COLORS[kind])))
 
 
 def _single(b: Box) -> Box:
     """The only object of some slots."""
-    x, y, w, h = (only(b.valid, v) for v in (b.x, b.y, b.w, b.h))
+    x = only(b.valid, b.x)
+    y = only(b.valid, b.y)
+    w = only(b.valid, b.w)
+    h = only(b.valid, b.h)
     return box(x, y, w, h, jnp.any(b.valid))
 
 
@@ -304,12 +334,12 @@ def _player_box(m: Ram, x: jax.Array) -> Box:
     turned = ((m.sticks & HORIZONTAL) != HORIZONTAL) & (m.mode != Mode.WAITS) & ~starts
     mirrored = turned & (m.sticks & STICK_LEFT > 0)
     there = among(m.look, (Look.STRAIGHT, Look.TURNED)) | (m.mode == Mode.CRASH)
-    x = x + when(mirrored, 1)
-    return PLAYERS.box(when(turned, 1), x, 145, mirrored=mirrored, valid=there)
+    drawn_x = x + when(mirrored, 1)
+    return PLAYERS.box(when(turned, 1), drawn_x, 145, mirrored=mirrored, valid=there)
 
 
 def _missile_box(m: Ram, player_x: jax.Array) -> Box:
-    """The missile; where it has just hit something, the time since it was fired tells its row."""
+    """The missile; after a hit, the time since the shot gives its row."""
     flies = among(m.missile_y, range(FIRED + 1, OFF))
     shot = jnp.any((m.kind == Kind.HIT) & (m.shot == np.arange(RECORDS))) | (m.shot_bank == 0)
     struck = shot & (m.missile_y == OFF) & among(m.sound, SOUNDS) & (m.mode == Mode.FLIES)
@@ -322,7 +352,7 @@ def _missile_box(m: Ram, player_x: jax.Array) -> Box:
 
 
 def _needle_box(m: Ram) -> Box:
-    """The gauge before some fuel was used, which is a 1 / 8 on every frame, or taken in."""
+    """The gauge before fuel was used (1 / 8 on every frame) or taken in."""
     used = (m.fuel_part >= USED_PART) & (m.mode == Mode.FLIES)
     steps = jnp.minimum(m.fuel + when(used, 1), FULL) >> 3
     return box(NEEDLE_X + steps, 179, 2, 10, value=FUEL_STEP * steps)
@@ -348,7 +378,7 @@ MISSILE = Blobs(PLAYER, MISSILE_VIEW, Shape(w=(1, 6), h=(2, 8)))
 DEPOTS = view_blobs((RED, WHITE), shapes=Shape(w=(5, 7), h=(1, 24)))
 ROTORS = view_blobs((176, 128, 42), shapes=Shape(w=(3, 8), h=(1, 10)))
 JETS = view_blobs((140, 156, 172), shapes=Shape(w=(1, 8), h=(1, 6)))
-TANKER_SHAPES = (  # whole, and what the edge leaves of them
+TANKER_SHAPES = (  # complete, and the parts that the edge leaves
     Shape(w=16, h=(4, 8)),
     Shape(w=14, h=3, pixels=(33, 42)),
     Shape(w=12, h=2),
@@ -376,7 +406,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (98, 165), 28, mask=SAVER_MASK, taken=(132, 28, 12, 0, 16)),
     categories=(
-        Category("Player", CRAFT, doc="the jet"),
+        Category("Player", CRAFT, role="player", doc="the jet"),
         Category("PlayerMissile", MISSILE, doc="its missile"),
         Category("Bridge", BRIDGES, rgb=(105, 105, 15), doc="at the end of a level"),
         Category("FuelDepot", DEPOTS, count=RING, rgb=(214, 214, 214), doc="by record"),
@@ -385,7 +415,7 @@ GAME = Game(
         facing_category("Jet", JETS, rgb=(117, 181, 239), doc="that crosses, by record"),
         facing_category("Tanker", TANKERS, rgb=(163, 57, 21), doc="by record"),
         display("Fuel", FUEL, doc="needle of the gauge; 0-248 by eights"),
-        display("PlayerScore", SCORE.rule(PLAYER), doc="points"),
-        display("Lives", RESERVE, doc="one more than the digit that shows"),
+        display("PlayerScore", SCORE.rule(PLAYER), role="score", doc="points"),
+        display("Lives", RESERVE, role="lives", doc="one more than the digit that shows"),
     ),
 )

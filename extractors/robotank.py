@@ -1,26 +1,26 @@
-"""Robotank: the view out of a tank that fights enemy tanks, one at a time, by day, night and fog.
+"""Robotank: the view from a tank that fights enemy tanks by day, by night and in fog.
 
-Screen: the whole view goes up and down as the tank drives. Player_Crosshair is the sight with both
-of its lines, and what shows of a flying shell in it; PlayerShot is the shell's shadow on the
-ground. Sky, mountains, ground and explosions are scenery. While a message, noise or a broken sensor
-blanks the view, nothing in it is valid. Neither is what is as black as the ground by night, until a
-shot lights it up, or what is in fog of its colour; the radar still shows the enemy. Score is the
-tanks of this squadron that were hit; Squadrons, the whole ones. Both are black, and do not show
-while the sky is black, too: in blanked views, and during messages, which follow each lost tank and
-end the game.
+Screen: enemies come one at a time. The whole view bobs as the tank drives. Player_Crosshair is the
+sight with both lines and the visible part of a flying shell inside it. PlayerShot is the shell's
+shadow on the ground. Sky, mountains, ground and explosions are scenery. While a message, noise or a
+broken sensor blanks the view, no object in it is valid. Objects as black as the night ground are
+invalid until a shot lights them, and so are objects in fog of their colour. The radar still shows
+the enemy. Score counts this squadron's hit tanks, Squadrons the completely destroyed squadrons.
+Both are black and disappear before a black sky: in blanked views and during messages, which follow
+each lost tank and end the game.
 
-RAM: ALE's source (score, lives), OCAtari (what some bytes are), and the ROM's code, whose two banks
-change places with each call. The game computes all that it draws before it draws it; only the
-choice of the enemy's way is made later, and of use in the next frame.
+RAM: ALE's source (score, lives), OCAtari (meaning of some bytes), and the ROM's code. Its two banks
+alternate with each call. The game computes a frame completely before it draws it. Only the enemy's
+next direction is chosen later; it affects the next frame.
 
 Covered: day, night and fog, all broken sensors, lost tanks, the end of the game.
 
-Not exact: shots in front of stripes of the ground that have their colour in fog.
+Not exact: in fog, shots in front of ground stripes of their colour.
 
-VEM: in fog, it misses shots that touch stripes of their colour. By night, it sees a black shadow on
-a bright stripe. It misses Score before a black sky, an enemy or its shot where they touch, and a
-dot on the radar that touches the beam. It may take part of an enemy behind the sight for a shadow.
-It reads Score only in the first squadron.
+VEM: in fog it misses shots that touch stripes of their colour. At night it sees a black shadow on a
+bright stripe. It misses Score before a black sky, an enemy or its shot when they touch, and a radar
+dot that touches the beam. It may take part of an enemy behind the sight for a shadow. It reads
+Score only in the first squadron.
 """
 
 import dataclasses
@@ -29,47 +29,67 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, Number, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import div, extremes, match, mod, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.colors import Colors
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    ByColor,
+    Category,
+    Colors,
+    Digits,
+    Game,
+    Gauge,
+    Number,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    extremes,
+    match,
+    mod,
+    pick,
+    when,
+)
 
 ROM = Rom("robotank", "4f618c2429138e0280969193ed6c107e")
 FONT = ROM.font(0xF00, rows=8)
 SECOND_BANK = 0x1000
 
-VIEW_ROW = 99  # of the screen: the drawing loop's row 0, while the view is level
+VIEW_ROW = 99  # screen row of the drawing loop's row 0 in a level view
 VIEW_BOTTOM = 129  # the row below it
 BOBBING = (0, 1, 2, 2, 1, 0, -1, -2, -3, -4, -4, -3, -2, -1)  # rows, by half of `stride`
 VIEW_LEFT = 8
-FOG_ROWS = 7  # below `VIEW_ROW`, in which fog hides the ground
+FOG_ROWS = 7  # rows below `VIEW_ROW` with fog over the ground
 FOG_COLOR = 8
 TANK_ROWS = 12  # of the nearest enemy
 DISTANCES = 16
-ASPECTS = 16  # sides from which an enemy is seen
-HIDDEN = 12  # from this distance on, an enemy is too far away to be seen
-HALVED = 8  # from this one on, half a picture is enough
+ASPECTS = 16  # views of the enemy around its axis
+HIDDEN = 12  # least distance of an invisible enemy
+HALVED = 8  # least distance at which half a picture suffices
 BLANK = 0xEC2  # offset in the second bank of a picture without dots
 SHOT_LEFT = 75  # of the shell's shadow
-SHOT_BEGINS = 40  # column from which the chip shows the enemy's in its first row
+SHOT_BEGINS = 40  # first column at which the chip shows the enemy's shot in its first row
 RADAR_LEFT = 24  # x of a dot at 0
 RADAR_BOTTOM = 172  # row of a dot at 0
 BEAM_LEFT = 15  # x of a beam at 0
 BEAM_BOTTOM = 173  # row of a beam at 0
-NOWHERE = 48  # row of the dot, and of the enemy's shot, while there is none
+NOWHERE = 48  # row of an absent dot or enemy shot
 ICON_LEFT = 32
-# Right edges of rows of icons, by their number.
+# Right edges of icon rows, by number of icons.
 ICON_WIDTHS = (0, 6, 14, 23, 31, 39, 47, 56, 64, 72, 80, 88, 96)
 SQUADRON = 12  # tanks
 TENS_LEFT = 58  # of the day
 DAY_LEFT = 66
 CLOCK_RIGHT = 106
-NOISE = 63  # from here on, `lost` still shows the view most of the time
+NOISE = 63  # `lost` below this: noise on all frames
 WHITE = 14
 GREEN = 214
 RED = 68
@@ -83,15 +103,18 @@ END_ROWS = ROM.bytes(0xD2F, DISTANCES)  # the drawing loop's row after an enemy,
 
 
 def _enemy_offsets() -> np.ndarray:
-    """Where the halves of an enemy's picture begin, int32 `[2, distances, aspects]`."""
-    distance, aspect = np.arange(DISTANCES)[:, None], np.arange(ASPECTS)
+    """Start offsets of the halves of an enemy's picture, int32 `[2, distances, aspects]`."""
+    distance = np.arange(DISTANCES)[:, None]
+    aspect = np.arange(ASPECTS)
     seen_from = np.where(aspect < 8, aspect, 15 - aspect)
     base = ROM.bytes(0xD3F, 16, 2)[seen_from] + 256 * (ROM.bytes(0xD40, 16, 2)[seen_from] & 15)
     rows = END_ROWS[distance] + 1
-    left = base + ROM.bytes(0xD4F, DISTANCES)[distance]
-    right = left + ROM.bytes(0xD5C, DISTANCES)[distance]
-    small, turned = distance >= HALVED, aspect >= 8
-    left, right = left - rows, np.where(small, BLANK, right) - rows
+    left_end = base + ROM.bytes(0xD4F, DISTANCES)[distance]
+    right_end = left_end + ROM.bytes(0xD5C, DISTANCES)[distance]
+    small = distance >= HALVED
+    turned = aspect >= 8
+    left = left_end - rows
+    right = np.where(small, BLANK, right_end) - rows
     halves = np.where(turned ^ small, np.stack([right, left]), np.stack([left, right]))
     return np.where(distance >= HIDDEN, BLANK, halves)
 
@@ -110,52 +133,52 @@ SHELLS = Pictures.of([np.array([row]) for row in range(256)])
 DIGIT_EXTENTS = Pictures.of(np.array(FONT.glyphs))
 
 
-class Broken:  # bits of Ram.broken
+class Broken:  # bits of `Ram.broken`
     TREADS = 1
     CANNON = 2
     RADAR = 4
     VISION = 8
 
 
-class Ground:  # of Ram.ground
+class Ground:  # of `Ram.ground`
     NIGHT = 2
     FOG = 6
 
 
 class Ram(RamMap):
-    left_x = byte(34)  # of the enemy's halves; 0: not in view
+    left_x = byte(34)  # of the enemy's halves; 0: out of view
     right_x = byte(35)
     nearness = byte(37)  # of the enemy
     missile_row = byte(38)  # the drawing loop's rows of the enemy's shot
     missile_end = byte(39)
     reserve = bits(40, count=4)  # tanks
     hour = bcd(49)
-    hits = byte(53)  # tanks of this squadron
+    hits = byte(53)  # hit tanks of this squadron
     squadrons = byte(54)
     day = bcd(55)
     stride = byte(60)  # of the view's bobbing, 0 to 27
-    missile_x = byte(62)  # x + 1, of the left half of the enemy's shot
-    missile_right = byte(63)  # likewise, of the right half
-    aspect = byte(69)  # which side of the enemy is seen
+    missile_x = byte(62)  # x + 1 of the left half of the enemy's shot
+    missile_right = byte(63)  # x + 1 of the right half
+    aspect = byte(69)  # side of the enemy that faces the player
     missile_size = bits(70, first=4, count=2)
     shell_row = byte(71)
     shell_end = byte(72)
     shell_dots = byte(73)
-    lost = byte(75)  # frames, while the player's tank is lost
-    burst = byte(76)  # frames, while the enemy explodes
+    lost = byte(75)  # frames of the pause after the player's tank is lost
+    burst = byte(76)  # frames of the enemy's explosion
     gone = byte(77)  # frames until the next enemy comes
-    turned = byte(78)  # whether pictures are mirrored
+    turned = byte(78)  # above 0: pictures are mirrored
     clock = byte(1)
-    blank = byte(88)  # whether the view is
+    blank = byte(88)  # not 0: the view is blank
     color = byte(93)  # of the enemy and of all shots
-    ground = byte(95)  # which bits its colours have
+    ground = byte(95)  # set bits in the ground's colours
     beam_x = byte(97)  # of the radar's beam
     dot_x = byte(98)  # of the radar's dot
     beam_row = byte(99)
     dot_row = byte(100)
-    beam_way = bits(101, first=4, count=4)  # its picture
-    beam_turned = byte(103)  # whether it is mirrored
-    message = byte(106)  # frames, while there is one
+    beam_way = bits(101, first=4, count=4)  # number of its picture
+    beam_turned = byte(103)  # above 0: its picture is mirrored
+    message = byte(106)  # frames left of a message
     broken = byte(118)
 
 
@@ -185,17 +208,17 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _is_noise(m: Ram) -> jax.Array:
-    """Whether noise fills the screen: once a tank is lost, on some frames, then on all."""
+    """True if noise fills the screen: after a loss first on some frames, then on all."""
     return (m.lost > 0) & ((m.lost < NOISE) | ((m.clock & 3) == 0))
 
 
 def _is_dark(m: Ram) -> jax.Array:
-    """Whether the enemy and its shots are as black as the ground."""
+    """True if the enemy and its shot are as black as the ground."""
     return (m.ground == Ground.NIGHT) & (m.color < 2)
 
 
 def _unhidden(m: Ram, lift: jax.Array) -> tuple[int, Number, int, int]:
-    """The part of the view in which no fog has the colour of the enemy and all shots."""
+    """Area of the view without fog in the colour of the enemy and all shots."""
     fog = (m.ground == Ground.FOG) & (m.color == FOG_COLOR)
     return VIEW_LEFT, when(fog, VIEW_ROW + FOG_ROWS + lift), 160, VIEW_BOTTOM
 
@@ -205,11 +228,11 @@ def _enemy_box(m: Ram, lift: jax.Array) -> Box:
     mirrored = m.turned > 0
     halves = jnp.arange(2)
     index = ENEMIES.index(half=halves, distance=distance, aspect=m.aspect & 15)
-    first, top, width, rows = ENEMIES.extent(index, mirrored=mirrored)
+    first, first_row, width, rows = ENEMIES.extent(index, mirrored=mirrored)
     x = jnp.stack([m.left_x, m.right_x])
     seen = (x > 0) & (width > 0)
     left, right = extremes(seen, x + first, x + first + width)
-    top, bottom = extremes(seen, top, top + rows)
+    top, bottom = extremes(seen, first_row, first_row + rows)
     y = VIEW_ROW - TANK_ROWS + lift
     there = (m.burst == 0) & jnp.any(seen)
     return edges(left, y + top, right, y + bottom, there, color=m.color).clip(*_unhidden(m, lift))
@@ -222,7 +245,7 @@ def _missile_box(m: Ram, lift: jax.Array) -> Box:
     right = jnp.maximum(x, m.missile_right - 1) + size
     end = m.missile_end - when(m.missile_end >= 128, 256)
     top = VIEW_ROW + lift - m.missile_row + when(x + size <= SHOT_BEGINS, 1)
-    # The loop that draws this row turns the right half off after it has reached this column.
+    # The loop for this row turns the right half off after this column.
     ends = match((end >= 0, 52), (end == -1, 112), (end > -6, 43), otherwise=37)
     bottom = VIEW_ROW + lift - end + when(m.missile_right - 1 < ends, 1)
     shot = edges(x, top, right, bottom, m.missile_row != NOWHERE, color=m.color)
@@ -232,7 +255,8 @@ def _missile_box(m: Ram, lift: jax.Array) -> Box:
 def _shell_box(m: Ram, lift: jax.Array) -> Box:
     """The shadow of the player's shell."""
     first, _, width, _ = SHELLS.extent(m.shell_dots, mirrored=m.turned > 0)
-    top, bottom = VIEW_ROW + 256 + lift - m.shell_row, VIEW_ROW + 256 + lift - m.shell_end
+    top = VIEW_ROW + 256 + lift - m.shell_row
+    bottom = VIEW_ROW + 256 + lift - m.shell_end
     left = SHOT_LEFT + first
     shadow = edges(left, top, left + width, bottom, width > 0, color=m.color)
     return shadow.clip(*_unhidden(m, lift))
@@ -246,12 +270,13 @@ def _dot_box(m: Ram) -> Box:
 
 
 def _beam_box(m: Ram) -> Box:
-    x, y = m.beam_x + BEAM_LEFT, BEAM_BOTTOM - m.beam_row
+    x = m.beam_x + BEAM_LEFT
+    y = BEAM_BOTTOM - m.beam_row
     return BEAMS.box(m.beam_way, x, y, mirrored=m.beam_turned > 0).clip(*RADAR)
 
 
 def _sensor_box(m: Ram, x: int, y: int, bit: int) -> Box:
-    """Green while it works; red and black by turns if not."""
+    """Green while the sensor works; otherwise red and black alternate."""
     broken = (m.broken & bit) != 0
     blink = jnp.where((m.clock & 8) != 0, RED, BLACK)
     return box(x, y, 8, 10, value=when(~broken, 1), color=jnp.where(broken, blink, GREEN))
@@ -271,10 +296,10 @@ def _clock_box(m: Ram) -> Box:
 
 FIELD = (VIEW_LEFT, 80, 160, VIEW_BOTTOM)
 NEAR_SIGHT = (66, 80, 92, VIEW_BOTTOM)
-# The enemy and all shots have one of these colours. They are looked for by themselves, because the
-# ground has some of them by night and in fog; no view shows both black and 4.
+# VEM searches each of these colours of the enemy and the shots separately, because the ground has
+# some of them at night and in fog. No view shows both black and 4.
 TINTS = ((BLACK, 4), 6, 20)
-SHADOW_TINTS = (*TINTS, FOG_COLOR)  # below the fog that hides the rest
+SHADOW_TINTS = (*TINTS, FOG_COLOR)  # below the fog, which hides other parts
 SIGHT_RULE = Bounds(WHITE, (72, 76, 88, 110), min_size=(16, 23), max_size=(16, 23))
 
 
@@ -284,16 +309,16 @@ def _in_each(
     shapes: tuple[Shape, ...],
     ignore: tuple[Area, ...] = (),
 ) -> Blobs:
-    first, *others = (Blobs(colors, region, shapes, ignore=ignore) for colors in groups)
-    return dataclasses.replace(first, also=tuple(others))
+    rules = tuple(Blobs(colors, region, shapes, ignore=ignore) for colors in groups)
+    return dataclasses.replace(rules[0], also=rules[1:])
 
 
 def _solid(w: int, heights: tuple[int, int]) -> Shape:
-    """What is full, but for a part of a row."""
+    """A filled rectangle, except part of a row."""
     return Shape(w=w, h=heights, pixels=(w * heights[0], w * heights[1]))
 
 
-# A shadow is at most as high as wide. The lower edge of the view cuts the widest ones off.
+# A shadow is at most as high as wide. The lower edge of the view cuts the widest shadows.
 SHADOWS = (
     _solid(3, (1, 2)),
     _solid(4, (2, 3)),
@@ -304,20 +329,20 @@ SHADOWS = (
     _solid(8, (4, 5)),
     _solid(8, (6, 8)),
 )
-# The enemy's shot is almost twice as high as wide. A large one hides most of the enemy.
+# The enemy's shot is almost twice as high as wide. A large shot hides most of the enemy.
 SHOTS = (
     Shape(w=1, h=3),
     *(_solid(w, (2 * w - 3, 2 * w)) for w in range(3, 8)),
     Shape(w=(8, 10), h=(13, 20)),
     Shape(w=(11, 18), h=(18, 31)),
 )
-# The enemy is lower than a shot that is as wide.
+# An enemy is lower than a shot of equal width.
 TANKS = (
     Shape(w=(1, 2), h=(1, 2)),
     *(Shape(w=w, h=(1, 2 * w - 4)) for w in range(3, 8)),
     Shape(w=(8, 22), h=(2, 13)),
 )
-BELOW_TANK = (75, 97, 83, VIEW_BOTTOM)  # where shadows are
+BELOW_TANK = (75, 97, 83, VIEW_BOTTOM)  # region of shadows
 SHADOW_RULE = _in_each(SHADOW_TINTS, NEAR_SIGHT, SHADOWS)
 TANK = _in_each(TINTS, FIELD, TANKS, ignore=(BELOW_TANK,))
 MISSILE = _in_each(TINTS, FIELD, SHOTS)
@@ -326,18 +351,18 @@ DOT = Blobs(PINK, RADAR, Shape(w=1, h=1))
 
 
 PANEL = Bounds(PURPLE, (8, 130, 160, 172), min_size=(152, 33), max_size=(152, 33))
-_on_panel = functools.partial(Category, needs=("Radar",))  # not in noise
+_on_panel = functools.partial(Category, needs=("Radar",))  # noise hides the panel
 
 
 def _sensor(name: str, x: int, y: int, doc: str) -> Category:
-    """A letter on the panel."""
+    """A sensor's letter on the panel."""
     rule = Bounds((GREEN, RED, BLACK), (x, y, x + 8, y + 10), min_size=(8, 10))
     works = ByColor(((GREEN, 1), (RED, 0), (BLACK, 0)))
     return _on_panel(name, rule, attributes=("value",), value=works, doc=doc)
 
 
 def _icon_rule(color: int, y: int, base: int) -> Bounds:
-    """Up to twelve icons."""
+    """A row of at most twelve icons."""
     length = Gauge(8, start=6, base=base)
     return Bounds(color, (31, y, 129, y + 8), max_size=(96, 8), value=length)
 
@@ -352,7 +377,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player_Crosshair", SIGHT_RULE, doc="the sight"),
+        Category("Player_Crosshair", SIGHT_RULE, role="player", doc="the sight"),
         _in_view("PlayerShot", SHADOW_RULE, doc="the shadow of the player's shell"),
         _in_view("EnemyTank", TANK, doc="the enemy"),
         _in_view("EnemyShot", MISSILE, doc="the enemy's shot"),
@@ -368,6 +393,7 @@ GAME = Game(
             _icon_rule(BLACK, 22, 1),
             needs=("Radar",),
             blinks=True,
+            role="score",
             doc="tanks hit of this squadron; value: of all",
         ),
         display(
@@ -381,12 +407,14 @@ GAME = Game(
             "Lives",
             _icon_rule(RED, 175, 2),
             needs=("Radar",),
+            role="lives",
             doc="tanks in reserve; value: one more",
         ),
         display(
             "Clock",
             CLOCK_RULE,
             needs=("Radar",),
+            role="time",
             doc="day and hour; value: hours since the first day began",
         ),
     ),

@@ -1,24 +1,26 @@
 """Seaquest: a submarine, divers to be rescued, sharks and enemy submarines in four lanes, oxygen.
 
-Screen: the eight columns at the left edge are blanked by the beam. The explosion of the submarine,
-the waves, the ground and the maker's name are scenery. Six divers, and oxygen that is low, blink.
-OxygenBarDepleted is background that the bar has left free.
+Screen: the eight columns at the left edge are blank. The explosion of the submarine, the waves, the
+ground and the maker's name are scenery. Six divers, and oxygen that is low, blink.
+OxygenBarDepleted is the background right of the bar.
 
-Slots: a lane has three places for sharks or enemy submarines, which follow each other: slot lane *
-3 + place, the lowest lane first. It has one diver, or one torpedo of its submarines: slot lane.
-CollectedDiver has a slot for each diver on board.
+Slots: a lane has three positions for sharks or enemy submarines, which follow each other: slot lane
+* 3 + position, the lowest lane first. It has one diver, or one torpedo of its submarines: slot
+lane. CollectedDiver has a slot for each diver on board.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (what the bytes are), and
-the ROM's code. Everything moves at F7A6-FB4F, before the frame is drawn at F080-F5AD, so that the
-RAM has what is on the screen; only the submarine's propeller has moved on, every fourth frame.
-A diver and a torpedo are drawn by the ball, which is moved and resized on each row.
+RAM: ALE's source (score, lives), OCAtari 2.2 and D. Debro's disassembly (meaning of the bytes), and
+the ROM's code. Everything moves at F7A6-FB4F, before the frame is drawn at F080-F5AD, so the RAM
+matches the screen. Only the submarine's propeller has moved on, every fourth frame. The ball draws
+a diver or a torpedo; the program moves and resizes it on each row.
 
 Covered: levels up to 20 and all colours of sharks, the patrol at the surface, divers, surfacing
 with some and with six of them, all ways to die, both difficulties, the end of the game. The value
 of Lives is ALE's, one more than the icons; without icons it is not valid.
 
-VEM: it does not see a torpedo of which less than three columns are outside the submarine, and
-misses a diver, or takes it for a torpedo, of which only a few pixels are at an edge of the screen.
+Not exact: nothing known.
+
+VEM: it misses a torpedo with less than three columns outside the submarine. If only a few pixels of
+a diver are visible at an edge of the screen, it misses the diver or takes it for a torpedo.
 """
 
 import functools
@@ -27,18 +29,33 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    ShortRuns,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    match,
+    pick,
+    when,
+)
 
 ROM = Rom("seaquest", "240bfbac5163af4df5ae713985386f92")
 FONT = ROM.font(0xE00, rows=8)
@@ -71,25 +88,26 @@ SCORE = NumberDisplay(FONT, right=106, top=9, digits=6)
 LIVES = IconRow(58, 22, width=7, height=8, pitch=8)
 
 SHARK_COLORS = tuple(int(c) & 0xFE for c in ROM.bytes(0xF0F, 8))  # by the level's lowest bits
-FLASHES = 15  # least `dying` at which the submarine is whole
+FLASHES = 15  # least `dying` with an intact submarine
 SURFACE = 13  # `y` at the surface
 
 
 class Look:  # of `Ram.look`
-    SUBMARINE = 4  # or more; sharks have less
+    SUBMARINE = 4  # at least; sharks have less
 
 
 def _rows(pointers: int, index: int, height: int) -> np.ndarray:
-    """Rows of a picture from the top, whose address is in a table of pointers."""
+    """Rows of a picture from the top; a table of pointers has its address."""
     return ROM.rows(0xD00 + int(ROM.bytes(pointers + index, 1)[0]), height)
 
 
 def _ball_rows(look: int) -> np.ndarray:
-    """Rows of what the ball draws: on each row it moves, and is off or 1 to 8 pixels wide."""
-    left, out = 2, []
-    moves, shapes = _rows(0xF7E, look, LANE_ROWS), _rows(0xF92, look, LANE_ROWS)
-    for move, shape in zip(moves.tolist(), shapes.tolist(), strict=True):
-        left -= ((move >> 4) ^ 8) - 8
+    """Rows drawn by the ball: on each row it moves, and is off or 1 to 8 pixels wide."""
+    out = []
+    moves = _rows(0xF7E, look, LANE_ROWS)
+    lefts = 2 - np.cumsum((moves >> 4 ^ 8) - 8)
+    shapes = _rows(0xF92, look, LANE_ROWS)
+    for left, shape in zip(lefts.tolist(), shapes.tolist(), strict=True):
         width = 1 << (shape >> 4 & 3)
         dots = (1 << width) - 1
         out.append(dots << 8 - left - width if shape & 2 and 0 <= left <= 8 - width else 0)
@@ -97,7 +115,7 @@ def _ball_rows(look: int) -> np.ndarray:
 
 
 SUBS = ROM.pictures([0xD00 + int(low) for low in ROM.bytes(0xCFB, 3)], 12)
-# What the edges of the screen leave of the pictures, by columns beyond and look.
+# Parts of the pictures inside the screen, by columns beyond its edges and look.
 PATROL_LOOKS = 3
 PATROLS = Pictures.of(
     [_rows(0xCFB, look, 12)[:7] & cut for cut in EDGE_CUTS for look in range(PATROL_LOOKS)]
@@ -116,12 +134,12 @@ SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 class Ram(RamMap):
     clock = byte(1)
-    saver_key = byte(5)  # what colours are XORed with
-    saver_mask = byte(6)  # what they are masked with: 0xFF in play
-    enemy_x = byte(30, 31, 32, 33)  # of the first place, modulo 256; lowest lane first
-    shown = bits(40, 41, 42, 43, count=3)  # places that are taken and on the screen, last one first
+    saver_key = byte(5)  # XORed with colours
+    saver_mask = byte(6)  # mask of colours: 0xFF in play
+    enemy_x = byte(30, 31, 32, 33)  # of the first position, modulo 256; lowest lane first
+    shown = bits(40, 41, 42, 43, count=3)  # taken and visible positions, last one first
     score = bcd((56, 57, 58))
-    icons = byte(59)  # lives, less the one in play
+    icons = byte(59)  # lives, without the current one
     level_color = bits(61, count=3)
     divers = byte(62)  # on board
     x = byte(70)
@@ -130,7 +148,7 @@ class Ram(RamMap):
     look = bits(89, 90, 91, 92, count=3)  # picture of a lane's enemies
     ball_look = bits(89, 90, 91, 92, count=4)  # picture of its diver or torpedo
     leftward = bits(89, 90, 91, 92, first=3)
-    bob = byte(93)  # rows by which sharks are lower
+    bob = byte(93)  # rows that sharks are lower
     propeller = byte(96)  # picture of the submarine, already the next one
     y = byte(97)  # y - 33
     oxygen = byte(102)
@@ -140,7 +158,8 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemies, balls = _enemy_boxes(m), _ball_boxes(m)
+    enemies = _enemy_boxes(m)
+    balls = _ball_boxes(m)
     submarines = m.look >= Look.SUBMARINE
     return {
         "Player": _player(m),
@@ -159,17 +178,17 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _compass(leftward: jax.Array) -> jax.Array:
-    """The compass point; 1 stands for something that looks to the left."""
+    """The compass point; 1 is left."""
     return jnp.where(leftward == 1, WEST, EAST)
 
 
 def _cut_off(x: jax.Array) -> jax.Array:
-    """Columns of a picture beyond the right edge, or less than zero beyond the left one."""
+    """Columns of a picture beyond the right edge, or, if negative, beyond the left one."""
     return jnp.clip(x - 152, 0, 8) - jnp.clip(8 - x, 0, 8)
 
 
 def _propeller(m: Ram) -> jax.Array:
-    """The submarine's picture before it changed, which is from 2 down to 0 and to 2 again."""
+    """The submarine's picture before it changed; pictures run from 2 down to 0 and back to 2."""
     return jnp.where((m.clock & 3) == 0, pick(m.propeller, (1, 2, 0)), m.propeller)
 
 
@@ -185,15 +204,18 @@ def _player(m: Ram) -> Box:
         orientation=_compass(m.looks_left),
     )
     color = match((m.dying == 0, GOLD), ((m.dying & 1) == 1, FLASH), otherwise=BLACK)
-    top, end = whole.y, whole.y + whole.h
+    top = whole.y
+    end = whole.y + whole.h
     hidden_above = when(top >= FOOT[0], jnp.maximum(FOOT[1] - top, 0))
     hidden_below = when(end <= FOOT[1], jnp.maximum(end - FOOT[0], 0))
     return replace(whole.trimmed(top=hidden_above, bottom=hidden_below), color=color)
 
 
 def _torpedo(m: Ram) -> Box:
-    """The submarine's torpedo: what has come out of the submarine, which is in front of it."""
-    left, right, hull_x = m.torpedo_x, m.torpedo_x + 8, m.x + 16
+    """The submarine's torpedo, without its part behind the submarine."""
+    left = m.torpedo_x
+    right = m.torpedo_x + 8
+    hull_x = m.x + 16
     inside = (left < hull_x) & (right > m.x)
     first = jnp.where(inside & (left >= m.x), hull_x, left)
     last = jnp.where(inside & (left < m.x), m.x, right)
@@ -204,7 +226,8 @@ def _torpedo(m: Ram) -> Box:
 def _enemy_boxes(m: Ram) -> Box:
     """Sharks or enemy submarines."""
     x = (jnp.repeat(m.enemy_x, 3) + 16 * PLACE_OF) & 255
-    look, leftward = jnp.repeat(m.look, 3), jnp.repeat(m.leftward, 3)
+    look = jnp.repeat(m.look, 3)
+    leftward = jnp.repeat(m.leftward, 3)
     beyond = _cut_off(x)
     cut = 8 + jnp.where(leftward == 1, -beyond, beyond)
     return ENEMY_PICTURES.box(
@@ -244,7 +267,7 @@ def _oxygen(m: Ram) -> Box:
 
 
 def _used_oxygen(m: Ram) -> Box:
-    """What is right of the bar; without oxygen it begins a column further left."""
+    """The area right of the bar; without oxygen it begins a column further left."""
     left = BAR[0] + jnp.where(m.oxygen > 0, jnp.minimum(m.oxygen, FULL_BAR), -1)
     return box(left, BAR[1], BAR[2] - left, 5, value=FULL_TANK - m.oxygen)
 
@@ -270,7 +293,7 @@ ICONS = LIVES.rule(YELLOW, (50, 20, 110, 31), single=2)
 
 
 def _saver_key(m: Ram) -> jax.Array:
-    """What colours are XORed with, or -1 in play."""
+    """The number XORed with colours, or -1 in play."""
     return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
 
 
@@ -281,7 +304,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (100, 9), 26, mask=SAVER_MASK, taken=(6, 8)),
     categories=(
-        facing("Player", HULL, doc="the submarine"),
+        facing("Player", HULL, role="player", doc="the submarine"),
         Category("PlayerMissile", SHOT, doc="its torpedo"),
         facing("Shark", SHARKS, count=12, doc="lane * 3 + place, the lowest lane first"),
         facing("Submarine", ENEMY_SUBS, count=12, doc="lane * 3 + place, the lowest lane first"),
@@ -290,9 +313,9 @@ GAME = Game(
         Category("SurfaceSubmarine", Bounds(GRAY, (8, 44, 160, FOOT[0])), doc="the patrol"),
         display("CollectedDiver", BOARD, count=6, attributes=(), blinks=True, doc="on board"),
         display("OxygenBar", BAR_LEFT, blinks=True, doc="oxygen that is left, 0-64"),
-        # No graphics object draws it, but the background's colour does; so it blinks for good.
+        # It is background, which no graphics object draws, so it always counts as blinking.
         display("OxygenBarDepleted", BAR_USED, blinks=True, doc="oxygen that was used"),
-        display("Lives", ICONS, doc="one more than the icons"),
-        display("PlayerScore", SCORE.rule(YELLOW), doc="points"),
+        display("Lives", ICONS, role="lives", doc="one more than the icons"),
+        display("PlayerScore", SCORE.rule(YELLOW), role="score", doc="points"),
     ),
 )

@@ -1,31 +1,31 @@
 """Space Invaders: 36 aliens, three shields that wear away, cannons, bombs and shots, the saucer.
 
-Screen: While the saucer's row hides the scores, P1Score stays valid at its place: its value follows
-the rewards at every step (until the display wraps at 10000). The `value` of a player is the number
-of lives, which only Lives shows, before a life begins. The ground and its two coloured marks are
-scenery.
+Screen: the saucer's row hides the scores. P1Score stays valid at its position, because its value
+follows the rewards at every step (until the display wraps at 10000). The `value` of a player is the
+number of lives, which only Lives shows, before a life begins. The ground and its two coloured marks
+are scenery.
 
-Slots: Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom; when the
+Slots: Alien slots are row * 6 + column of the game's own bitmaps, rows from the bottom. When the
 leftmost column is empty, the game moves all columns one to the left. An alien that was hit stays in
-its slot while its explosion is shown; invisible invaders are not valid while the game hides them.
-Bullet has the upper and the lower bomb (a new bomb starts above the old one), then the first and
-the second player's shot. Bombs are drawn on even frames, shots on odd ones.
+its slot during its explosion. Invisible invaders are not valid while the game hides them. Bullet
+has the upper and the lower bomb (a new bomb starts above the old one), then the first and the
+second player's shot. Bombs are drawn on even frames, shots on odd ones.
 
 RAM: ALE's source, OCAtari 2.2, AtariARI, and the game's display program. It draws from positions in
-the chip's coding (bytes 3-7), which it does not change, while the positions (27-30) move on. The
-lines between two steps of byte 9 make bullets 4 to 12 rows high.
+the chip's coding (bytes 3-7), which stay unchanged while the positions (27-30) move on. The number
+of lines between two steps of byte 9 varies, so bullets are 4 to 12 rows high.
 
-Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and in
-turn.
+Covered: later waves, landing, deaths, game over, all of ALE's modes, both players at once and
+alternately.
 
-Not exact, as it is not in the RAM: the difficulty switches. A cannon is 14 pixels wide at
-difficulty 1, boxes say 7: the ROM reads the switches where it draws (F1EB) and where a shot leaves
-the cannon (FBC8), 4 pixels further right; until then two games that differ in the switch alone have
-the same RAM. What a hit takes from a shield on the frame of the hit, which alien's explosion ends
-on a frame, an upper bomb on the frame on which it hits.
+Not exact, because the RAM does not have it: the difficulty switches. A cannon is 14 pixels wide at
+difficulty 1, but boxes have 7. The ROM reads the switches when it draws (F1EB) and when a shot
+leaves the cannon (FBC8), 4 pixels further right. Until then, two games that differ only in the
+switch have the same RAM. Also missing: the part that a hit takes from a shield, on the frame of the
+hit; the alien whose explosion ends on a frame; an upper bomb on the frame of its hit.
 
-VEM: reads a player's value only while Lives shows it, and does not see what an alien, a shield or a
-cannon covers of a bullet.
+VEM: it reads a player's value only while Lives shows it, and misses parts of a bullet behind an
+alien, a shield or a cannon.
 """
 
 import functools
@@ -34,17 +34,29 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    match,
+    packed_position,
+    pick,
+    when,
+)
 
 ROM = Rom("space_invaders", "72ffbef6504b75e69ee1045af9075f66")
 FONT = ROM.font(0xF54, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
@@ -71,16 +83,16 @@ SHORT_ROWS = (ALIEN_ROW == 2) | (ALIEN_ROW == 3)  # a row less in the first pose
 SHIELD_ROWS = 9
 SHIELDS_TOP = 157
 SHIELDS_BOTTOM = SHIELDS_TOP + 2 * SHIELD_ROWS
-SHIELD_LEFTS = (30, 62, 94)  # of the columns in which each moves in some modes
+SHIELD_LEFTS = (30, 62, 94)  # of the 32 columns of each, which moves in some modes
 SHIELDS = tuple((left, SHIELDS_TOP, left + 32, SHIELDS_BOTTOM) for left in SHIELD_LEFTS)
 
 NO_SAUCER = 180  # `saucer_x`
 SAUCER_EXPLODES = 57  # these bits of `explosion`: row 7
-DEATH_BEGINS = 129  # `clock`, on this frame and the next
-SAVER_SHOWN = 128  # `saver_clock`, this or more: the screen saver is shown
+DEATH_BEGINS = 129  # `clock` on this frame and the next
+SAVER_SHOWN = 128  # least `saver_clock` with the screen saver
 BLINK = 8  # bit of `clock`
-GONE = 112  # `y`, or more, of no bullet
-LOWEST = 108  # `y` that no flying bullet reaches
+GONE = 112  # least `y` without a bullet
+LOWEST = 108  # above every `y` of a flying bullet
 TOUCHED = 124  # `bullet_step` after a bullet hit something
 # Steps of the bullet counter at the top of the screen, at the shields, at the ground.
 SKY = 8
@@ -93,12 +105,12 @@ class Ram(RamMap):
     saucer_code = byte(3)  # x + 1 in the chip's coding, if a saucer was drawn
     shield_code = byte(5)  # x + 1 in the chip's coding
     cannon_code = byte(6, 7)  # x + 1 in the chip's coding
-    bullet_clock = byte(9)  # runs down while the screen is drawn
+    bullet_clock = byte(9)  # counts down while the screen is drawn
     bullet_step = byte(10)
     second_pose = bits(11, first=6)  # 0: 9 rows high, 1: 10
     drop = byte(16)  # y = 31 + 2 * drop
-    rows = byte(*range(18, 24))  # bottom row first, a bit a column
-    first_owner = bits(24, first=2)  # whose shot the first record is
+    rows = byte(*range(18, 24))  # bottom row first, one bit per column
+    first_owner = bits(24, first=2)  # owner of the shot in the first record
     cannon_1 = bits(24, first=4)  # the first player has one
     cannon_2 = bits(24, first=5)  # the second player has one
     shields_up = bits(24, first=6)
@@ -146,22 +158,22 @@ def _odd(m: Ram) -> jax.Array:
 
 
 def _lowest_row(m: Ram) -> jax.Array:
-    """The last row of aliens that is drawn."""
+    """The last drawn row of aliens."""
     return jnp.min(jnp.where(m.rows[:5] > 0, np.arange(5), 5))
 
 
 def _cannon(m: Ram, x: jax.Array, there: jax.Array, died: jax.Array) -> Box:
     shows_death = (died == 1) & ((m.clock | 1) != DEATH_BEGINS)
     blank = (m.starting == 1) & ((m.clock & BLINK) == 0)
-    there = (there == 1) & (m.fallen == 0) & ~blank
-    return box(x, 185, jnp.where(shows_death, 8, 7), 10, there, value=m.lives)
+    shown = (there == 1) & (m.fallen == 0) & ~blank
+    return box(x, 185, jnp.where(shows_death, 8, 7), 10, shown, value=m.lives)
 
 
 def _alien_boxes(m: Ram) -> Box:
-    # An alien that was hit on this very frame is still drawn whole.
+    # An alien that was hit on this frame is still drawn intact.
     just_hit = _odd(m) & ((m.alien_points[0] > 0) | (m.alien_points[1] > 0))
-    explodes = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
-    explodes = explodes & (just_hit | (_lowest_row(m) <= ALIEN_ROW))
+    was_hit = (m.explosion & 63) == 8 * ALIEN_ROW + ALIEN_COLUMN
+    explodes = was_hit & (just_hit | (_lowest_row(m) <= ALIEN_ROW))
     alive = (jnp.repeat(m.rows, 6) >> ALIEN_COLUMN & 1) == 1
     x = m.aliens_x - 1 + ALIEN_X * ALIEN_COLUMN
     y = ALIENS_TOP + 2 * m.drop + ALIEN_Y * (5 - ALIEN_ROW)
@@ -173,7 +185,7 @@ def _alien_boxes(m: Ram) -> Box:
 
 
 def _explosion(m: Ram, x: jax.Array, y: jax.Array | int) -> Box:
-    """The picture at its stage, which moves on after drawing on every eighth frame."""
+    """The picture at its stage, which advances after the drawing on every eighth frame."""
     drawn = m.explosion - when((m.clock & 7) == 0, 64)
     stage = drawn >> 6 & 3
     inset = when(stage == 0, 1)
@@ -184,7 +196,7 @@ def _saucer_box(m: Ram) -> Box:
     x = packed_position(m.saucer_code)
     just_hit = _odd(m) & ((m.saucer_points[0] > 0) | (m.saucer_points[1] > 0))
     moving = m.saucer_x != NO_SAUCER
-    # The chip's position of the saucer is that of the bullets where there is none.
+    # Without a saucer, its register has the position of the bullets.
     leaving = x != jnp.where(_odd(m), m.shot_x[0], m.bomb_x[0])
     exploding = (m.explosion & SAUCER_EXPLODES) == SAUCER_EXPLODES
     explodes = jnp.where(moving, exploding & ~just_hit, (x > 1) & (x < 151))
@@ -193,18 +205,19 @@ def _saucer_box(m: Ram) -> Box:
 
 
 def _shield_boxes(m: Ram) -> Box:
-    """Tight boxes around what is left of the shields."""
+    """Tight boxes around the remains of the shields."""
     lines = [m.shields[row::SHIELD_ROWS] for row in range(SHIELD_ROWS)]
     seen = list(enumerate(line > 0 for line in lines))
     top = match(*((shown, row) for row, shown in seen), otherwise=SHIELD_ROWS)
     bottom = match(*((shown, row + 1) for row, shown in reversed(seen)), otherwise=0)
     ink = functools.reduce(jnp.bitwise_or, lines)
-    # The columns that are empty on the left and on the right.
+    # Empty columns on the left and on the right.
     left = sum(when(ink < 256 >> column, 1) for column in range(1, 8))
     right = sum(when((ink & (1 << column) - 1) == 0, 1) for column in range(1, 8))
     x = packed_position(m.shield_code) - 1 + 32 * np.arange(3)
     there = (ink > 0) & (m.shields_up == 1)
-    y, h = SHIELDS_TOP + 2 * top, 2 * (bottom - top)
+    y = SHIELDS_TOP + 2 * top
+    h = 2 * (bottom - top)
     return box(x + left, y, 8 - left - right, h, there)
 
 
@@ -220,17 +233,18 @@ def _bullet_boxes(m: Ram, saucer: jax.Array) -> Box:
 
 
 def _drawn_y(m: Ram, y: jax.Array) -> jax.Array:
-    """Where the two bullets of this frame were drawn.
+    """Drawn positions of the two bullets of this frame.
 
-    The counter that ran down from the position of a bullet tells where one was that hit something.
+    The counter that ran down from a bullet's position gives the position of a bullet that hit
+    something.
     """
     upper, lower = y
     untouched = m.bullet_step != TOUCHED
     last = (m.bullet_clock + 91) & 255
-    only = jnp.where(last > 121, last - 114, (last + 10) & 255)
-    only = jnp.where(untouched, last, only)
-    below = jnp.where(last > 124, last - 124, last)
-    below = jnp.where(untouched, last + m.bullet_step, below) & 255
+    only_touched = jnp.where(last > 121, last - 114, (last + 10) & 255)
+    only = jnp.where(untouched, last, only_touched)
+    below_touched = jnp.where(last > 124, last - 124, last)
+    below = jnp.where(untouched, last + m.bullet_step, below_touched) & 255
     none = (upper >= GONE) & (lower >= GONE)
     one = (upper < GONE) & (lower >= GONE)
     top = jnp.where(none & (only > 7) & (only < LOWEST), only, upper)
@@ -240,18 +254,18 @@ def _drawn_y(m: Ram, y: jax.Array) -> jax.Array:
 
 @dataclass(frozen=True)
 class Switch:
-    """What switches a bullet on or off.
+    """A switch of a bullet, on or off.
 
     The display program counts at some column of a line; left of it, a step shows one line later.
-    The column depends on what else the program draws there.
+    The column depends on the other objects that the program draws there.
     """
 
     step: jax.Array  # of the bullet counter
     x: jax.Array  # column of the bullet
-    ending: bool  # whether it ends; between rows that waits for the next line
+    ending: bool  # whether it ends; between rows an ending waits for the next line
 
     def late(self, column: int) -> jax.Array:
-        """1 where the bullet is not right of a column."""
+        """1 for bullets up to a column."""
         return (self.x <= column).astype(jnp.int32)
 
     def waiting(self, column: int) -> jax.Array:
@@ -265,9 +279,9 @@ def _first_line(m: Ram, s: Switch, saucer: jax.Array) -> jax.Array:
     Args:
         m: the RAM.
         s: the switch.
-        saucer: whether a saucer is drawn, which takes the scores' place.
+        saucer: whether a saucer replaces the scores.
     """
-    since = s.step - m.drop - 11  # steps from the first row of aliens on
+    since = s.step - m.drop - 11  # steps from the first row of aliens
     end = 51 - 9 * _lowest_row(m)
     beyond = match(
         (s.step > GROUND, 11 + s.late(111)),
@@ -334,17 +348,20 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (10, 195), 226, mask=0xF7),
     categories=(
-        player_category("Player", Bounds(GREEN, CANNONS), doc="the cannon; value: lives"),
+        player_category(
+            "Player", Bounds(GREEN, CANNONS), role="player", doc="the cannon; value: lives"
+        ),
         player_category("Player2", CANNON_2, doc="the second player's cannon"),
         Category("Alien", INVADERS, count=36, doc="bitmap row from the bottom * 6 + column"),
         Category("Shield", Bounds(RED, SHIELDS), count=3, doc="what is left of it"),
         Category("Satellite", Bounds(PURPLE, SCORES), doc="the saucer"),
         Category("Bullet", BULLETS, count=4, doc="two bombs, two shots"),
-        display("Lives", LIVES, doc="shown when a life begins"),
+        display("Lives", LIVES, role="lives", doc="shown when a life begins"),
         display(
             "P1Score",
             SCORE_1.rule(GREEN, SCORES),
             blinks=True,
+            role="score",
             doc="below 10,000; hidden by the saucer",
         ),
         display("P2Score", SCORE_2.rule(BROWN, SCORES), doc="below 10,000; hidden by the saucer"),

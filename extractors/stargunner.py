@@ -1,22 +1,24 @@
 """Star Gunner: a ship shoots at flying enemies, below a creature that throws bombs.
 
-Screen: one enemy a frame is drawn; two or three, which come in later waves, take turns. A bomb has
-the colour of the enemy that is drawn, and the ship's while one explodes. Explosions, new enemies
-that come together from four lines, mountains and the title are scenery. While the ship explodes
-and appears again, nothing else is drawn, and nothing is in play.
+Screen: one enemy is drawn per frame; two or three enemies, in later waves, alternate. A bomb has
+the colour of the drawn enemy, or the ship's colour while an enemy explodes. Explosions, new enemies
+that come together from four lines, mountains and the title are scenery. While the ship explodes and
+appears again, the game draws nothing else, and nothing is in play.
 
-Slots: of FlyingEnemy, the game's records.
+Slots: FlyingEnemy has the game's records.
 
-RAM: OCAtari and stable-retro (what some bytes are), ALE's source (score, lives), and the ROM's
-code. The game moves everything before it draws, so that nothing has to be taken back. The display
-program compares a row counter with the positions, which takes it so long that what it writes into
-the chip shows only right of some column; left of it, a row shows one row lower.
+RAM: OCAtari and stable-retro (meaning of some bytes), ALE's source (score, lives), and the ROM's
+code. The game moves everything before it draws, so nothing has to be undone. The display program
+compares a row counter with the positions. This takes so long that its writes into the chip are
+visible only right of some column; left of it, a row shows one row lower.
 
 Covered: all modes, waves of one to three enemies with their three kinds of pictures (by writing
 RAM), deaths, the end of the game, the title.
 
-VEM: it misses enemies that touch a bomb or the ship, and bombs within them; the value of Lives is
-known up to two.
+Not exact: nothing known.
+
+VEM: it misses enemies that touch a bomb or the ship, and bombs within them. It reads the value of
+Lives only up to two.
 """
 
 import functools
@@ -25,16 +27,33 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, div, match, only, pick, when
-from ocjax.console.ram import RamMap, byte
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    box,
+    byte,
+    display,
+    div,
+    edges,
+    match,
+    only,
+    pick,
+    when,
+)
 
 ROM = Rom("star_gunner", "a3c1c70024d7aabb41381adbfb6d3b25")
 FONT = ROM.font(range(0xF0B, 0xF15), rows=7, step=11)
@@ -49,20 +68,20 @@ END_COLOR = 206  # of the icon in the last frame
 ANY = tuple(range(2, 256, 2))
 SHOT_COLORS = range(176, 208, 2)  # from bright to dark as it flies
 
-ROW_0 = 32  # of the screen: the display program's row 0
-SHIP_ROWS = 5  # in which the display program draws the ship; the last one is empty
-# Columns from which a write into the chip shows in its row: above, in and below the ship's rows.
+ROW_0 = 32  # line of the display program's row 0
+SHIP_ROWS = 5  # rows reserved for the ship; the last one is empty
+# First columns that show a write into the chip in its row: above, in and below the ship's rows.
 SHOT_BESIDE = 13
 ENEMY_ABOVE = 101
 ENEMY_BESIDE = 74
 ENEMY_BELOW = 83
-ENEMY_AT_ENDS = 80  # in the first of the ship's rows and in the one below the last
-FIRST_ROW = 20  # the first one that the display program draws; three later in an explosion
-FIRST_ROW_BOMB = 85  # column from which a bomb shows there
+ENEMY_AT_ENDS = 80  # in the first of the ship's rows and in the row below the last
+FIRST_ROW = 20  # the display program's first row; three later in an explosion
+FIRST_ROW_BOMB = 85  # a bomb is visible there from this column
 
 
 class Shows(NamedTuple):
-    """The column from which a bomb shows in its row, and that left of which it does a row lower."""
+    """A bomb is in its row from column `here`, and a row lower left of column `lower`."""
 
     here: int
     lower: int
@@ -72,20 +91,20 @@ BOMBS = (
     Shows(28, 22),  # above the ship
     Shows(19, 13),  # below it
     Shows(94, 88),  # above it, while an enemy explodes
-    Shows(79, 73),  # below it, likewise
+    Shows(79, 73),  # below it, while an enemy explodes
 )
 
 FIRST_PICTURE = 88  # low byte of the address of the first of twelve pictures
 KINDS = 12  # pictures
 ENEMY_ROWS = 11  # of a picture
-LEFT_LATE = 9  # 0 to 8 columns of a picture show a row late
+LEFT_LATE = 9  # 0 to 8 columns of a picture are a row late
 THROWER_SIZE = (7, 10)
 FIRST_X = 20  # an enemy's least x
 LAST_X = 148
 
 
 def _shifted(rows: np.ndarray, columns: int) -> np.ndarray:
-    """The rows of a picture whose left columns are a row lower."""
+    """The rows of a picture with its left columns a row lower."""
     left = 0xFF & ~(0xFF >> columns)
     return np.append(rows & ~left, 0) | np.append(0, rows & left)
 
@@ -106,11 +125,11 @@ class Phase:  # of Ram.phase
 
 class Wait:  # of Ram.wait
     TITLE = 112
-    ENDED = 128  # from here on
+    ENDED = 128  # at least
 
 
 class State:  # of Ram.state, 0 while an enemy flies
-    GONE = 128  # from here on, it explodes, or a new one appears
+    GONE = 128  # at least: it explodes, or a new one appears
 
 
 class Facing:  # of Ram.facing
@@ -118,12 +137,12 @@ class Facing:  # of Ram.facing
 
 
 class Ram(RamMap):
-    wait = byte(2)  # frames before the game goes on
+    wait = byte(2)  # frames until the game continues
     digits = byte(6, 5, 4, 3)  # of the score, 10: blank
     lives = byte(7)
     phase = byte(12)
     y = byte(14)  # y - 33
-    last_enemy = byte(15)  # enemies of this wave, less one
+    last_enemy = byte(15)  # enemies of this wave, minus one
     facing = byte(19)
     x = byte(21)  # x + 10
     picture = byte(23)  # low byte of the address
@@ -162,7 +181,8 @@ def _ship_box(m: Ram) -> Box:
 
 
 def _shot_box(m: Ram) -> Box:
-    x, beside = m.shot_x - 11, (m.shot_y > m.y) & (m.shot_y <= m.y + SHIP_ROWS)
+    x = m.shot_x - 11
+    beside = (m.shot_y > m.y) & (m.shot_y <= m.y + SHIP_ROWS)
     left = jnp.where(beside, jnp.maximum(x, SHOT_BESIDE), x)
     return edges(
         left, m.shot_y + ROW_0, x + 8, m.shot_y + ROW_0 + 1, m.shot_y > 0, color=m.shot_color
@@ -170,7 +190,7 @@ def _shot_box(m: Ram) -> Box:
 
 
 def _explodes(m: Ram) -> jax.Array:
-    """Whether the record that is drawn is that of an explosion."""
+    """True if the drawn record is an explosion."""
     drawn = jnp.arange(3) == m.drawn_enemy
     return jnp.any(drawn & (m.state >= State.GONE))
 
@@ -182,27 +202,23 @@ def _enemy_boxes(m: Ram) -> Box:
     x = m.enemy_x - 10
     picture = div(jnp.maximum(m.picture - FIRST_PICTURE, 0), ENEMY_ROWS)
     whole = EXTENTS.index(picture=picture, late=0)
-    _, first, _, rows = EXTENTS.extent(whole)
-    # The late columns may be others in its first row than in its last one.
-    upper = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + first))
-    lower = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + first + rows - 1))
+    _, whole_first, _, whole_rows = EXTENTS.extent(whole)
+    # The late columns may differ between its first row and its last one.
+    upper = EXTENTS.index(picture=picture, late=_late_columns(m, x, top + whole_first))
+    lower = EXTENTS.index(
+        picture=picture, late=_late_columns(m, x, top + whole_first + whole_rows - 1)
+    )
     left, first, width, _ = EXTENTS.extent(upper)
     _, lower_first, _, rows = EXTENTS.extent(lower)
     y = top + ROW_0
     flies = (slot <= m.last_enemy) & (m.state < State.GONE)
     there = flies & (m.enemy_x >= FIRST_X) & (m.enemy_x <= LAST_X)
-    return edges(
-        x + left,
-        y + first,
-        x + left + width,
-        y + lower_first + rows,
-        there,
-        color=m.enemy_color,
-    )
+    bottom = y + lower_first + rows
+    return edges(x + left, y + first, x + left + width, bottom, there, color=m.enemy_color)
 
 
 def _late_columns(m: Ram, x: jax.Array, row: jax.Array) -> jax.Array:
-    """How many columns of an enemy show a row too late."""
+    """Columns of an enemy that show a row late."""
     shows_from = match(
         (row <= m.y, ENEMY_ABOVE),
         ((row == m.y + 1) | (row == m.y + SHIP_ROWS + 1), ENEMY_AT_ENDS),
@@ -213,12 +229,15 @@ def _late_columns(m: Ram, x: jax.Array, row: jax.Array) -> jax.Array:
 
 
 def _bomb_box(m: Ram) -> Box:
-    """It shows in its row right of a column, in the next one left of another.
+    """The bomb, in its row right of a column, and in the next row left of another.
 
-    The ship's rows do not change whether a bomb shows: one just above them shows in all of them.
+    The ship's rows do not switch a bomb: a bomb just above them is visible in all of them.
     """
-    x, y = m.bomb_x - 11, m.bomb_y + ROW_0
-    burst, below, long = _explodes(m), m.bomb_y > m.y, m.bomb_y == m.y
+    x = m.bomb_x - 11
+    y = m.bomb_y + ROW_0
+    burst = _explodes(m)
+    below = m.bomb_y > m.y
+    long = m.bomb_y == m.y
     place = when(below, 1) + when(burst, 2)
     starts = pick(place, [shows.here for shows in BOMBS])
     ends = pick(place, [shows.lower for shows in BOMBS])
@@ -236,12 +255,12 @@ def _bomb_box(m: Ram) -> Box:
 def _score_box(m: Ram) -> Box:
     digits = jnp.where(m.digits > 9, 0, m.digits)
     score = 100 * jnp.sum(digits * np.array((1000, 100, 10, 1)), dtype=jnp.int32)
-    # The last two zeros always show; without further digits, they are as wide as an 80.
+    # The last two zeros are always visible; without further digits, they are as wide as an 80.
     return POINTS.box(jnp.maximum(score, 80), value=score)
 
 
 def _icons(m: Ram) -> Box:
-    """There is an icon even for none; before the first life, one too many is counted."""
+    """The icons; 0 lives also show one. Before the first life, one too many is counted."""
     first = jnp.all((m.digits == 0) | (m.digits > 9))
     return SHIPS.box(
         jnp.clip(m.lives, 1, 3), value=jnp.where(first, jnp.minimum(m.lives, 5), m.lives)
@@ -249,13 +268,13 @@ def _icons(m: Ram) -> Box:
 
 
 FIELD = (8, 49, 160, 188)
-BELOW_TOP = (8, 37, 160, 47)  # where the thrower is
+BELOW_TOP = (8, 37, 160, 47)  # area of the thrower
 ENEMY_SHAPES = (Shape(w=(5, 8), h=(5, 11)), Shape(w=3, h=(2, 3)))
 enemies = functools.partial(Blobs, region=FIELD, shapes=ENEMY_SHAPES)
 OTHERS = tuple(c for c in ANY if c != SHIP_COLOR)
 SHIP_RULE = Blobs(SHIP_COLOR, FIELD, Shape(w=8, h=4))
 SHOT = Blobs(tuple(SHOT_COLORS), FIELD, Shape(w=(5, 8), h=1))
-BRIGHT = ANY[16:]  # not the colours of the lines of an explosion
+BRIGHT = ANY[16:]  # without the colours of the lines of an explosion
 CUT_BOMB = Blobs(BRIGHT, FIELD, Shape(w=(1, 3), h=1))
 BOMB = Blobs(ANY, FIELD, Shape(w=4, h=(1, 6)), also=(CUT_BOMB,))
 THROWER = Bounds(BLACK, BELOW_TOP, THROWER_SIZE, max_size=THROWER_SIZE, inverse=True)
@@ -274,7 +293,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP_RULE, attributes=("orientation",), doc="the ship"),
+        Category("Player", SHIP_RULE, attributes=("orientation",), role="player", doc="the ship"),
         in_field("PlayerMissile", SHOT, doc="the ship's shot"),
         in_field(
             "FlyingEnemy",
@@ -285,7 +304,7 @@ GAME = Game(
         ),
         in_field("BombThrower", THROWER, doc="the creature at the top"),
         in_field("Bomb", BOMB, blinks=True, doc="the thrower's bomb"),
-        display("PlayerScore", SCORE_RULE, doc="points"),
-        display("Lives", ICON_RULE, doc="icons, at most three; value: lives"),
+        display("PlayerScore", SCORE_RULE, role="score", doc="points"),
+        display("Lives", ICON_RULE, role="lives", doc="icons, at most three; value: lives"),
     ),
 )

@@ -1,20 +1,22 @@
-"""Surround: the player and the computer draw walls behind them, into which the other one shall run.
+"""Surround: the player and the computer leave walls behind and try to make the other crash.
 
-Screen: the field has 40 columns and 20 rows, of which the outer ones are the border. The last rows
-of the border's top and bottom are apart.
+Screen: the field has 40 columns and 20 rows; the outer ones are the border. The last rows of the
+border's top and bottom are apart.
 
-Slots: of Trail, (row - 1) * 38 + column - 1; of Border, top, bottom, left, right.
+Slots: Trail has (row - 1) * 38 + column - 1. Border has top, bottom, left, right.
 
-RAM: ALE's source (scores), a public disassembly by T. Jentzsch and D. Debro (what bytes are), and
-the ROM's code. The trail is the playfield, which F0B2-F107 draws from the RAM as it is. The game
-moves before the drawing, so that the RAM has what is on the screen. Who has run into something
-takes the trail's colour in turns, 16 frames each (F65A-F6DE). After the last point all colours
-change every 256 frames.
+RAM: ALE's source (scores), a public disassembly by T. Jentzsch and D. Debro (meaning of bytes), and
+the ROM's code. The trail is the playfield; F0B2-F107 draws it directly from the RAM. The game moves
+before the drawing, so the RAM matches the screen. A crashed player takes its own and the trail's
+colour alternately, 16 frames each (F65A-F6DE). After the last point all colours change every 256
+frames.
 
 Covered: both modes, all difficulties, crashes of either and of both, the end of the game.
 
-VEM: it knows a player that has the trail's colour by the line between rows that it covers, unless
-both have crashed. It does not see the piece of trail behind a player.
+Not exact: nothing known.
+
+VEM: it finds a player in the trail's colour by the line between rows that the player covers, unless
+both have crashed. It misses the piece of trail behind a player.
 """
 
 import functools
@@ -22,17 +24,28 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Font
-from ocjax.console.ops import lookup
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Bounds, Cells
-from ocjax.vision.shades import Shades
-from ocjax.vision.steps import Context, Step
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Context,
+    Detected,
+    Font,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shades,
+    Step,
+    bcd,
+    bits,
+    box,
+    boxes,
+    byte,
+    display,
+    lookup,
+)
 
 ROM = Rom("surround", "4d7517ae69f95cfbc053be01312b7dba")
 DIGITS = ROM.rows([0x739 + 5 * digit for digit in range(10)], 5, top_first=True) >> 1 & 7
@@ -52,10 +65,10 @@ COLUMNS = range(1, 39)
 CELL_X = tuple(4 * column for _ in TRAIL_ROWS for column in COLUMNS)
 CELL_Y = tuple(27 + 9 * row for row in TRAIL_ROWS for _ in COLUMNS)
 HEAD = 9  # lines of a player
-GROUND = (80, 2)  # a pixel that has the field's colour
+GROUND = (80, 2)  # a pixel with the field's colour
 FIELD = (0, 26, 160, 206)
 WALLS = ((0, 23, 160, 35), (0, 198, 160, 210), (0, 36, 4, 197), (156, 36, 160, 197))
-# Where the bits of a row's columns are: the lowest bit on the left, or the highest one.
+# Order of the bits in a row's columns: the lowest bit on the left, or the highest one.
 RISING = np.arange(8)
 FALLING = RISING[::-1]
 
@@ -65,13 +78,13 @@ ENEMY = int(PALETTE[4])
 PLAYER = int(PALETTE[5])
 TRAIL = int(PALETTE[6])
 GAMES = (1, 3)  # `game` in the emulator's modes
-KEYS = range(0, 64, 2)  # what colours are XORed with after the game
+KEYS = range(0, 64, 2)  # XORed with colours after the game
 COLORS = [tuple(PALETTE[4 * game : 4 * game + 4].tolist()) for game in GAMES]
 LEVELS = tuple(tuple(c ^ key for c in colors) for colors in COLORS for key in KEYS)
 
 
 class Blinks:  # of `Ram.blinks`
-    NOT_YET = 14  # who was hit alone still has its colour
+    NOT_YET = 14  # a player that crashed alone still has its colour
 
 
 class Ram(RamMap):
@@ -84,7 +97,7 @@ class Ram(RamMap):
     player_row = byte(110)
     enemy_column = byte(111)
     player_column = byte(112)
-    open_field = bits(113, first=3)  # there is no border
+    open_field = bits(113, first=3)  # no border
     color_clock = byte(116)  # 256 frames each
     enemy_score = bcd(118)
     player_score = bcd(119)
@@ -121,7 +134,7 @@ def _color(m: Ram, index: int) -> jax.Array:
 
 
 def _trail_cells(m: Ram) -> jax.Array:
-    """Which cells of the field have a piece of the trail."""
+    """True for each cell of the field with a piece of the trail."""
     parts = (
         (m.outer, RISING[1:4]),
         (m.left, FALLING),
@@ -135,7 +148,7 @@ def _trail_cells(m: Ram) -> jax.Array:
 
 
 class Whole(Step):
-    """The first line of a player stands for all of it."""
+    """Extend the first line of a player to its full height."""
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """The objects after the step."""
@@ -145,7 +158,7 @@ class Whole(Step):
 
 BETWEEN = tuple(
     (0, 27 + 9 * row, 160, 35 + 9 * row) for row in range(20)
-)  # all but the lines between rows
+)  # everything except the lines between rows
 CRASHED = Bounds(TRAIL, FIELD, max_size=(4, 1), ignore=BETWEEN, then=(Whole(),))
 crashing = functools.partial(Category, otherwise=CRASHED)
 
@@ -156,11 +169,13 @@ GAME = Game(
     decode=decode,
     shades=Shades(GROUND, tuple(level[3] for level in LEVELS), LEVELS),
     categories=(
-        crashing("Player", Bounds(PLAYER, FIELD), doc="the player's head"),
+        crashing("Player", Bounds(PLAYER, FIELD), role="player", doc="the player's head"),
         crashing("Enemy", Bounds(ENEMY, FIELD), doc="the computer's head"),
         Category("Trail", Cells(TRAIL, CELL_X, CELL_Y, 4, 8), count=684, doc="pieces of trail"),
         Category("Border", Bounds(TRAIL, WALLS), count=4, doc="top, bottom, left, right"),
-        display("PlayerScore", PLAYER_SCORE.rule((PLAYER, TRAIL)), doc="rounds won"),
-        display("EnemyScore", ENEMY_SCORE.rule((ENEMY, TRAIL)), doc="rounds lost"),
+        display("PlayerScore", PLAYER_SCORE.rule((PLAYER, TRAIL)), role="score", doc="rounds won"),
+        display(
+            "EnemyScore", ENEMY_SCORE.rule((ENEMY, TRAIL)), role="opponent_score", doc="rounds lost"
+        ),
     ),
 )

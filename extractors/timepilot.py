@@ -1,28 +1,27 @@
 """Time Pilot: a jet in the middle of the sky, and enemies that fly around it, in five eras.
 
-Screen: The colour of the enemies tells the era, and so does their category: green biplanes (1910),
-black ones (1940), yellow helicopters (1970), blue jets (1983), orange saucers (2001). The mother
-ship, which comes when no enemies are left, is an enemy of its era. Clouds, the purple bars beside
-the lives, and the texts before a flight are scenery, but Score has the box of the text in its
-place. The icons of Enemies_Left stand for four enemies each, and so its value is a multiple of
-four: the most that can be left.
+Screen: the era sets the enemies' colour and category: green biplanes (1910), black ones (1940),
+yellow helicopters (1970), blue jets (1983), orange saucers (2001). The mother ship, which comes
+when no enemies are left, is an enemy of its era. Clouds, the purple bars beside the lives, and the
+texts before a flight are scenery, but Score takes the box of the text in its position. An icon of
+Enemies_Left counts for four enemies, so the value is a multiple of four: the most that can be left.
 
-Slots: Enemies have the game's four records, and then the parts of the same four that a plane at the
-upper edge has at the lower edge. A plane that explodes stays an object until it is gone.
+Slots: Enemies have the game's four records, and then the lower parts of the same four: a plane at
+the upper edge also shows at the lower edge. An exploding plane stays an object until it is gone.
 
-RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The sync at F051 is followed by
-the steps at F346 and the drawing at F8E6, after which only F0AB changes the states and the pictures
-of a hit. Every lane of 16 rows has a place for a plane. Shots are drawn on even rows: the enemies'
-two by turns, the jet's shot by turns at its place and at the place before.
+RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. After the sync at F051 the game
+makes its steps at F346 and draws at F8E6. Later only F0AB changes the states and the pictures of a
+hit. Every lane of 16 rows has room for one plane. Shots are drawn on even rows. The enemies' two
+shots alternate; the jet's shot alternates between its position and the one before.
 
 Covered: all eras and mother ships (written to RAM), all difficulties, the flight through time, lost
 lives, the end of the game.
 
-Not exact: clouds in the lower half hide shots and parts of planes, black lines what is at the left
-edge; a plane hides its new shot; none is drawn where `y` is a multiple of 16.
+Not exact: clouds in the lower half hide shots and parts of planes. Black lines hide objects at the
+left edge. A plane hides its new shot. The game draws no shot if its `y` is a multiple of 16.
 
-VEM: sees no shot at the jet's nose or within 2 columns of a plane, whose tips look like shots. It
-reads no score where a text is in its place, and takes the era from a pixel of sky that clouds may
+VEM: it misses shots at the jet's nose and within 2 columns of a plane, whose tips look like shots.
+It reads no score where a text replaces it, and takes the era from a pixel of sky that clouds may
 hide.
 """
 
@@ -33,16 +32,33 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable, box, choose
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.registers import mirrored, wrap
-from ocjax.console.rom import Pictures, Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    RamMap,
+    Rom,
+    Shades,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    match,
+    mirrored,
+    pick,
+    when,
+    wrap,
+)
 
 ROM = Rom("time_pilot", "fc2104dd2dadf9a6176c1c1c8f87ced9")
 FONT = ROM.font(0xD00, rows=10)
@@ -61,7 +77,7 @@ TEXT_COLOR = 40
 GOLD = 42
 RED = 66
 VIOLET = 138
-UNUSED = (ENEMY[0], 3, 5, 7, 9)  # stand for the enemies of other eras; no frame has the odd ones
+UNUSED = (ENEMY[0], 3, 5, 7, 9)  # colours of other eras' enemies; no frame has the odd ones
 
 ENEMY_PAGES = [int(page) for page in ROM.bytes(0xE3E, 5)]  # of the enemies' pictures by era
 FIRST_PAGE = 0xD8
@@ -69,11 +85,11 @@ N_PAGES = 7
 ANIMATED = (2, 4)  # eras with two pages
 BOSS_PICTURE = 0xC6
 EXPLOSION = 0xA6
-LOOKS = (*(int(p) for p in ROM.bytes(0xDD8, 8)), BOSS_PICTURE, EXPLOSION)  # eight ways first
-BOSS = 8  # place in `LOOKS`
-EXPLOSION_LOOK = 9  # place in `LOOKS`
-WESTWARD = 4  # least way to the west; their pictures are mirrored
-JET_LOOKS = tuple(int(p) for p in ROM.bytes(0xECD, 8))  # by way
+LOOKS = (*(int(p) for p in ROM.bytes(0xDD8, 8)), BOSS_PICTURE, EXPLOSION)  # eight directions first
+BOSS = 8  # index in `LOOKS`
+EXPLOSION_LOOK = 9  # index in `LOOKS`
+WESTWARD = 4  # least direction to the west; these pictures are mirrored
+JET_LOOKS = tuple(int(p) for p in ROM.bytes(0xECD, 8))  # by direction
 
 
 class Look:  # of `Ram.look`
@@ -100,13 +116,13 @@ BLANKED = 128  # least `idle` of a blank screen
 SKY = (0, 33, 160, 177)
 LANE = 16
 LATE_X = 20  # least `x` at which the picture is set before the first row is over
-UPPER_EDGE = 143  # `y` of a plane whose last row is the first one of the sky
-WRAPS = range(131, 144)  # `y` of a plane that has a part at the lower edge
+UPPER_EDGE = 143  # `y` of a plane with its last row in the first row of the sky
+WRAPS = range(131, 144)  # `y` of a plane with a part at the lower edge
 AT_JET = range(48, 80)  # `y` of a plane that may have hit the jet
 NOSE = (76, 97, 84, 113)  # around the jet
-STEP_X = [0, 4, 4, 4, 0, -4, -4, -4]  # of shots, by way
+STEP_X = [0, 4, 4, 4, 0, -4, -4, -4]  # of shots, by direction
 STEP_Y = [4, 4, 0, -4, -4, -4, 0, 4]  # upwards
-# Of the clock, modulo 8.
+# Values of the clock modulo 8.
 SPAWN = 5  # enemies shoot
 MOVES = (2, 7)  # shots move
 HIGHEST_SHOT = 142  # greatest `enemy_shot_y` of a new shot
@@ -121,10 +137,10 @@ ENEMY_ROWS = [
 
 
 def _cut_pictures() -> Pictures:
-    """The pictures as they are cut by edges.
+    """The pictures as edges cut them.
 
-    Without 2 and 1 columns on the left, whole, and without 1 and 2 on the right; of each of these,
-    first the lowest 1 to 16 rows, and then what is left above them.
+    The five cuts of columns are: without 2 and 1 on the left, complete, without 1 and 2 on the
+    right. Each cut has first the lowest 1 to 16 rows, and then the remaining rows above them.
     """
     row = np.arange(LANE)[::-1]
     seen = [rows & mask for rows in ENEMY_ROWS for mask in (0x3F, 0x7F, 0xFF, 0xFE, 0xFC)]
@@ -134,7 +150,7 @@ def _cut_pictures() -> Pictures:
 
 
 def _behind_clouds(rows: np.ndarray) -> list[np.ndarray]:
-    """A picture of the jet whole, and then as it is behind each cloud at each place in its lane."""
+    """The jet's picture, complete and then behind each cloud at each position in its lane."""
     out = [rows]
     for place, below in itertools.product(range(CLOUD_PLACES), CLOUD_ROWS):
         starts = [int(ROM.bytes(at + place, 1)[0]) for at in (0xF15, 0xF3F)]
@@ -143,14 +159,15 @@ def _behind_clouds(rows: np.ndarray) -> list[np.ndarray]:
             ROM.bytes(BANK | page << 8 | start + below, LANE)[::-1][::2].repeat(2).astype(int)
             for page, start in zip(pages, starts, strict=True)
         ]
-        right, left = cloud[0] & 0x10, cloud[1] & 0x80
+        right = cloud[0] & 0x10
+        left = cloud[1] & 0x80
         out.append(rows & np.where(left > 0, 0x0F, 0xFF) & np.where(right > 0, 0xF0, 0xFF))
     return out
 
 
 CUTS = _cut_pictures()
-N_CUTS = 5  # of columns
-WHOLE = 2  # of them
+N_CUTS = 5  # cuts of columns
+WHOLE = 2  # index of the complete picture
 JET_ROWS = [ROM.rows(BANK | 0x500 | look, LANE) for look in (*JET_LOOKS, *[Look.EXPLODES] * 2)]
 MIRRORED_LOOKS = np.array([0, 0, 0, 0, 1, 1, 1, 1, 0, 1])
 JETS = Pictures.of(
@@ -175,8 +192,8 @@ class Ram(RamMap):
     bars = byte(33)  # beside the lives; 0 before the first frame of a flight
     way = bits(35, count=3)  # of the jet, eighths of a turn clockwise from north
     look = byte(36)
-    x = byte(37, 38, 39, 40)  # x + 4; 0: none
-    y = byte(41, 42, 43, 44)  # 176 - y of the picture's bottom; 0: none
+    x = byte(37, 38, 39, 40)  # x + 4; 0: no plane
+    y = byte(41, 42, 43, 44)  # 176 - y of the picture's bottom; 0: no plane
     flags = byte(45, 46, 47, 48)
     enemy_way = bits(45, 46, 47, 48, count=3)
     explosion = bits(45, 46, 47, 48, first=4, count=2)
@@ -191,7 +208,8 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.idle < BLANKED) & ~_warps(m)
-    jet_color, enemy_color = pick(m.era, JET), pick(m.era, ENEMY)
+    jet_color = pick(m.era, JET)
+    enemy_color = pick(m.era, ENEMY)
     enemies = replace(_enemy_boxes(m).where(there), color=enemy_color)
     shot_boxes = replace(_enemy_shots(m).where(there), color=enemy_color)
     return {
@@ -206,41 +224,41 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _flight(m: Ram) -> jax.Array:
-    """Whether the screen shows a flight, and not a text."""
+    """True if the screen shows a flight instead of a text."""
     return ((m.state == State.FLIES) & (m.bars > 0)) | _just_gone(m)
 
 
 def _warps(m: Ram) -> jax.Array:
-    """Whether the jet flies to the next era."""
+    """True if the jet flies to the next era."""
     return ((m.state == State.READY) | (m.bars == 0)) & ((m.player & Player.DONE) != 0)
 
 
 def _just_gone(m: Ram) -> jax.Array:
-    """Whether the jet's explosion has just ended, and is still on the screen."""
+    """True if the jet's explosion has just ended and is still on the screen."""
     ready = (m.state == State.READY) & (m.timer == 1)
     return ready & ((m.player & (Player.DONE | Player.SHOWN)) == Player.SHOWN)
 
 
 def _just_hit(m: Ram) -> jax.Array:
-    """Whether the jet was hit on this frame, which still shows it whole."""
+    """True if the jet was hit on this frame, which still shows it intact."""
     return (m.look == Look.EXPLODES) & (m.timer == 0) & (m.bars > 0)
 
 
 def _jet_box(m: Ram) -> Box:
-    """The jet, of which clouds may hide a part."""
+    """The jet; clouds may hide a part of it."""
     explodes = ((m.look == Look.EXPLODES) & ~_just_hit(m)) | _just_gone(m)
     look = jnp.where(explodes, 8 + (m.way >> 2), m.way)
     fresh = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
     there = ((m.look != Look.GONE) | _just_gone(m)) & ~fresh & (m.idle < BLANKED)
-    cloud = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
-    cloud = when(~_warps(m), jnp.clip(cloud + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
+    place = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
+    cloud = when(~_warps(m), jnp.clip(place + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
     intact = (CLOUD_PLACES * len(CLOUD_ROWS) + 1) * look
     seen = JETS.box(intact + cloud, 76, 97, valid=there, orientation=2 * m.way)
     return choose(seen.w > 0, seen, JETS.box(intact, 76, 97, valid=there, orientation=2 * m.way))
 
 
 def _shot(m: Ram) -> Box:
-    """The jet's shot where it was drawn last."""
+    """The last drawn position of the jet's shot."""
     before = ((m.clock & 1) == 0) & (m.shot_y[1] > 0)
     x = jnp.where(before, m.shot_x[1], m.shot_x[0])
     y = jnp.where(before, m.shot_y[1], m.shot_y[0])
@@ -248,24 +266,28 @@ def _shot(m: Ram) -> Box:
 
 
 def _enemy_boxes(m: Ram) -> Box:
-    """The planes, and what they have at the lower edge."""
-    picture, past_edge = _enemy_pictures(m), UPPER_EDGE - m.y
+    """The planes, and their parts at the lower edge."""
+    picture = _enemy_pictures(m)
+    past_edge = UPPER_EDGE - m.y
     room = past_edge - when(m.x < LATE_X, 1)  # rows below the upper edge, less 1
     most = jnp.minimum(room, jnp.where((m.y & 15) < 3, 15 - (m.y & 15), LANE - 1))
     low = picture + jnp.clip(most, 0, LANE - 1)
     high = picture + LANE + jnp.clip(past_edge, 0, LANE - 1)
-    there = (m.x > 0) & (m.y > 0)
-    there = jnp.concatenate([there, there & among(m.y, WRAPS)])
-    index, y = jnp.concatenate([low, high]), jnp.concatenate([161 - m.y, 305 - m.y])
-    x, way = jnp.tile(m.x, 2), jnp.tile(m.enemy_way, 2)
+    on_screen = (m.x > 0) & (m.y > 0)
+    there = jnp.concatenate([on_screen, on_screen & among(m.y, WRAPS)])
+    index = jnp.concatenate([low, high])
+    y = jnp.concatenate([161 - m.y, 305 - m.y])
+    x = jnp.tile(m.x, 2)
+    way = jnp.tile(m.enemy_way, 2)
     boxes = CUTS.box(index, x - 4, y, mirrored=way >= WESTWARD, valid=there, orientation=2 * way)
     return boxes.clip(*SKY)
 
 
 def _enemy_pictures(m: Ram) -> jax.Array:
-    """The first pictures in `CUTS` of what the planes look like and the columns that they have."""
+    """Index in `CUTS` of the first picture with each plane's look and visible columns."""
     spared = _just_hit(m) & (m.explosion == 0) & among(m.y, AT_JET)
-    hit, mother = (m.flags & Flag.HIT) != 0, (m.flags & Flag.MOTHER) != 0
+    hit = (m.flags & Flag.HIT) != 0
+    mother = (m.flags & Flag.MOTHER) != 0
     look = match((hit & ~spared, EXPLOSION_LOOK), (mother, BOSS), otherwise=m.enemy_way)
     second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) != 0)
     page = pick(m.era, ENEMY_PAGES) - FIRST_PAGE + when(second, 1)
@@ -275,13 +297,14 @@ def _enemy_pictures(m: Ram) -> jax.Array:
 
 
 def _enemy_shots(m: Ram) -> Box:
-    """The enemies' shots where they were drawn last, without one that is not drawn yet."""
+    """The last drawn positions of the enemies' shots, except new shots that are not drawn yet."""
     phase = m.clock - 1 & 7
-    waits = ((phase & 1) != np.arange(2)) & (m.state == State.FLIES)  # for its turn
+    waits = ((phase & 1) != np.arange(2)) & (m.state == State.FLIES)  # until it is drawn
     late = among(phase, MOVES) & waits
     x = m.enemy_shot_x - when(late, pick(m.enemy_shot_way, STEP_X))
     y = m.enemy_shot_y - when(late, pick(m.enemy_shot_way, STEP_Y))
-    source_x, source_y = m.x + 4, jnp.minimum(m.y + 4, HIGHEST_SHOT)
+    source_x = m.x + 4
+    source_y = jnp.minimum(m.y + 4, HIGHEST_SHOT)
     at = (x[:, None] == source_x[None]) & (y[:, None] == source_y[None])
     fresh = (phase == SPAWN) & waits & at.any(axis=1)
     there = (m.enemy_shot_y > 0) & ~fresh
@@ -295,7 +318,7 @@ def _icon_boxes(m: Ram) -> Box:
 
 
 def _boxes_of_icons() -> BoxTable:
-    """The boxes of up to six icons, for each number of them and era."""
+    """The boxes of up to six icons, by their number and the era."""
     columns = ROM.bytes(BANK | 0x32B, 42).reshape(6, 7).T
     out = []
     for shown in columns:
@@ -313,15 +336,17 @@ PER_ICON = 4  # enemies
 
 
 def _enemies_left(m: Ram) -> Box:
-    """The icons at the bottom, one for each four enemies."""
+    """The icons at the bottom, one for every four enemies."""
     icons = m.left + PER_ICON - 1 >> 2
-    there, color = (m.left > 0) & (m.idle < BLANKED), jnp.where(_flight(m), 0, RED)
-    index, value = len(ENEMY_PAGES) * icons + m.era, PER_ICON * icons
+    there = (m.left > 0) & (m.idle < BLANKED)
+    color = jnp.where(_flight(m), 0, RED)
+    index = len(ENEMY_PAGES) * icons + m.era
+    value = PER_ICON * icons
     return LEFT_BOXES.at(index, y=180, valid=there, value=value, color=color)
 
 
 def _score_box(m: Ram) -> Box:
-    """The score, or the text in its place."""
+    """The score, or the text that replaces it."""
     value = 100 * m.score
     text = box(56, 7, 48, 9, m.state >= State.READY, value=value)
     shown = choose(_flight(m), SCORE.box(value), text)
@@ -353,15 +378,20 @@ GAME = Game(
     decode=decode,
     shades=BY_ERA,
     categories=(
-        Category("Player", WHOLE_JET, attributes=("orientation",), doc="the jet"),
+        Category("Player", WHOLE_JET, attributes=("orientation",), role="player", doc="the jet"),
         Category("Player_Shot", JET_SHOT, blinks=True, doc="its shot"),
         *(
             plane_category(f"Enemy_{n}", r, doc="enemies")
             for n, r in zip(ERAS, PLANES, strict=True)
         ),
         *(shot_category(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
-        display("Life", Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)), doc="lives"),
+        display(
+            "Life",
+            Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)),
+            role="lives",
+            doc="lives",
+        ),
         display("Enemies_Left", LAST_ICONS, doc="before the mother ship comes, at most"),
-        display("Score", SCORE.rule((GOLD, TEXT_COLOR)), doc="points"),
+        display("Score", SCORE.rule((GOLD, TEXT_COLOR)), role="score", doc="points"),
     ),
 )

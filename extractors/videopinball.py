@@ -1,28 +1,28 @@
-"""Video Pinball: a ball, two flippers, a plunger, and what the ball can hit.
+"""Video Pinball: a ball, two flippers, a plunger, and targets of the ball.
 
-Screen: The walls are scenery. After too strong a shake, the score's background is red until the
+Screen: the walls are scenery. After too strong a shake, the score's background is red until the
 ball is lost. Other names that OCAtari 2.2 has for this game (Fish, Shark, the strings, ScoreP1,
-ScoreP2) are of another game.
+ScoreP2) belong to another game.
 
-Slots: Bumper is the boxes with a number, which is a hundredth of the value; at the top, and two
-below it. DropTarget is the three diamonds at the top, Target the diamond that is lit now and then,
-Rollover the number and the logo between bars. Logo is the logos that the ball has rolled over, of
-which the middle one is a cross if they have given another ball. DifficultyLevel is the first digit,
-which is the player's number; LifeUsed is the second one, the ball's number.
+Slots: Bumper has the boxes with a number, which is a hundredth of the value: one at the top, and
+two below it. DropTarget has the three diamonds at the top, Target the diamond that is lit at times,
+Rollover the number and the logo between bars. Logo has the logos that the ball has rolled over; the
+middle one is a cross if they have given another ball. DifficultyLevel is the first digit, the
+player's number. LifeUsed is the second digit, the ball's number.
 
-RAM: ALE's source (score), OCAtari 2.2 (ball, flippers, what the numbers are), and the ROM's code:
-the steps at F522 and F80E are made before the drawing at F1CE, those at F664 after it. Of the
-latter, `decode` takes back what moves the ball along walls and changes the bumpers and targets. The
-pictures that the drawing has pushed on the stack (F24E) or last pointed to are those on the screen.
+RAM: ALE's source (score), OCAtari 2.2 (ball, flippers, meaning of the numbers), and the ROM's code:
+the steps at F522 and F80E are made before the drawing at F1CE, the steps at F664 after it. `decode`
+undoes the later steps that move the ball along walls and change the bumpers and targets. The
+pictures that the drawing has pushed on the stack (F24E), or last pointed to, are on the screen.
 
 Covered: all modes and difficulties, all targets and values, extra balls, the end of the game.
 
-Not exact: the last frame of a ball. Gone from the RAM are its column, whether the second and the
-third drop target stood, and whether the target was lit. The score on the screen is that of the
-frame before.
+Not exact: the last frame of a ball. The RAM has lost the ball's column, and whether the second and
+the third drop target were up and the target was lit. The score on the screen belongs to the frame
+before.
 
-VEM: does not see the part of the ball that is on a wall, and knows the colours of flashes by the
-right wall's.
+VEM: it misses the part of the ball that is on a wall, and gets the colours of flashes from the
+right wall's colour.
 """
 
 from dataclasses import replace
@@ -30,15 +30,28 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits, hex_font
-from ocjax.console.ops import among, pick, reached, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Bounds
-from ocjax.vision.shades import Saver, Shades
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Saver,
+    Shades,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    display,
+    hex_font,
+    pick,
+    reached,
+    when,
+)
 
 ROM = Rom("video_pinball", "107cc025334211e6d29da0b6be46aec7")
 GLYPHS = (
@@ -55,8 +68,8 @@ WHITE = 14
 GOLD = 42
 BLUE = 118
 YELLOW = 248
-SAVER_MASK = 0xF7  # the saver drops a bit, which yellow has in play and blue has not
-FLASHES = range(0, 0x4A, 2)  # what all colours are XORed with
+SAVER_MASK = 0xF7  # the saver drops a bit that yellow has in play and blue does not have
+FLASHES = range(0, 0x4A, 2)  # XORed with all colours
 COLORS = {
     "Ball": BLUE,
     "Flipper": WHITE,
@@ -104,27 +117,27 @@ class Touch:  # of `Ram.flags`, when the ball touches a wall in one way only
 
 
 class Way:  # bits of `Ram.way`
-    BY_1 = 0x40  # the ball was moved by +1, else by -1
-    IN_ROW = 0x80  # in its row, else in its column
+    BY_1 = 0x40  # the ball was moved by +1, otherwise by -1
+    IN_ROW = 0x80  # in its row, otherwise in its column
 
 
 BUMPER_X = np.array((72, 40, 104))
 BUMPER_Y = np.array((48, 112, 112))
 NEXT_NUMBER = 8  # pictures from a number to the next
 BOTH_SIDES = 0xC0  # bits of `sides`
-TARGET_RIGHT = 88  # column right of which the ball has hit the third target, not the second
+TARGET_RIGHT = 88  # right of this column the ball has hit the third target, not the second
 PLUNGED_X = 149  # of the ball in front of the plunger
 PLUNGED_Y = 132
-UNCHECKED = 4  # rows, modulo 16, at which the drawing does not look at the plunger
-# Where the ball changes late.
+UNCHECKED = 4  # the drawing ignores the plunger in these rows, modulo 16
+# Rows and column of a late change of the ball.
 PICTURE_ROWS = range(24, 168)
 LATE_COLUMN = 13
-GONE = 96  # least `ball_row` of a ball that was lost
-DEEP = 97  # least `ball_row` of one below the screen
-LOST_X = 79  # where a ball that was lost is seen
+GONE = 96  # least `ball_row` of a lost ball
+DEEP = 97  # least `ball_row` of a ball below the screen
+LOST_X = 79  # position of a lost ball on the screen
 LOST_Y = 189
 WALL_ROWS = 22  # of the playfield
-LAST_ROWS = {20: (0xB0, 0xF0, 0x00), 21: (0xB0, 0xFF, 0x0F)}  # that the ROM does not list
+LAST_ROWS = {20: (0xB0, 0xF0, 0x00), 21: (0xB0, 0xFF, 0x0F)}  # not listed in the ROM
 
 
 def _flipper_extents(left: int, right: int) -> list[list[int]]:
@@ -142,16 +155,15 @@ FLIPPERS = (_flipper_extents(0xD00, 0xD40), _flipper_extents(0xD80, 0xDC0))
 
 
 def _walls() -> tuple[tuple[int, int, int, int], ...]:
-    """The areas of the playfield's dots, which the screen's right half shows mirrored."""
+    """The areas of the playfield's dots, which the screen's right half mirrors."""
     out = []
     for row in range(WALL_ROWS):
         listed = (int(part) for part in ROM.bytes(0xCB3 + 3 * row, 3))
         pf0, pf1, pf2 = LAST_ROWS.get(row) or listed
-        dots = [pf0 >> i & 1 for i in range(4, 8)] + [pf1 >> i & 1 for i in range(7, -1, -1)]
-        dots += [pf2 >> i & 1 for i in range(8)]
-        dots += dots[::-1]
-        edges = np.flatnonzero(np.diff([0, *dots, 0])).reshape(-1, 2) * 4
-        out += [(int(a), 16 + 8 * row, int(b), 24 + 8 * row) for a, b in edges]
+        first = [pf0 >> i & 1 for i in range(4, 8)] + [pf1 >> i & 1 for i in range(7, -1, -1)]
+        half = [*first, *(pf2 >> i & 1 for i in range(8))]
+        edges = np.flatnonzero(np.diff([0, *half, *half[::-1], 0])).reshape(-1, 2) * 4
+        out.extend((int(a), 16 + 8 * row, int(b), 24 + 8 * row) for a, b in edges)
     return tuple(out)
 
 
@@ -159,25 +171,25 @@ class Ram(RamMap):
     flags = byte(3)  # bits: the ball touches a wall in a row, in a column
     collides = byte(20)  # 0: the ball touched no wall
     sides = byte(22)
-    way = byte(23)  # bits: 7 the ball was moved in its row, else in its column; 6 by +1, else by -1
+    way = byte(23)  # the ball's last move, bits of `Way`
     ball = byte(25)  # number
     black = byte(32)  # as a flash or the saver shows it
     player = bits(46)
     score = bcd((52, 50, 48))
     launched = byte(59)
-    saver_key = byte(65)  # what colours are XORed with; 0 in play
+    saver_key = byte(65)  # XORed with colours; 0 in play
     ball_x = byte(67)
     ball_y = byte(68)  # y + 3
-    ball_row = byte(69)  # half of `ball_y` as it was drawn
+    ball_row = byte(69)  # half of the drawn `ball_y`
     plunger = byte(70)  # half of y + 1
-    targets = byte(72, 73, 74)  # pictures, as all that follow
+    targets = byte(72, 73, 74)  # pictures, like all fields below
     bumper = byte(76, 81, 83)
     target = byte(82)
     sound = byte(88)  # low byte of the address of the next tone
     logo = byte(92, 94, 96)  # as drawn
     left_flipper = bits(98, first=4, count=2)
     right_flipper = bits(102, first=4, count=2)
-    first_target = byte(113)  # as drawn, as the two below: what is left of the stack
+    first_target = byte(113)  # as drawn, like the two below: the remains of the stack
     rollover = byte(116)
     spinner = byte(119)
 
@@ -220,20 +232,21 @@ def _logo_boxes(m: Ram) -> Box:
 
 
 def _picture(index: jax.Array | int, x: jax.Array | np.ndarray | int, y: int) -> Box:
-    """Boxes of pictures whose rows are two pixels high."""
-    x = jnp.asarray(x)
-    left, top, width, height = PICTURES.extent(jnp.broadcast_to(jnp.asarray(index), x.shape))
+    """Boxes of pictures with rows of two pixels."""
+    indices = jnp.broadcast_to(jnp.asarray(index), jnp.shape(x))
+    left, top, width, height = PICTURES.extent(indices)
     return box(x + left, y + 2 * top, width, 2 * height)
 
 
 def _ball_box(m: Ram) -> Box:
-    """The ball before a wall has moved it, or where it was lost."""
-    x, y = _ball_drawn(m)
-    left = (y & 1 == 0) & (x <= LATE_COLUMN)
-    top = y + when(left & (x < LATE_COLUMN) & _late(y), 1)
-    end = y + 4 + when(left & _late(y + 4), 1)
+    """The ball before a wall has moved it, or at its last position."""
+    ball_x, ball_y = _ball_drawn(m)
+    left = (ball_y & 1 == 0) & (ball_x <= LATE_COLUMN)
+    top = ball_y + when(left & (ball_x < LATE_COLUMN) & _late(ball_y), 1)
+    end = ball_y + 4 + when(left & _late(ball_y + 4), 1)
     lost = (m.ball_x == PLUNGED_X) & (m.ball_y == PLUNGED_Y) & (m.ball_row >= GONE)
-    x, y = jnp.where(lost, LOST_X, x), jnp.where(lost, LOST_Y, top)
+    x = jnp.where(lost, LOST_X, ball_x)
+    y = jnp.where(lost, LOST_Y, top)
     return box(x, y, 2, end - top, ~lost | (m.ball_row < DEEP)).clip(0, 16, 160, 192)
 
 
@@ -248,10 +261,10 @@ def _ball_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _late(y: jax.Array) -> jax.Array:
-    """Whether, at an even row, the ball changes only on the next row left of `LATE_COLUMN`.
+    """True if a ball that changes at an even row changes a row later left of `LATE_COLUMN`.
 
-    The store at F352, which shows a ball of the line before, comes in the middle of the picture's
-    rows, but early at F3AD, on every fourth of the even ones.
+    The store at F352 shows a ball of the line before. It comes in the middle of the picture's rows,
+    but early at F3AD, on every fourth even row.
     """
     row = y - PICTURE_ROWS.start & 31
     return (y >= PICTURE_ROWS.start) & (y < PICTURE_ROWS.stop) & (row < 16) & (row & 7 < 6)
@@ -263,14 +276,14 @@ def _flipper_boxes(m: Ram) -> Box:
         [pick(state, table) for table in tables]
         for state, tables in zip(states, FLIPPERS, strict=True)
     )
-    x, y, w, h = (jnp.stack(pair) for pair in zip(*extents, strict=True))
-    return box(x + np.array((64, 80)), 176 + y, w, h)
+    both = box(*(jnp.stack(pair) for pair in zip(*extents, strict=True)))
+    return replace(both, x=both.x + np.array((64, 80)), y=176 + both.y)
 
 
 def _up(m: Ram) -> jax.Array:
-    """The drop targets, of which the RAM keeps only the first one as it was drawn.
+    """The drop targets; the RAM keeps only the first one as drawn.
 
-    The other two stand again already if the last one has just been hit, or the ball was lost.
+    The other two are already up again if the last one has just been hit, or the ball was lost.
     """
     hit_slot = jnp.where(m.ball_x < TARGET_RIGHT, 1, 2)
     hit_now = (m.sound == Sound.HIT_TARGET) & (np.arange(3) == hit_slot)
@@ -330,6 +343,7 @@ GAME = Game(
             "Flipper",
             Bounds(WHITE, ((64, 176, 80, 192), (80, 176, 96, 192))),
             count=2,
+            role="player",
             doc="left, right",
         ),
         Category("Plunger", Bounds((YELLOW, WHITE), (148, 120, 152, 192)), doc="at the right"),
@@ -352,6 +366,6 @@ GAME = Game(
         Category("Logo", Bounds(GOLD, LOGOS), count=3, doc="rolled over"),
         display("DifficultyLevel", PLAYER_NUMBER.rule(YELLOW), doc="the player's number"),
         display("LifeUsed", BALL_NUMBER.rule(YELLOW), doc="the ball's number"),
-        display("Score", SCORE.rule(YELLOW), doc="points"),
+        display("Score", SCORE.rule(YELLOW), role="score", doc="points"),
     ),
 )

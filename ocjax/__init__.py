@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocjax.extraction.objects import Objects, velocity
     from ocjax.extraction.registry import load
     from ocjax.transforms.perturbation import perturb
-    from ocjax.transforms.relations import relations
+    from ocjax.transforms.relations import Relations, relations
     from ocjax.transforms.tracking import merge_frames, track
 
 __version__ = "0.2.0"
@@ -30,6 +30,7 @@ __version__ = "0.2.0"
 __all__ = [
     "Game",
     "Objects",
+    "Relations",
     "edit",
     "games",
     "load",
@@ -47,7 +48,6 @@ __all__ = [
 # Imported on first use: importing JAX takes half a second.
 _MODULES = (
     "agents",
-    "annotations",
     "atariari",
     "authoring",
     "datasets",
@@ -64,6 +64,7 @@ _MODULES = (
 _MODULE_OF = {
     "Game": "extraction.game",
     "Objects": "extraction.objects",
+    "Relations": "transforms.relations",
     "edit": "extraction.edits",
     "games": "extraction.names",
     "load": "extraction.registry",
@@ -79,10 +80,9 @@ _MODULE_OF = {
 }
 # Names of earlier versions, and the public modules that have them now.
 _MOVED = {
-    "Box": "annotations",
-    "Category": "annotations",
+    "Box": "authoring",
+    "Category": "authoring",
     "GameError": "errors",
-    "Relations": "annotations",
     "UnknownGameError": "errors",
 }
 

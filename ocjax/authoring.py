@@ -7,7 +7,8 @@
 - The console: positions and copies of sprites (`registers`), colours (`palette`), `WIDTH`.
 - Numbers, icons and pictures: `Digits`, `Font`, `NumberDisplay`, `IconRow`, `Pictures`, ...
 - Rules that find objects in frames: `Bounds`, `Blobs`, `Cells`, `Runs`, with their options.
-- Filters before a search and steps after it, and the bitmaps with which games define their own.
+- Filters before a search and steps after it, and operations on bitmaps (`bitmaps`) for filters and
+  steps of a game's own.
 """
 
 from ocjax._xla.kernels import materialize
@@ -29,7 +30,6 @@ from ocjax.console.registers import (
     mirrored,
     modulo_screen,
     packed_position,
-    player_width,
     position,
     signed_nibble,
     spacing,
@@ -37,7 +37,7 @@ from ocjax.console.registers import (
 )
 from ocjax.console.rom import Pictures, Rom
 from ocjax.extraction.game import Category, Game, display
-from ocjax.vision import bitmap
+from ocjax.vision import bitmap as bitmaps
 from ocjax.vision.bitmap import (
     Bitmap,
     U,
@@ -52,16 +52,18 @@ from ocjax.vision.bitmap import (
     shift_left,
     shift_right,
     shift_up,
+    spread,
 )
 from ocjax.vision.colors import Colors
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import CutOff, Lines, LoneRuns, NoLines, NoPairs, Searched, ShortRuns
+from ocjax.vision.filters import Lines, LoneRuns, NoLines, Searched, ShortRuns
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
 from ocjax.vision.shades import Saver, Shades
 from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, EndsAbove, Packed, Raised, SideBySide, Step, Tight
+from ocjax.vision.steps import Context, Packed, Raised, SideBySide, Step, Tight
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 __all__ = [
     "COARSE",
@@ -74,6 +76,7 @@ __all__ = [
     "NUSIZ_SPACING",
     "NUSIZ_WIDTH",
     "SOUTH",
+    "UNKNOWN_VALUE",
     "WEST",
     "WIDTH",
     "Area",
@@ -87,10 +90,8 @@ __all__ = [
     "Cells",
     "Colors",
     "Context",
-    "CutOff",
     "Detected",
     "Digits",
-    "EndsAbove",
     "Font",
     "Game",
     "Gauge",
@@ -98,7 +99,6 @@ __all__ = [
     "Lines",
     "LoneRuns",
     "NoLines",
-    "NoPairs",
     "Number",
     "NumberDisplay",
     "Packed",
@@ -123,7 +123,7 @@ __all__ = [
     "any_within",
     "areas",
     "bcd",
-    "bitmap",
+    "bitmaps",
     "bits",
     "box",
     "boxes",
@@ -152,7 +152,6 @@ __all__ = [
     "palette",
     "pick",
     "picture",
-    "player_width",
     "position",
     "reached",
     "registers",
@@ -164,6 +163,7 @@ __all__ = [
     "signed",
     "signed_nibble",
     "spacing",
+    "spread",
     "when",
     "wrap",
 ]

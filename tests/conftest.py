@@ -12,11 +12,11 @@ from tests.support.states import excerpt
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 jax.config.update("jax_numpy_rank_promotion", "raise")
-# Also in the processes that tests start.
+# The setting also applies to processes that tests start.
 os.environ["JAX_COMPILATION_CACHE_DIR"] = str(process.use_compilation_cache())
 os.environ.setdefault("JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", str(process.MIN_CACHED_SECONDS))
 
-# Shrinking a failing batch of frames takes minutes and says nothing that the failure does not.
+# Shrinking a failing batch of frames takes minutes and adds no information to the failure.
 settings.register_profile(
     "ocjax", deadline=None, derandomize=True, phases=[Phase.explicit, Phase.generate]
 )
@@ -56,7 +56,7 @@ def pytest_addoption(parser):
 
 
 def pytest_generate_tests(metafunc):
-    """Every test that takes `game` runs on every game that there is."""
+    """Every test with the argument `game` runs on every game."""
     if "game" in metafunc.fixturenames:
         names = metafunc.config.getoption("--game") or ocjax.games()
         # One process compiles a game for all of its tests.
@@ -66,8 +66,8 @@ def pytest_generate_tests(metafunc):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
-    """One process runs the tests of a module that are of no game, so that fixtures are set up and
-    programs are compiled once."""
+    """One process runs a module's tests without a game, so that it sets up fixtures and compiles
+    programs once."""
     if not config.getoption("--all"):
         slow = [item for item in items if item.get_closest_marker("slow")]
         config.hook.pytest_deselected(items=slow)
@@ -78,12 +78,12 @@ def pytest_collection_modifyitems(config, items):
 
 
 def game_of(item):
-    """The game that a test is of, if any."""
+    """The game of a test, or None."""
     callspec = getattr(item, "callspec", None)
     return callspec.params.get("game") if callspec else None
 
 
-_of_few_games = False  # whether the tests that are run are of few games, or of none
+_of_few_games = False  # whether the selected tests concern few games, or no game
 _compiled_for = None
 
 
@@ -96,8 +96,8 @@ def pytest_collection_finish(session):
 
 
 def pytest_runtest_setup(item):
-    """Forget the compiled programs of the game before: a process may hold only so many pieces of
-    memory, and a game's take thousands."""
+    """Free the compiled programs of the previous game: a game takes thousands of memory mappings,
+    and the system limits their number per process."""
     global _compiled_for
     game = game_of(item)
     if game is not _compiled_for:
@@ -111,12 +111,12 @@ def pytest_runtest_setup(item):
 
 
 def is_thorough(name, config):
-    """Whether a game is tested in full: all games with `--all`, or where few are chosen, else one
-    in eight, drawn by a hash.
+    """Test a game in full: all games with `--all` or if few games are chosen, else one in eight,
+    drawn by a hash.
 
-    The programs of the other games are compiled without optimization of the machine code, which
-    takes a third of the time; they compute the same with whole numbers. Their objects in states and
-    frames that no game shows are not compared.
+    The programs of the other games are compiled without optimization of the machine code, in a
+    third of the time; they compute the same integers. Tests do not compare their objects in
+    arbitrary states and frames.
     """
     drawn = hashlib.sha256(name.encode()).digest()[0] % 8 == 0
     return (
@@ -129,8 +129,8 @@ def is_thorough(name, config):
 
 @pytest.fixture(scope="module")
 def quick_compilation():
-    """Compile without optimization of the machine code, which takes two thirds of the time, in
-    tests whose results do not depend on it."""
+    """Compile without optimization of the machine code, in two thirds of the time. Use this for
+    tests with results that do not depend on it."""
     jax.config.update("jax_disable_most_optimizations", True)
     yield
     jax.config.update("jax_disable_most_optimizations", False)

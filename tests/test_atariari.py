@@ -80,7 +80,7 @@ def test_against_its_annotations(checkout):
 def test_its_probes_train_on_the_labels(checkout, tmp_path, monkeypatch):
     """Its linear probes read the labels from the positions of our objects.
 
-    One argument that PyTorch no longer has is taken out.
+    The test drops one argument that PyTorch no longer has.
     """
     torch = pytest.importorskip("torch")
     pytest.importorskip("sklearn")
@@ -92,7 +92,7 @@ def test_its_probes_train_on_the_labels(checkout, tmp_path, monkeypatch):
 
     torch.manual_seed(0)
     np.random.seed(0)  # noqa: NPY002, the probes draw samples from it
-    steps = 150  # so that nearly all places of the test's episodes are in those of the training
+    steps = 150  # so that the training's episodes contain nearly all places of the test's episodes
     envs = ocjax.make_vec("Freeway", 12, num_workers=1, obs="ram", hud=False)
     ram, _ = envs.reset(seed=0)
     rams = []

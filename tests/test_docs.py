@@ -1,4 +1,4 @@
-"""Python code in the README and the documentation runs as it is written."""
+"""Python code in the README and the documentation runs unchanged."""
 
 import ast
 import json
@@ -45,7 +45,7 @@ def test_code_of_pages(page):
 
 @pytest.mark.slow
 def test_blocks_of_the_readme_run_as_they_stand(tmp_path):
-    """In order, in one process that knows nothing else."""
+    """The blocks run in order, in one fresh process."""
     code = "\n".join(BLOCK.findall(README.read_text(encoding="utf-8")))
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
@@ -91,7 +91,7 @@ def test_readable_records_of_the_readme():
     "notebook", sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")), ids=lambda path: path.stem
 )
 def test_notebooks_run(notebook, tmp_path):
-    """The code of a notebook, in a process that knows nothing else."""
+    """The code of a notebook runs in a fresh process."""
     cells = json.loads(notebook.read_text("utf-8"))["cells"]
     code = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
     done = subprocess.run(

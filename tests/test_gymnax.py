@@ -81,7 +81,7 @@ def test_spaces(env):
 
 
 def test_wrappers(env):
-    """In a scan over a batch, as gymnax's examples use them."""
+    """The wrappers work in a scan over a batch, as in gymnax's examples."""
     wrapped = purerl.LogWrapper(
         purerl.FlattenObservationWrapper(purerl.StickyActionWrapper(env, 0.25))
     )
@@ -122,7 +122,7 @@ def test_dm_env(env):
 
 
 class ActorCritic(linen.Module):
-    """As in PureJaxRL."""
+    """The network of PureJaxRL."""
 
     actions: int
 

@@ -12,7 +12,7 @@ import pytest
 
 import ocjax
 from ocjax import jaxatari
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 from ocjax.emulators.start import load_emulator
 from ocjax.evaluation import parity
 from ocjax.evaluation.jaxtari import Jaxtari
@@ -129,7 +129,7 @@ def test_gymnax_truncates():
 
 
 def empty(name, *batch):
-    """Objects of a game of which none is valid."""
+    """Objects of a game, all invalid."""
     shapes = jax.eval_shape(ocjax.load(name).rem, jax.ShapeDtypeStruct((*batch, 128), jnp.uint8))
     return jax.tree.map(lambda s: jnp.zeros(s.shape, s.dtype), shapes)
 
@@ -159,8 +159,8 @@ def test_fewer_slots():
 
 
 def test_objects_are_whole_and_somewhere():
-    """As JAXAtari has them: also where the wall of the court covers a part, and before there is a
-    ball."""
+    """Boxes are JAXAtari's, even if the wall of the court covers a part. Objects also have
+    positions before the first ball."""
     pong = ocjax.load("Pong")
     boxes = {
         "Player": [(140, 34, 4, 6), (140, 190, 4, 4), (140, 90, 4, 16)],
@@ -202,7 +202,7 @@ def test_without_jaxatari(env, monkeypatch):
 
 @pytest.fixture
 def theirs(request, monkeypatch):
-    """JAXAtari's package: from a checkout, or as it is installed under its present name."""
+    """JAXAtari's package: from a checkout, or installed under its present name."""
     checkout = request.config.getoption("--jaxatari")
     if checkout is not None:
         monkeypatch.syspath_prepend(checkout / "src")
@@ -216,8 +216,7 @@ def theirs(request, monkeypatch):
 
 @pytest.mark.filterwarnings("default")  # warnings of other projects
 def test_with_jaxatari(theirs):
-    """Observations flatten as those of JAXAtari's own environments, and its wrappers take the
-    environment."""
+    """Observations flatten like JAXAtari's own, and its wrappers take the environment."""
     freeway, pong, wrappers = (
         theirs("games.jax_freeway"),
         theirs("games.jax_pong"),

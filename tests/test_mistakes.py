@@ -1,4 +1,4 @@
-"""What a new user gets wrong at first, and the message that helps."""
+"""Common mistakes of new users, and the helpful message for each."""
 
 import contextlib
 

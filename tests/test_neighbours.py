@@ -18,8 +18,8 @@ from unittest.mock import MagicMock
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]  # as a program, this file cannot import tests.support
-STEPS = 100  # after which a script has shown that it runs
-SECONDS = 120  # after which it is ended
+STEPS = 100  # a script that makes this many steps works
+SECONDS = 120  # then the test ends it
 ROW = re.compile(
     r"^\| `(OC_Atari|HackAtari|NUDGE|blendrl)/?(\S*)` \| (.+?) \| (works|changed|refused) \| "
     r"?(.*?) ?\|$",

@@ -129,7 +129,7 @@ def damage(tmp_path_factory):
 
 
 def check_damaged(damage, number):
-    """Whether a damaged file loads as what it was; otherwise it is refused by name."""
+    """Check that a damaged file loads unchanged, or raises an error with its name."""
     damaged, whole = damage
     path = damaged(number)
     try:
@@ -151,7 +151,7 @@ def test_damaged_files_are_refused(damage):
 
 
 def stored(path, name, header, data=bytes(8), **info):
-    """Write a zip archive with one member, whose directory entry is changed."""
+    """Write a zip archive with one member and a changed directory entry."""
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr(
             f"{name}.npy", b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header + data
@@ -254,8 +254,8 @@ def test_boundaries_are_first_and_last_states_and_lost_lives():
 
 
 def test_samples_are_successive_emulated_frames(short):
-    """VEM finds the ball of Pong where REM has it on the frame, and a few pixels off on the frame
-    before."""
+    """VEM finds the ball of Pong at REM's place on the frame, and a few pixels away on the previous
+    frame."""
     game = ocjax.load("Pong")
     tape = fixtures.record(game, 24, modes=(0,))
     sources = (game.rem, tape.rams), (game.vem, tape.screens), (game.vem, tape.previous)
@@ -270,8 +270,8 @@ def test_samples_are_successive_emulated_frames(short):
 
 
 def test_samples_are_spread():
-    """Modes take turns, every mode has all seeds and both frame skips, and time grows from start to
-    end."""
+    """Samples cycle through the modes, every mode has all seeds and both frame skips, and time
+    grows from start to end."""
     settings = [(m, 0) for m in range(3)]
     runs = fixtures.schedule(36, settings, (7, 8))
     assert {(r.mode, r.seed, r.frame_skip) for r in runs} == {
@@ -315,7 +315,8 @@ def test_record(short, tmp_path, monkeypatch):
 
 
 def test_cut_from_recordings(tape, tmp_path, monkeypatch):
-    """Each file gives half of the samples; `drawn` marks what the chip drew on either frame."""
+    """Each file gives half of the samples; `drawn` marks the pixels that the chip drew on either
+    frame."""
     rng = np.random.default_rng(0)
     shown, previous_shown = rng.integers(0, 2, (2, *tape.screens.shape), np.uint8)
     game = tape.game

@@ -32,8 +32,8 @@ def envs():
 
 
 def test_steps_are_those_of_the_vector_environment(envs):
-    """Observations, rewards, ends, terminal observations and infos against ocjax's environments
-    with disabled autoreset."""
+    """Observations, rewards, ends, terminal observations and infos are the same as in ocjax's
+    environments with disabled autoreset."""
     plain = ocjax.make_vec("Pong", 3, obs="vector", autoreset_mode="Disabled", **SHORT)
     got, (want, _) = envs.reset(), plain.reset(seed=5)
     rng, episodes = np.random.default_rng(0), 0

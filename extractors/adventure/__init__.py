@@ -1,24 +1,24 @@
-"""Adventure: a square in a land of castles and mazes, who is to bring home a chalice.
+"""Adventure: a square in a land of castles and mazes looks for a chalice and brings it home.
 
-Screen: a room, whose walls have one colour on grey; Player is a square of their colour. Dragons, a
-bat, keys and what else there is are sprites before the walls. Each castle has a Gate. Dark rooms
-have walls as grey as the ground: what lights them round the player is a sprite, too, and scenery,
-and walls hide things. BridgeEdge is a rail of the bridge. Dot is grey and shows only before walls
-or light. Level is the number on the menu, and Author the name in the secret room. Thin walls at
-the sides are scenery.
+Screen: a room with walls of one colour on grey. Player is a square in the walls' colour. Dragons, a
+bat, keys and the other things are sprites before the walls. Each castle has a Gate. Dark rooms have
+walls as grey as the ground. A sprite lights them round the player; it is scenery, and walls hide
+things there. BridgeEdge is a rail of the bridge. Dot is grey and visible only before walls or
+light. Level is the number on the menu, Author the name in the secret room. Thin walls at the sides
+are scenery.
 
 Slots: a bridge's left rail is first.
 
-RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code tells when
-they change. Two things are drawn, for three frames (a turn); if a room has more, they take turns.
-Things that this turn does not show are where their records are now. A return address on the stack
-tells the frame of the turn, and so how far the player has moved since (F32B-F362).
+RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code shows when
+they change. The game draws two things for three frames (a turn); if a room has more, they
+alternate. Things of other turns have the current positions of their records. A return address on
+the stack gives the frame of the turn, and therefore the player's motion since then (F32B-F362).
 
 Covered: all rooms with all things put into them, three games, all difficulties, lost games.
 
-Not exact: a thing that hides a part of another one does not make its box smaller. In a corner, it
-is a guess where the third frame of a turn has shown the player. Bridges hide nothing, and in dark
-rooms their rails are whole.
+Not exact: the box of a partly hidden thing does not become smaller. In a corner, the player's
+position on the third frame of a turn is a guess. Bridges hide nothing, and in dark rooms their
+rails are complete.
 
 VEM: it finds few of the things that the edge or walls cut, and no black things that touch each
 other.
@@ -31,10 +31,20 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, when
-from ocjax.console.registers import modulo_screen
-from ocjax.extraction.game import Category, Game
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Saver,
+    Shape,
+    among,
+    box,
+    choose,
+    modulo_screen,
+    when,
+)
 from ocjax.extractors.adventure.drawn import THING_LINE, Drawn, as_drawn
 from ocjax.extractors.adventure.pictures import ROW_LINES
 from ocjax.extractors.adventure.player import player_box
@@ -44,8 +54,8 @@ from ocjax.extractors.adventure.things import cut_things, place_of, thing_box
 from ocjax.extractors.adventure.vision import (
     BLACK,
     FLASHES,
+    GRAY,
     GREEN,
-    GREY,
     IS_DOT,
     IS_FLASH,
     IS_PLAYER,
@@ -57,18 +67,15 @@ from ocjax.extractors.adventure.vision import (
     WHITE,
     YELLOW,
 )
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
 
-SAVES = 128  # from here on, `saver` changes the colours
+SAVES = 128  # least `saver` while it changes the colours
 RAILS = (0, 24)  # columns of the bridge's rails
 RAIL_WIDTH = 8
 BRIDGE_HEIGHT = 48
 YELLOW_CASTLE = 0x11  # room
 WHITE_CASTLE = 0x0F  # room
-FIRST_COLUMN = 128  # of the eight of `walls_at`
-LIGHT_WIDTH = 32  # of what lights a dark room round the player
+FIRST_COLUMN = 128  # mask of the first of the eight columns of `walls_at`
+LIGHT_WIDTH = 32  # of the sprite that lights a dark room round the player
 LIGHT_HEIGHT = 64
 
 
@@ -101,7 +108,7 @@ def _of_color(of: Box, color: jax.Array) -> Box:
 
 
 def _flash_color(m: Ram) -> jax.Array:
-    """The colour of what flashes: it changes before the first frame of a turn."""
+    """The flashing colour: it changes before the first frame of a turn."""
     return 2 * (m.flash - when(m.wait == Wait.THIRD, 1)) & 255
 
 
@@ -119,9 +126,10 @@ def _choose_gate(drawn: Drawn, boxes: list[Box]) -> Box:
 
 
 def _dot(m: Ram, drawn: Drawn, of: Box) -> Box:
-    """It has the background's colour and shows on walls alone, or in a dark room on the light."""
+    """It has the background's colour, so only walls show it, or the light in a dark room."""
     on_wall = (walls_at(drawn.room, row_of(of.y), of.x) & FIRST_COLUMN) > 0
-    x, y = of.x - m.light_x, of.y - (THING_LINE - ROW_LINES * m.light_y)
+    x = of.x - m.light_x
+    y = of.y - (THING_LINE - ROW_LINES * m.light_y)
     is_lit = among(x, range(LIGHT_WIDTH)) & among(y, range(LIGHT_HEIGHT))
     return of.where(jnp.where(drawn.dark, is_lit & ~on_wall, on_wall))
 
@@ -134,12 +142,12 @@ WALL_COLORS = tuple(dict.fromkeys(COLORS.tolist()))
 
 
 def field(color: int, shapes: Shape | tuple[Shape, ...], **more: Any) -> Blobs:
-    """What has a colour."""
+    """A rule for things of one colour."""
     return Blobs(color, VIEW, shapes, filters=(NOT_WALLS[color],), **more)
 
 
 def small(color: int, shapes: Shape | tuple[Shape, ...]) -> Blobs:
-    """What has a colour that walls may have, too, and the player with them."""
+    """A rule for things in a colour that walls and the player may share."""
     return Blobs(color, VIEW, shapes, filters=(NOT_SQUARE[color],))
 
 
@@ -164,11 +172,11 @@ BATS = field(BLACK, shapes=(Shape(8, 14), Shape(8, 22), Shape(8, (8, 12))), gap=
 MAGNET = field(BLACK, shapes=Shape(8, 16, pixels=72))
 CHALICE = Blobs(FLASHES, VIEW, Shape(8, 18, pixels=68), filters=(IS_FLASH,))
 GATE = Bounds(BLACK, (76, 140, 83, 172), (7, 8), (7, 32), filters=(NOT_WALLS[BLACK],))
-DOT_ALONE = Bounds(GREY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
+DOT_ALONE = Bounds(GRAY, VIEW, (1, 2), (1, 2), filters=(IS_DOT,))
 LEVEL_NUMBER = Bounds(GREEN, (79, 110, 87, 124), (3, 14), (5, 14))
 NAME = Bounds(FLASHES, (79, 28, 87, 220), (8, 180), filters=(IS_FLASH,))
 
-# What may share a room with two others takes turns.
+# The game alternates things that share a room with two others.
 taking_turns = functools.partial(Category, blinks=True)
 
 
@@ -179,9 +187,9 @@ GAME = Game(
     decode=decode,
     screen=(250, 160),
     pal=True,
-    saver=Saver(_saver_key, (20, 120), GREY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),
+    saver=Saver(_saver_key, (20, 120), GRAY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),
     categories=(
-        Category("Player", SQUARES, doc="the square, in the colour of the walls"),
+        Category("Player", SQUARES, role="player", doc="the square, in the colour of the walls"),
         taking_turns("RedDragon", field(RED, shapes=RED_SHAPES), doc="Rhindle"),
         taking_turns("YellowDragon", field(YELLOW, shapes=YELLOW_SHAPES), doc="Yorgle"),
         taking_turns("GreenDragon", field(GREEN, shapes=GREEN_SHAPES), doc="Grundle"),

@@ -1,8 +1,8 @@
 """Adventure's screen as it was drawn.
 
-A turn of the game takes three frames, on which it shows the same two things. If there are more in
-the room, others have the next turn. What it shows is copied first, so that only the player has to
-be put back: he moves before the first frame, and if he ran into something, he goes back and tries
+A turn of the game takes three frames, which show the same two things. If the room has more things,
+other things have the next turn. The game copies the shown things first, so only the player's motion
+must be reverted. He moves before the first frame. If he ran into something, he goes back and tries
 to move up or down before the second frame, and to the side before the third.
 """
 
@@ -10,38 +10,38 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import lookup, match, when
+from ocjax.authoring import lookup, match, when
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.pictures import FIRST_ADDRESS, ROW_LINES, row_count
 from ocjax.extractors.adventure.ram import ENTRY_BYTES, Mouth, Push, Ram, Shown, Thing, Wait
 
-THING_LINE = 238  # line of a thing's first row if its `y` is 0, which counts pairs of lines upwards
-PLAYER_LINE = 230  # likewise, of the player; what he runs into follows from it, too
+THING_LINE = 238  # line of a thing's first row at `y` 0; `y` counts pairs of lines upwards
+PLAYER_LINE = 230  # the same for the player; his collisions use it, too
 TOP_Y = 0x69  # things further up are moved down to it
-SECOND_TOP_Y = 0x68  # of the second thing that is drawn
+SECOND_TOP_Y = 0x68  # the same for the second thing
 
 STRIDE = 4
 LEAST_X = 3  # the player's `x` in a room
 MOST_X = 0x9E
-WRAPPED = 0xF0  # from here on, `x` is less than 0
+WRAPPED = 0xF0  # least `x` that is negative
 TO_X = 2  # columns from the player's left edge to his `x`
 PLAYER_LINES = 8
 PLAYER_WALLS = 0xF0  # the first four of eight columns of `walls_at`
-REACH = 6  # columns between the middle of the player and that of a thing that he runs into
+REACH = 6  # columns between the middles of the player and a thing that he runs into
 
 
 class Sprite(NamedTuple):
-    """One of the two things that are drawn."""
+    """One of the two drawn things."""
 
     x: jax.Array
     y: jax.Array
     picture: jax.Array  # index in PICTURE_ROWS
     rows: jax.Array
-    solid: jax.Array  # whether it is a thing of usual width
+    solid: jax.Array  # a thing of usual width
 
 
 class Drawn(NamedTuple):
-    """What the game drew."""
+    """The state that the game drew."""
 
     room: jax.Array
     dark: jax.Array
@@ -53,8 +53,9 @@ class Drawn(NamedTuple):
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """The room on the screen, and where the player and two things were in it."""
-    room, y = _room_shown(m), PLAYER_LINE - 2 * m.drawn_y
+    """The room on the screen, and the positions of the player and two things in it."""
+    room = _room_shown(m)
+    y = PLAYER_LINE - 2 * m.drawn_y
     first = _sprite_of(m.first, m.first_x, jnp.minimum(m.first_y, TOP_Y), m.first_address)
     second_y = jnp.minimum(m.second_y, SECOND_TOP_Y)
     second = _sprite_of(m.second, m.second_x, second_y, m.second_address)
@@ -78,13 +79,14 @@ def _room_shown(m: Ram) -> jax.Array:
 
 def _sprite_of(entry: jax.Array, x: jax.Array, y: jax.Array, address: jax.Array) -> Sprite:
     picture = address - FIRST_ADDRESS
-    is_light, is_bridge = entry == Shown.LIGHT, entry == ENTRY_BYTES * (Thing.BRIDGE + 1)
+    is_light = entry == Shown.LIGHT
+    is_bridge = entry == ENTRY_BYTES * (Thing.BRIDGE + 1)
     top = THING_LINE - ROW_LINES * y
     return Sprite(x - 1, top, picture, row_count(picture), ~(is_light | is_bridge))
 
 
 def _player_x(m: Ram, room: jax.Array, y: jax.Array, sprites: tuple[Sprite, Sprite]) -> jax.Array:
-    """The player's `x` from which he was drawn."""
+    """The `x` at which the game drew the player."""
     is_eaten = (m.dragon[1] == Mouth.FULL) | (m.dragon[2] == Mouth.FULL)  # by yellow, by green
     tried_x, tried_y = _tried(m, y)
     blocked_aside = _is_blocked(room, tried_x, y, sprites)
@@ -98,9 +100,11 @@ def _player_x(m: Ram, room: jax.Array, y: jax.Array, sprites: tuple[Sprite, Spri
 
 
 def _tried(m: Ram, y: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Where the stick pushes the player: his `x`, and the line of his first row."""
-    right, left = (m.stick & Push.RIGHT) == 0, (m.stick & Push.LEFT) == 0
-    up, down = (m.stick & Push.UP) == 0, (m.stick & Push.DOWN) == 0
+    """The player's `x` and the line of his first row after a push of the stick."""
+    right = (m.stick & Push.RIGHT) == 0
+    left = (m.stick & Push.LEFT) == 0
+    up = (m.stick & Push.UP) == 0
+    down = (m.stick & Push.DOWN) == 0
     x = m.last_x + when(right, STRIDE) - when(left, STRIDE)
     return x, y - when(up, 2 * STRIDE) + when(down, 2 * STRIDE)
 
@@ -113,15 +117,15 @@ def _in_next_room(x: jax.Array) -> jax.Array:
 def _is_blocked(
     room: jax.Array, x: jax.Array, y: jax.Array, sprites: tuple[Sprite, Sprite]
 ) -> jax.Array:
-    """Whether the player runs into a wall or a thing there."""
-    lines = (y, y + PLAYER_LINES - 1)
-    upper, lower = (rooms.walls_at(room, rooms.row_of(line), x - TO_X) for line in lines)
+    """True if the player runs into a wall or a thing there."""
+    upper = rooms.walls_at(room, rooms.row_of(y), x - TO_X)
+    lower = rooms.walls_at(room, rooms.row_of(y + PLAYER_LINES - 1), x - TO_X)
     in_wall = ((upper | lower) & PLAYER_WALLS) > 0
     return in_wall | _touches(x, y, sprites[0]) | _touches(x, y, sprites[1])
 
 
 def _touches(x: jax.Array, y: jax.Array, sprite: Sprite) -> jax.Array:
-    """Whether the player would touch a thing with his left edge at `x` - TO_X."""
+    """True if the player would touch a thing with his left edge at `x` - TO_X."""
     is_near = abs(x - sprite.x - 4) < REACH
     is_below = y < sprite.y + ROW_LINES * sprite.rows
     return sprite.solid & is_near & (y + PLAYER_LINES > sprite.y) & is_below

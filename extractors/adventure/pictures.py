@@ -1,13 +1,12 @@
-"""The pictures of Adventure's things: rows of eight dots, one after the other in the ROM.
+"""The pictures of Adventure's things, which the ROM stores as rows of eight dots.
 
-Each ends with an empty row. A row of a thing is drawn on two lines.
+Each ends with an empty row. The game draws each row on two lines.
 """
 
 import jax
 import numpy as np
 from jax.lax import clz
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, lookup
 from ocjax.extractors.adventure.ram import ROM
 
 FIRST_ADDRESS = 0xFB15  # three bytes before the first picture
@@ -17,14 +16,14 @@ ROW_DOTS = 8
 
 
 def _until_empty(first: int) -> np.ndarray:
-    """The rows of the picture that begins there, up to the empty one."""
+    """The rows of a picture before its final empty row."""
     rest = PICTURE_ROWS[first:]
     ends = np.flatnonzero(rest == 0)
     return rest[: ends[0]] if len(ends) else rest
 
 
 def _each_four_rows() -> np.ndarray:
-    """The four rows from each byte on, packed, the first one lowest."""
+    """The four rows that start at each byte, packed, the first one lowest."""
     padded = np.append(PICTURE_ROWS, (0, 0, 0))
     fours = np.lib.stride_tricks.sliding_window_view(padded, 4)
     return fours @ (1 << ROW_DOTS * np.arange(4))
@@ -35,20 +34,20 @@ EACH_FOUR = _each_four_rows()
 
 
 def row_count(picture: jax.Array) -> jax.Array:
-    """The rows of pictures."""
+    """The number of rows of pictures."""
     return EXTENTS.extent(picture)[3]
 
 
 def four_rows(picture: jax.Array, row: jax.Array | np.ndarray) -> jax.Array:
-    """Four rows of a picture from one on, packed, the first one lowest."""
+    """Four rows of a picture, starting at `row`, packed, the first one lowest."""
     return lookup(EACH_FOUR, picture + row)
 
 
 def ink_columns(ink: jax.Array, dots: int) -> tuple[jax.Array, jax.Array]:
-    """The first column of so many dots that has a pixel, and the one after the last."""
+    """The first column with a pixel, and the column after the last one, of `dots` columns."""
     return clz(ink) - (32 - dots), dots - (31 - clz(ink & -ink))
 
 
 def united(rows: jax.Array) -> jax.Array:
-    """All rows or-ed together."""
+    """The bitwise or of all rows."""
     return jax.lax.reduce(rows, np.int32(0), jax.lax.bitwise_or, (0,))

@@ -1,10 +1,9 @@
-"""Adventure's player, a square of four columns and eight lines: what shows of him."""
+"""The visible part of Adventure's player, a square of four columns and eight lines."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, edges
-from ocjax.console.ops import extremes, when
+from ocjax.authoring import Box, edges, extremes, when
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.drawn import Drawn, Sprite
 from ocjax.extractors.adventure.pictures import ROW_DOTS, ROW_LINES, four_rows, ink_columns, united
@@ -15,7 +14,7 @@ ROWS = np.arange(4)  # of two lines each
 
 
 def player_box(drawn: Drawn) -> Box:
-    """What shows of the player, who has the colour of the walls."""
+    """The visible part of the player, in the colour of the walls."""
     line = drawn.y + ROW_LINES * ROWS
     walls = rooms.walls_at(drawn.room, rooms.row_of(line), drawn.x) >> ROW_DOTS - COLUMNS
     before = _over_player(drawn.first, drawn) | _over_player(drawn.second, drawn)
@@ -27,7 +26,7 @@ def player_box(drawn: Drawn) -> Box:
 
 
 def _over_player(sprite: Sprite, drawn: Drawn) -> jax.Array:
-    """The dots of a thing that are before the player: four bits for each of his four rows."""
+    """The dots of a thing before the player: four bits for each of his four rows."""
     row = drawn.y - sprite.y >> 1
     dots = four_rows(sprite.picture, row) >> ROW_DOTS * ROWS & 0xFF
     there = (row + ROWS >= 0) & (row + ROWS < sprite.rows) & sprite.solid

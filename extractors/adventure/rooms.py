@@ -1,22 +1,22 @@
-"""Adventure's rooms: their walls and colours, as the ROM has them.
+"""Adventure's rooms: their walls and colours in the ROM.
 
 A room is seven rows of walls. A row has 20 cells of four columns, which the right half repeats,
-mostly from right to left. All is drawn from line 28 on, the first row 16 lines high and others 32.
+mostly from right to left. Rows start at line 28; the first row is 16 lines high, the others 32.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup
+from ocjax.authoring import lookup
 from ocjax.extractors.adventure.ram import ROM
 
 ROOMS = 31
 ROOM_TABLE = ROM.bytes(0xE1B, 9 * ROOMS).reshape(ROOMS, 9)
 COLORS = ROOM_TABLE[:, 2] & ~1
-CONTROLS = ROOM_TABLE[:, 4]  # of each room: bits
+CONTROLS = ROOM_TABLE[:, 4]  # bits of each room
 MIRRORED = 1
-IN_FRONT = 4  # walls are in front of things: they have the dark background's colour
-THIN_RIGHT = 64  # a wall of two columns from top to bottom, which is a missile
+IN_FRONT = 4  # walls in the dark background's colour are in front of things
+THIN_RIGHT = 64  # a missile that forms a wall of two columns from top to bottom
 THIN_LEFT = 128
 ADDRESSES = ROOM_TABLE[:, 0] | ROOM_TABLE[:, 1] << 8  # of the rooms' pictures
 
@@ -26,15 +26,17 @@ ROW_COUNT = 7
 CELL_COUNT = 40
 CELL_WIDTH = 4  # columns
 ROW_HEIGHT = 32  # lines
-BEFORE_ROWS = 12  # lines before the first row, if that were as high as others
+BEFORE_ROWS = 12  # lines before the first row, if it had the height of the others
 
 
 def _wall_cells(room: int) -> np.ndarray:
-    """Which cells of a room are walls: bool `[7, 40]`."""
+    """The wall cells of a room: bool `[7, 40]`."""
     rows = ROM.bytes(ADDRESSES[room] & 0xFFF, 3 * ROW_COUNT).reshape(ROW_COUNT, 3)
-    bits = [(rows[:, :1] >> np.arange(4, 8)) & 1]  # the three registers of a row differ in order
-    bits += [(rows[:, 1:2] >> np.arange(7, -1, -1)) & 1, (rows[:, 2:] >> np.arange(8)) & 1]
-    half = np.concatenate(bits, axis=1)
+    # The three registers of a row differ in bit order.
+    first = (rows[:, :1] >> np.arange(4, 8)) & 1
+    second = (rows[:, 1:2] >> np.arange(7, -1, -1)) & 1
+    third = (rows[:, 2:] >> np.arange(8)) & 1
+    half = np.concatenate((first, second, third), axis=1)
     other = half[:, ::-1] if CONTROLS[room] & MIRRORED else half
     return np.concatenate((half, other), axis=1) == 1
 
@@ -43,10 +45,12 @@ WALLS = np.stack([_wall_cells(room) for room in range(ROOMS)])
 
 
 def _from_cells(cells: np.ndarray) -> np.ndarray:
-    """The walls that begin at each cell and go on for two more, one bit a column: `[..., 40]`."""
-    columns = np.repeat(cells, CELL_WIDTH, axis=-1)
-    columns[CONTROLS & THIN_LEFT > 0, :, 11:13] = True
-    columns[CONTROLS & THIN_RIGHT > 0, :, 148:150] = True
+    """The walls in each cell and the next two, one bit per column: `[..., 40]`."""
+    wide = np.repeat(cells, CELL_WIDTH, axis=-1)
+    column = np.arange(wide.shape[-1])
+    at_left = (CONTROLS & THIN_LEFT > 0)[:, None, None] & np.isin(column, (11, 12))
+    at_right = (CONTROLS & THIN_RIGHT > 0)[:, None, None] & np.isin(column, (148, 149))
+    columns = wide | at_left | at_right
     padded = np.concatenate((columns, columns[..., : 3 * CELL_WIDTH]), axis=-1)
     starts = CELL_WIDTH * np.arange(CELL_COUNT)[:, None] + np.arange(3 * CELL_WIDTH)
     return (padded[..., starts] << np.arange(3 * CELL_WIDTH)[::-1]).sum(axis=-1)
@@ -56,17 +60,17 @@ WALL_SPANS = _from_cells(WALLS).ravel()
 
 
 def row_of(line: jax.Array) -> jax.Array:
-    """The row of walls that a line of the screen is in."""
+    """The row of walls at a line of the screen."""
     return jnp.clip((line - BEFORE_ROWS) >> 5, 0, ROW_COUNT - 1)
 
 
 def walls_at(room: jax.Array, row: jax.Array, x: jax.Array) -> jax.Array:
-    """The walls in a row, from a column on: eight bits, the first column the highest one."""
+    """The walls in a row from column `x`: eight bits, the first column in the highest bit."""
     cell = jnp.clip(x >> 2, 0, CELL_COUNT - 1)
     span = lookup(WALL_SPANS, (jnp.minimum(room, ROOMS - 1) * ROW_COUNT + row) * CELL_COUNT + cell)
     return span >> (CELL_WIDTH - (x & 3)) & 255
 
 
 def hides_things(room: jax.Array) -> jax.Array:
-    """Whether a room is dark, its walls unseen and before all things."""
+    """True for dark rooms: their walls are invisible and before all things."""
     return lookup(CONTROLS & IN_FRONT, room) > 0

@@ -1,4 +1,4 @@
-"""Adventure's things: where each is, what its picture covers, and what a dark room shows of it."""
+"""Adventure's things: positions, extents of pictures, and visible parts in dark rooms."""
 
 from typing import NamedTuple
 
@@ -6,9 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.lax import clz
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import extremes, match, pick
-from ocjax.console.registers import larger_part
+from ocjax.authoring import Box, box, choose, edges, extremes, larger_part, match, pick
 from ocjax.extractors.adventure import rooms
 from ocjax.extractors.adventure.drawn import (
     SECOND_TOP_Y,
@@ -32,7 +30,7 @@ from ocjax.extractors.adventure.ram import (
 
 
 class Place(NamedTuple):
-    """Where a thing is, as this frame shows it."""
+    """The position of a thing in this frame."""
 
     x: jax.Array
     y: jax.Array
@@ -41,7 +39,7 @@ class Place(NamedTuple):
 
 
 class Size(NamedTuple):
-    """What the picture of a thing covers."""
+    """The extent of a thing's picture."""
 
     left: int | jax.Array
     width: int | jax.Array
@@ -49,21 +47,21 @@ class Size(NamedTuple):
 
 
 class Own(NamedTuple):
-    """Where a thing's record has it: `x` is a column more, `y` counts pairs of lines upwards."""
+    """The position in a thing's record: `x` is a column more, `y` counts pairs of lines upwards."""
 
     room: int | jax.Array
     x: int | jax.Array
     y: int | jax.Array
 
 
-FIXED = {  # of things that never move
+FIXED = {  # things that never move
     Thing.YELLOW_GATE: Own(room=0x11, x=0x4D, y=0x31),
     Thing.WHITE_GATE: Own(room=0x0F, x=0x4D, y=0x31),
     Thing.BLACK_GATE: Own(room=0x10, x=0x4D, y=0x31),
     Thing.AUTHOR: Own(room=0x1E, x=0x50, y=0x69),
     Thing.LEVEL: Own(room=0x00, x=0x50, y=0x40),
 }
-SIZES = {  # of things with one picture
+SIZES = {  # things with one picture
     Thing.AUTHOR: Size(left=0, width=8, rows=95),
     Thing.SWORD: Size(left=0, width=8, rows=5),
     Thing.BRIDGE: Size(left=0, width=8, rows=24),
@@ -75,12 +73,12 @@ SIZES = {  # of things with one picture
     Thing.MAGNET: Size(left=0, width=8, rows=8),
 }
 FOURS = np.arange(0, 24, 4)  # rows of the tallest thing in a dark room
-EACH_ROW = 0x01010101  # of a word
+EACH_ROW = 0x01010101  # one bit in each byte of a word
 COLORS = (ROM.bytes(0xF44 + ENTRY_BYTES + 6, THINGS, step=ENTRY_BYTES) & ~1).tolist()
 
 
 class Low:  # low bytes of the addresses of things with several pictures
-    OPEN_GATE = 0x24  # its four rows are still there; a gate that is less open begins earlier
+    OPEN_GATE = 0x24  # with its four rows; the picture of a less open gate begins earlier
     GATE_END = 0x28
     DRAGON = 0x3A
     BITING_DRAGON = 0x66
@@ -92,12 +90,12 @@ class Low:  # low bytes of the addresses of things with several pictures
 
 GATE_STEPS = 12  # at 0 and 12 it is open, at 6 closed
 BAT_UP_MOST = 3  # `Ram.bat` of the first picture
-BOTTOM_Y = 9  # nothing is drawn of things further down
-FAR_Y = 0xE8  # nor of things whose `y` is larger than this
+BOTTOM_Y = 9  # the game draws no things further down
+FAR_Y = 0xE8  # greatest `y` of a drawn thing
 
 
 def _by_state(m: Ram, number: int) -> jax.Array | int:
-    """Which picture a thing's state asks for."""
+    """The low byte of the picture for a thing's state."""
     if number in GATES:
         step = jnp.clip((m.gate[number] + 3 >> 2) - 1, 0, GATE_STEPS)
         return Low.OPEN_GATE - 2 * jnp.minimum(step, GATE_STEPS - step)
@@ -114,7 +112,7 @@ def _by_state(m: Ram, number: int) -> jax.Array | int:
 
 
 def _size_of(number: int, picture: jax.Array) -> Size:
-    """What a thing's picture covers."""
+    """The extent of a thing's picture."""
     if number in GATES:
         return Size(0, 7, Low.GATE_END - picture)
     if number in DRAGONS:
@@ -133,9 +131,10 @@ def _size_of(number: int, picture: jax.Array) -> Size:
 
 
 def place_of(m: Ram, drawn: Drawn, number: int) -> Place:
-    """Where a thing is: from what was copied if this frame shows it."""
+    """The position of a thing: the game's copy if this frame shows it, otherwise its record."""
     entry = ENTRY_BYTES * (number + 1)
-    is_first, is_second = m.first == entry, m.second == entry
+    is_first = m.first == entry
+    is_second = m.second == entry
     own = _own_place(m, number)
     x = match((is_first, m.first_x), (is_second, m.second_x), otherwise=own.x)
     y = match((is_first, m.first_y), (is_second, m.second_y), otherwise=own.y)
@@ -150,7 +149,7 @@ def place_of(m: Ram, drawn: Drawn, number: int) -> Place:
 
 
 def _own_place(m: Ram, number: int) -> Own:
-    """Where a thing's record has it."""
+    """The position in a thing's record."""
     if number in FIXED:
         return FIXED[number]
     at = number - Thing.RED_DRAGON
@@ -158,20 +157,21 @@ def _own_place(m: Ram, number: int) -> Own:
 
 
 class Cuts(NamedTuple):
-    """What a dark room shows of the two things that are drawn."""
+    """The visible parts of the two drawn things in a dark room."""
 
     first: Box
     second: Box
 
 
 def cut_things(drawn: Drawn) -> Cuts:
-    """What walls leave of the things that are drawn."""
+    """The parts of the drawn things that walls do not hide."""
     return Cuts(_uncovered(drawn.first, drawn.room), _uncovered(drawn.second, drawn.room))
 
 
 def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
-    """A thing other than the bridge: in a dark room what shows of it, if this frame shows it."""
-    at, entry = place_of(m, drawn, number), ENTRY_BYTES * (number + 1)
+    """A thing other than the bridge: in a dark room the visible part, if this frame shows it."""
+    at = place_of(m, drawn, number)
+    entry = ENTRY_BYTES * (number + 1)
     left, width, rows = _size_of(number, at.picture)
     whole = box(larger_part(at.x, ROW_DOTS) + left, at.y, width, ROW_LINES * rows)
     is_hidden = drawn.dark | (drawn.color == COLORS[number])
@@ -181,9 +181,10 @@ def thing_box(m: Ram, drawn: Drawn, cut: Cuts, number: int) -> Box:
 
 
 def _uncovered(sprite: Sprite, room: jax.Array) -> Box:
-    """What walls leave of a thing."""
+    """The part of a thing that walls do not hide."""
     seen = _rows_left(sprite, room)
-    first, last = FOURS + (31 - clz(seen & -seen) >> 3), FOURS + (31 - clz(seen) >> 3)
+    first = FOURS + (31 - clz(seen & -seen) >> 3)
+    last = FOURS + (31 - clz(seen) >> 3)
     top, bottom = extremes(seen != 0, first, last + 1)
     ink = _one_row(united(seen))
     left, right = ink_columns(ink, ROW_DOTS)
@@ -197,15 +198,15 @@ def _uncovered(sprite: Sprite, room: jax.Array) -> Box:
 
 
 def _one_row(four: jax.Array) -> jax.Array:
-    """Four rows of a word or-ed together."""
+    """The bitwise or of the four rows in a word."""
     two = (four | four >> 2 * ROW_DOTS) & 0xFFFF
     return (two | two >> ROW_DOTS) & 0xFF
 
 
 def _rows_left(sprite: Sprite, room: jax.Array) -> jax.Array:
-    """What the walls of a dark room leave of the rows of a picture: four in each of six words.
+    """The rows of a picture without the pixels behind a dark room's walls, four per word.
 
-    A thing is before three rows of walls at most.
+    The result has six words. At most three rows of walls cover a thing.
     """
     row = rooms.row_of(sprite.y)
     walls = rooms.walls_at(room, row + np.arange(3), sprite.x) * EACH_ROW
@@ -221,6 +222,6 @@ def _rows_left(sprite: Sprite, room: jax.Array) -> jax.Array:
 
 
 def _until(row: jax.Array) -> jax.Array:
-    """The rows of FOURS that are above a row, as words that have their bits set."""
+    """A mask of the rows of FOURS above a row, as words."""
     rows = jnp.clip(row - FOURS, 0, 4)
     return jnp.where(rows == 4, -1, (1 << ROW_DOTS * (rows & 3)) - 1)

@@ -1,34 +1,34 @@
 """Alien: a crewman in a ship's maze of eggs, three aliens, a pulsar that makes them weak.
 
-Screen: the crewman also has a flame-thrower and finds a rocket; score and lives stand below. The
-prize of the bonus screen is a Rocket. The walls are scenery. The eggs of both halves are drawn in
-turn, as missiles, so they have whatever colours the sprites of their rows have (`_alien.py`). The
-flame takes the pulsar's record, so there is no pulsar while the flame-thrower fires, and the
+Screen: the crewman also has a flame-thrower and finds a rocket; score and lives are at the bottom.
+The prize of the bonus screen is a Rocket. The walls are scenery. The game draws the eggs of both
+halves alternately, as missiles, so they have the colours of the sprites on their rows (`eggs.py`).
+The flame uses the pulsar's record, so the pulsar is absent while the flame-thrower fires, and the
 crewman has its colour.
 
-Slots: those of Alien are the game's records (cyan, yellow, pink); in the bonus screen after the
-last egg they are its rows, left ones first. Those of Egg are the rows of the left half, then those
-of the right half, by column in each row.
+Slots: Alien has the game's records (cyan, yellow, pink). In the bonus screen after the last egg it
+has that screen's rows, left aliens first. Egg has the rows of the left half, then the rows of the
+right half, by column in each row.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (positions, eggs), and the ROM's code. A frame moves
-the aliens, works out the chip's positions, draws, and then moves the crewman and chooses the
-pictures. So his column is read from the chip's position, his row from the copy that the collision
-test keeps, his picture from both, and other pictures from the frame counter's previous value.
+the aliens, computes the chip's positions, draws, and then moves the crewman and selects the
+pictures. Therefore his column is read from the chip's position, his row from the collision test's
+copy, and his picture from both. Other pictures follow from the frame counter's previous value.
 
 Covered: all four modes and difficulties, deaths, weak aliens, tunnels, flame, rocket, bonus
 screens, resets, the game's end.
 
 Not exact: the frame on which a life, a level or a bonus screen ends takes so long that the emulator
-cuts it off: the picture is the old one, but RAM has been set up for what the next frame shows,
-rolled up by 39 lines. It tells the eggs, the pulsar's home, and the lives on that picture, but no
-longer where the crewman and the rows of the aliens were, or whether there was a rocket: none of
-them is valid then. Nor does the RAM tell the row of an alien that is removed on this very frame,
-and in the bonus screen whether the crewman stood still. When weak aliens flash, REM has the new
+cuts it off. The picture is the old one, but the RAM is already set up for the next frame, which
+appears rolled up by 39 lines. The RAM keeps the eggs, the pulsar's home, and the lives on that
+picture. It loses the positions of the crewman and the rows of aliens, and the rocket's presence;
+these objects are not valid then. The RAM also lacks the row of an alien on the frame that removes
+it, and the crewman's rest or motion in the bonus screen. When weak aliens flash, REM has the new
 colour a frame early.
 
-VEM: half of the aliens of the bonus screen have the crewman's colours. VEM, which tells figures by
-colour, takes one of those for the crewman, and bits of them for eggs. It does not see the smallest
-figures in the tunnel.
+VEM: half of the aliens of the bonus screen have the crewman's colours. VEM identifies figures by
+colour, so it takes such an alien for the crewman, and bits of the aliens for eggs. It misses the
+smallest figures in the tunnel.
 """
 
 import functools
@@ -36,17 +36,29 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import packed_position, position
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    IconRow,
+    Rom,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    packed_position,
+    pick,
+    position,
+    when,
+)
 from ocjax.extractors.alien.eggs import DISPLAY_FIGURE, STAGGER, colors_of_eggs
 from ocjax.extractors.alien.ram import Figure, Ram, Scene, Way
-from ocjax.vision.displays import IconRow
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
 
 ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)
@@ -71,32 +83,33 @@ EGG_PLACES = [
 EGG_X, EGG_Y = zip(*EGG_PLACES, strict=True)
 EGG_BITS = (2, 4, 6, 3, 5, 7)  # by column
 DIGIT_VALUES = (100000, 10000, 1000, 100, 10, 1)
-BLANK = 128  # digit that is not shown
+BLANK = 128  # a digit without ink
 
-PAIRS_MOVED = 64  # `state` on frames on which they do
-# `pulsar_x` and `pulsar_y` of the places of pulsars, by `pulsars`; the first one is nowhere.
+PAIRS_MOVED = 64  # `state` on frames on which the pairs move
+# `pulsar_x` and `pulsar_y` of the pulsars' places, by `pulsars`; the first is outside the maze.
 PULSAR_X = ROM.bytes(0xEE3, 4).tolist()
 PULSAR_Y = ROM.bytes(0xFF6, 4).tolist()
-# Pictures by the low bytes of their addresses: those of walking figures, which have poses,
+# Low bytes of the pictures' addresses: walking figures, which have poses,
 ALIEN_WALKS = (79, 87, 151)
-# and the others with their (empty columns on either side, height).
+# and the others with (empty columns on either side, height).
 ALIEN_SIZES = {30: (1, 9), 8: (1, 9), 37: (2, 7), 14: (2, 7), 19: (2, 5)}  # others: (0, 11)
-# Those of the player: by step, by the distance from a tunnel's end, by what is left of his death.
+# The player's pictures: by step, by distance from a tunnel's end, by time left of his death.
 WALK_INSETS = (0, 2, 3, 2)
 TUNNEL_INSETS = (2, 2, 2, 1, 0)
 TUNNEL_HEIGHTS = (5, 5, 7, 9, 11)
 DEATH_INSETS = (3, 2, 1, 0)
 TUNNEL = 55  # its row
-TUNNEL_ENDS = (17, 136)  # and columns of the player's sprite
-LOWEST_STEP = 19  # `y` in the bonus screen that he does not step below
+TUNNEL_ENDS = (17, 136)  # columns of the player's sprite at the tunnel's ends
+LOWEST_STEP = 19  # in the bonus screen he does not step below this `y`
 OVERWRITTEN = 240  # `old_y` on frames without collision test
-NOT_DRAWN = 96  # `line` while a frame is prepared
+NOT_DRAWN = 96  # `line` while the game prepares a frame
 
 
 def decode(m: Ram) -> dict[str, Box]:
     x = 17 + position(m.coarse, m.fine)
-    is_next = m.line == NOT_DRAWN  # of the next frame, which is not yet on the screen
-    in_maze, bonus = m.scene == Scene.MAZE, _is_bonus(m)
+    is_next = m.line == NOT_DRAWN  # the next frame is not on the screen yet
+    in_maze = m.scene == Scene.MAZE
+    bonus = _is_bonus(m)
     lost = jnp.where(is_next & in_maze & (m.eaten > 0), 1, 0)
     flame = _is_flame(m) & in_maze & ~is_next
     pulsar = _pulsar_box(m, x[4], _pulsar_row(m))
@@ -119,12 +132,12 @@ def _is_bonus(m: Ram) -> jax.Array:
 
 
 def _last_frame(m: Ram) -> jax.Array:
-    """What the frame counter was when the pictures were chosen that are on the screen."""
+    """The frame counter when the game selected the pictures on the screen."""
     return m.frame - 2
 
 
 def _have_moved(m: Ram) -> jax.Array:
-    """Whether the pairs of aliens and the player have moved in the bonus screen, bool `[2]`."""
+    """True if the pairs of aliens, and the player, have moved in the bonus screen, bool `[2]`."""
     return (m.carried >> 2 < m.speeds) & (m.scene == Scene.BONUS_MOVES) & (m.pause == 0)
 
 
@@ -134,15 +147,16 @@ def _player_y(m: Ram) -> jax.Array:
 
 
 def _pulsar_row(m: Ram) -> jax.Array:
-    """The row of pulsar or flame, also on the frame on which a pause ends and clears it."""
+    """The row of pulsar or flame, also on the frame on which the end of a pause clears it."""
     at_home = m.pulsar_x == pick(m.pulsars, PULSAR_X)
     cleared = jnp.where(at_home, pick(m.pulsars, PULSAR_Y), m.y - 2)
     return jnp.where(m.pulsar_y == 0, cleared, m.pulsar_y)
 
 
 def _is_flame(m: Ram) -> jax.Array:
-    """Whether the pulsar's record is where no pulsar ever is."""
-    y, homes = _pulsar_row(m), zip(PULSAR_X, PULSAR_Y, strict=True)
+    """True if the pulsar's record has a position that pulsars never have."""
+    y = _pulsar_row(m)
+    homes = zip(PULSAR_X, PULSAR_Y, strict=True)
     at_home = ((m.pulsar_x == home_x) & (y == home_y) for home_x, home_y in homes)
     return ~functools.reduce(jnp.logical_or, at_home)
 
@@ -165,41 +179,42 @@ def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
 
 
 def _aliens(m: Ram, x: jax.Array) -> Box:
-    left, top, width, height, there = (jnp.tile(field, 4) for field in _alien_extents(m, x))
-    three = left, top, width, height, jnp.where(np.arange(12) < 3, there, 0)
+    extents = [jnp.tile(field, 4) for field in _alien_extents(m, x)]
+    three = *extents[:4], jnp.where(np.arange(12) < 3, extents[4], 0)
     sides = (jnp.where(_is_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
     color = jnp.where(_is_bonus(m), jnp.tile(m.colors[1:], 2), jnp.tile(m.colors[:3], 4))
     return box(*sides, color=color).clip(8, 0, 160, 210)
 
 
 def _alien_extents(m: Ram, x: jax.Array) -> tuple[jax.Array, ...]:
-    """The aliens in the maze: left, top, width, height, whether they are there."""
+    """The aliens in the maze: left, top, width, height, presence."""
     sizes = [(m.pictures == picture, *size) for picture, size in ALIEN_SIZES.items()]
     inset = match(*((shown, columns) for shown, columns, _ in sizes), otherwise=0)
-    height = match(*((shown, rows) for shown, _, rows in sizes), otherwise=11)
+    usual_height = match(*((shown, rows) for shown, _, rows in sizes), otherwise=11)
     walks = among(m.pictures, ALIEN_WALKS)
     in_narrow_pose = walks & _narrow(m)
     left = jnp.where(in_narrow_pose, 1 - m.turned[:3], inset)
     width = jnp.where(in_narrow_pose, 7, 8 - 2 * inset)
-    height = jnp.where(walks, 13, height)
+    height = jnp.where(walks, 13, usual_height)
     there = (m.alien_y > 0) & (m.scene == Scene.MAZE)
     return x + left, 196 - 2 * m.alien_y, width, height, jnp.where(there, 1, 0)
 
 
 def _narrow(m: Ram) -> jax.Array:
-    """Whether walking aliens are in the pose that is a column narrower."""
+    """True if walking aliens are in the pose that is a column narrower."""
     return (_last_frame(m) >> 3 & 3) == 2
 
 
 def _pairs(m: Ram) -> tuple[jax.Array, ...]:
-    """The aliens of the bonus screen: left, top, width, height, whether they are there.
+    """The aliens of the bonus screen: left, top, width, height, presence.
 
-    Six rows of two go right and left in turn and come back at the other side.
+    Six rows of two move right and left alternately and come back at the other side.
     """
     row = np.arange(6)
     to_right = row % 2 == 0
     x = 2 + packed_position(m.rows)
-    was_left, was_right = jnp.where(x == 129, 13, x + 1), jnp.where(x == 12, 128, x - 1)
+    was_left = jnp.where(x == 129, 13, x + 1)
+    was_right = jnp.where(x == 12, 128, x - 1)
     moved = _have_moved(m)[0] & (m.state == PAIRS_MOVED)
     before = jnp.where(moved, jnp.where(to_right, was_left, was_right), x)
     inset = jnp.where(_narrow(m), 1, 0)
@@ -219,7 +234,7 @@ def _pulsar_box(m: Ram, x: jax.Array, y: jax.Array) -> Box:
 
 
 def _rocket_box(m: Ram, x: jax.Array) -> Box:
-    """In the maze, or the prize of the bonus screen."""
+    """The rocket in the maze, or the prize of the bonus screen."""
     found = (m.rocket_y > 0) & (m.scene == Scene.MAZE)
     rocket = box(x, 197 - 2 * m.rocket_y, 8, 5, found, color=m.colors[Figure.ROCKET])
     prize = box(77, 19, 8, 5, m.prize > 0, color=m.colors[0])
@@ -234,7 +249,7 @@ def _eggs(m: Ram, colors: jax.Array) -> Box:
 
 
 def _score(m: Ram) -> Box:
-    """Tight around the digits that are shown; all of them are equally wide."""
+    """A tight box around the visible digits; all are equally wide."""
     shown = m.digits != BLANK
     count = jnp.sum(jnp.where(shown, 1, 0))
     value = jnp.sum(jnp.where(shown, m.digits >> 3, 0) * np.array(DIGIT_VALUES))
@@ -267,13 +282,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER_RULE, doc="crewman"),
+        Category("Player", PLAYER_RULE, role="player", doc="crewman"),
         Category("Alien", ALIENS_RULE, count=12, doc="cyan, yellow, pink; all are blue while weak"),
         Category("Pulsar", PULSAR_RULE, doc="makes aliens weak"),
         Category("Flame", FLAME_RULE, doc="of the flame-thrower"),
         Category("Rocket", ROCKET_RULE, doc="bonus"),
         Category("Egg", EGGS_RULE, count=len(EGG_X), doc="what is left of them"),
-        display("Score", POINTS, doc="points"),
-        display("Life", ICONS, doc="lives"),
+        display("Score", POINTS, role="score", doc="points"),
+        display("Life", ICONS, role="lives", doc="lives"),
     ),
 )

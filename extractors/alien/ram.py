@@ -1,12 +1,12 @@
 """Alien's RAM."""
 
-from ocjax.console.ram import RamMap, bits, byte
+from ocjax.authoring import RamMap, bits, byte
 
 
 class Scene:  # of `Ram.scene`
     MAZE = 0
     BONUS = 2
-    BONUS_MOVES = 3  # the bonus screen, while all move
+    BONUS_MOVES = 3  # the bonus screen in motion
 
 
 class Way:  # of `Ram.ways`
@@ -23,15 +23,15 @@ class Figure:  # a record of `Ram.colors` and `Ram.dying`; aliens come first
 class Ram(RamMap):
     scene = bits(0, first=4, count=2)
     digits = byte(3, 5, 7, 9, 11, 13)  # 8 * digit
-    old_y = byte(10)  # of the player, 2 more, in most frames
-    line = byte(15)  # what the drawing of the maze counts down
+    old_y = byte(10)  # the player's y + 2 in most frames
+    line = byte(15)  # counts down in the drawing of the maze
     ways = bits(33, 34, count=2)  # of the pink alien and the player
     speeds = bits(33, 34, first=2, count=6)
     pictures = byte(35, 36, 37)  # of the aliens
-    alien_y = byte(42, 43, 44)  # y = 196 - 2 * these; 0: none
+    alien_y = byte(42, 43, 44)  # y = 196 - 2 * these; 0: absent
     y = byte(45)  # of the player, y = 197 - 2 * this
-    pulsar_y = byte(46)  # of pulsar or flame, y = 197 - 2 * this; 0: none
-    rocket_y = byte(47)  # y = 197 - 2 * this; 0: none
+    pulsar_y = byte(46)  # of pulsar or flame, y = 197 - 2 * this; 0: absent
+    rocket_y = byte(47)  # y = 197 - 2 * this; 0: absent
     pulsar_x = byte(53)  # of pulsar or flame
     # The chip's columns of the three aliens, the player, pulsar or flame, and the rocket.
     coarse = bits(55, 56, 57, 58, 59, 60, first=0, count=3)
@@ -40,12 +40,12 @@ class Ram(RamMap):
     frame = byte(62)
     lives = byte(64)
     eggs = byte(*range(65, 91))  # left half, right half
-    rows = byte(*range(66, 72))  # bonus screen: where its six pairs of aliens are
-    prize = byte(73)  # bonus screen: its picture, 0 where it was taken
-    eaten = byte(91)  # eggs of this maze
+    rows = byte(*range(66, 72))  # bonus screen: positions of its six pairs of aliens
+    prize = byte(73)  # bonus screen: its picture; 0 after the player took it
+    eaten = byte(91)  # eggs taken in this maze
     state = byte(96)
     carried = byte(100, 101)  # sums of the speeds
-    dying = byte(102)  # record of who dies during a pause
+    dying = byte(102)  # record that dies during a pause
     pulsars = byte(103)  # left
     pause = byte(106)
     colors = byte(*range(117, 124))  # of the figures, aliens first, and of the display

@@ -1,29 +1,30 @@
 """Defender: a ship above a city saves humans from aliens, in a world wider than the screen.
 
-Screen: one alien and one human a frame are drawn; those on the screen take turns. The scanner above
-shows one alien and one human of the whole world a frame, in every sixteenth the ship. Of what takes
-turns, that of the last two frames is valid. While a human is drawn, a shot of an alien is not, and
-waits. The ship's shot and the flame of its engine are drawn in place of the ship, which stays
-valid. The flame, explosions and the scanner's frame are scenery.
+Screen: a frame shows one alien and one human; the aliens and humans on the screen alternate. The
+scanner at the top shows one alien and one human of the whole world per frame, and the ship on every
+sixteenth frame. Alternating objects of the last two frames are valid. While the game draws a human,
+it does not draw an alien's shot, which waits. The ship's shot and the flame of its engine replace
+the ship on the screen, which stays valid. The flame, explosions and the scanner's frame are
+scenery.
 
-Slots: of aliens and their dots, the game's records, any of which may become a Lander, Mutant or
-Baiter, and that of a Pod a Swarm. Of humans and their dots, the game's numbers.
+Slots: aliens and their dots have the game's records. Any record may become a Lander, Mutant or
+Baiter, and a Pod's record may become a Swarm. Humans and their dots have the game's numbers.
 
 RAM: OCAtari's current version (names, some bytes), ALE's source (score, lives), a disassembly by
-Nick Bensema and Manuel Polik (names), and the ROM's code. After the drawing, the game chooses what
-comes next, moves shots, and finds out what was hit.
+Nick Bensema and Manuel Polik (names), and the ROM's code. After the drawing, the game selects the
+next objects, moves shots, and detects hits.
 
 Covered: ALE's modes and difficulties, first waves, the planet lost, deaths, pauses.
 
-Not exact: the RAM does not tell about the ship's shot in its last frame (one in ten of those with a
-shot). In the frame in which the last life is lost, the game has already made the records of the
-next game: only the display and the city are known. When another life is lost, a capture is
-forgotten. Dots of aliens that follow the ship or come down to a human are a column off in 3 % of
-the frames. The first frame of a pause, which still shows some objects, counts as one without, and
-so do some before the ship moves.
+Not exact: the RAM lacks the ship's shot on its last frame (one in ten of the frames with a shot).
+On the frame on which the last life is lost, the game has already made the records of the next game:
+only the display and the city are known. When another life is lost, the RAM loses a capture. Dots of
+aliens that follow the ship or come down to a human are a column off in 3 % of the frames. The first
+frame of a pause still shows some objects, but none are valid; the same holds for some frames before
+the ship moves.
 
-VEM: of two objects in one colour that touch it misses one. It reads one digit of Wave a frame. In
-later waves than the first, it may take a human's dot beside the scanner's wall for an alien's.
+VEM: it misses one of two touching objects in one colour. It reads one digit of Wave per frame.
+After the first wave, it may take a human's dot beside the scanner's wall for an alien's.
 """
 
 import functools
@@ -32,11 +33,26 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    ShortRuns,
+    bitmaps,
+    box,
+    display,
+    edges,
+    when,
+)
 from ocjax.extractors.defender.drawn import (
     FLAME_COLOR,
     SHIP_COLOR,
@@ -66,12 +82,6 @@ from ocjax.extractors.defender.world import (
     ship_dot,
     ship_row,
 )
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF5F, rows=7)
 SCORE = NumberDisplay(FONT, right=103, top=177, digits=6)
@@ -85,10 +95,10 @@ FIELD_TOP = 39
 
 SHIP_PICTURE = ROM.rows(0xE21, 5)
 SHIPS_ROWS = Pictures.of([SHIP_PICTURE[:rows] for rows in range(6)])  # its upper rows
-FIRST_DARK = 97  # column from which the ship's row just above the city does not show
-SHOT_DARK = 79  # likewise its shot
+FIRST_DARK = 97  # least column at which the ship's row just above the city is invisible
+SHOT_DARK = 79  # the same for its shot
 FULL_WIDTH = 32  # of the shot
-ROW_WIDTH = 28  # of a row of it; the lower one begins to the left of the upper one
+ROW_WIDTH = 28  # of a row of it; the lower row starts to the left of the upper one
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -117,7 +127,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _ship(m: Ram, d: Drawn) -> Box:
-    """The ship, also while something else is drawn in its place. The city hides its lower rows."""
+    """The ship, also while another picture replaces it. The city hides its lower rows."""
     top = LAST_ROW + 6 - ship_row(m)
     bottom = jnp.where(m.lost != Planet.GONE, CITY_TOP, LAST_ROW)
     rows = jnp.clip(bottom - top, 0, 5)
@@ -142,13 +152,14 @@ def _shot(m: Ram, d: Drawn) -> Box:
     dark = (top + 2 == CITY_TOP) & (x + jnp.where(d.forward, 1, 1 + aside) >= SHOT_DARK)
     single = (m.lost != Planet.GONE) & ((top + 1 >= CITY_TOP) | dark)
     left = x + 1 + when(single & d.forward, aside)
-    width, height = jnp.where(single, ROW_WIDTH, FULL_WIDTH), jnp.where(single, 1, 2)
+    width = jnp.where(single, ROW_WIDTH, FULL_WIDTH)
+    height = jnp.where(single, 1, 2)
     whole = box(left, top, width, height, shown, color=sprite_color(m, d))
     return whole.clip(0, 0, 160, CITY_TOP)
 
 
 def _alien_shot(m: Ram, d: Drawn) -> Box:
-    """A shot of an alien, but where humans were drawn in the last two frames."""
+    """A shot of an alien; not valid if humans were drawn in the last two frames."""
     x, row, there = missile(m, d)
     top, bottom = missile_rows(m, d, x, row, 2)
     number = jnp.arange(5)
@@ -160,7 +171,7 @@ def _alien_shot(m: Ram, d: Drawn) -> Box:
 
 
 def _wave_number(m: Ram) -> Box:
-    """The number of the wave that is over, one digit a frame."""
+    """The number of the last wave, one digit per frame."""
     shown = (m.wave_over > 0) & (m.pause > 0) & (m.pause < Pause.NEXT_WAVE)
     return WAVE.box(10 * (m.wave >> 4) + (m.wave & 15), valid=shown)
 
@@ -168,26 +179,26 @@ def _wave_number(m: Ram) -> Box:
 def _points(m: Ram) -> Box:
     digits = jnp.where(m.digits > 9, 0, m.digits)
     total = jnp.sum(digits * np.array((1, 10, 100, 1000, 10_000, 100_000)), dtype=jnp.int32)
-    # The last two zeros always show; without further digits, they are as wide as a 20.
+    # The last two zeros are always visible; without other digits, they are as wide as a 20.
     return SCORE.box(jnp.maximum(total, 20), value=total)
 
 
-SHOT_PARTS = 20  # pixels of a row of the ship's shot, at least
+SHOT_PARTS = 20  # least pixels of a row of the ship's shot
 
 
 @dataclass(frozen=True)
 class LongRuns:
-    """The pixels of horizontal runs of at least so many pixels."""
+    """The pixels of horizontal runs of at least `least` pixels."""
 
     least: int
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
-        starts = bm.over(mask, self.least, bm.shift_left, jnp.bitwise_and)
-        return bm.over(starts, self.least, bm.shift_right, jnp.bitwise_or)
+        """The pixels that the filter keeps."""
+        starts = bitmaps.over(mask, self.least, bitmaps.shift_left, jnp.bitwise_and)
+        return bitmaps.over(starts, self.least, bitmaps.shift_right, jnp.bitwise_or)
 
 
-CYCLE = (26, 28, FLAME_COLOR, 94, CITY_COLOR, SHIP_COLOR, 254)  # of what is drawn for the ship
+CYCLE = (26, 28, FLAME_COLOR, 94, CITY_COLOR, SHIP_COLOR, 254)  # of the ship's sprite
 NOT_CITY = tuple(c for c in CYCLE if c != CITY_COLOR)
 FIELD = (0, FIELD_TOP, 160, LAST_ROW)
 ABOVE_CITY = (0, FIELD_TOP, 160, CITY_TOP + 1)
@@ -197,7 +208,7 @@ in_field = functools.partial(Blobs, region=FIELD)
 dots = functools.partial(Blobs, region=(*SCANNER[:3], 37), ignore=MARKS)
 
 WHOLE_SHIP = Shape(w=7, h=5, pixels=19)
-LOW_SHIP = (  # of which the city hides rows
+LOW_SHIP = (  # the city hides some rows
     Shape(w=7, h=4, pixels=16),
     Shape(w=5, h=3, pixels=9),
     Shape(w=3, h=2, pixels=4),
@@ -232,8 +243,8 @@ POD_RULE = _alien_rule(Kind.POD, Shape(w=7, h=7))
 SWARM_RULE = _alien_rule(Kind.SWARM, Shape(w=8, h=7), gap=(2, 1))
 LANDER_RULE = _alien_rule(Kind.LANDER, Shape(w=8, h=7), Shape(w=(6, 8), h=(23, 24)))
 MUTANT_RULE = _alien_rule(Kind.MUTANT, Shape(w=8, h=7))
-# The scanner's wall hides half of an alien's dot beside it. Such a dot is an alien's if it has
-# another colour than the scanner of the first wave.
+# The scanner's wall hides half of an alien's dot beside it. VEM takes such a dot for an alien's if
+# its colour differs from the scanner's in the first wave.
 OTHERS = tuple(c for c in COLORS if c != DIGIT_COLOR)
 lone_dots = functools.partial(Blobs, shapes=Shape(w=1, h=2), filters=(ShortRuns(1, across=True),))
 HALF_DOT = lone_dots(OTHERS, (SCANNER[0], SCANNER[1], SCANNER[0] + 1, SCANNER[3]))
@@ -250,7 +261,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        taking_turns("Player", PLAYER_RULE, attributes=("orientation",), doc="the ship"),
+        taking_turns(
+            "Player", PLAYER_RULE, attributes=("orientation",), role="player", doc="the ship"
+        ),
         Category("Player_Shot", SHOT_RULE, doc="its shot"),
         taking_turns("Enemy_Shot", MISSILE_RULE, doc="a shot of an alien, or a mine"),
         taking_turns("Bomber", BOMBER_RULE, doc="drops mines"),
@@ -271,8 +284,8 @@ GAME = Game(
         on_scanner("Radar_Human", HUMAN_DOT, 5, doc="its dots of humans"),
         on_scanner("Radar_Player", PLAYER_DOT, doc="its dot of the ship"),
         display("Wave", WAVE.rule(DIGIT_COLOR, required=True), blinks=True, doc="that is over"),
-        display("Score", SCORE.rule(DIGIT_COLOR), doc="points"),
-        display("Lives", SHIPS_RULE, doc="icons, at most three; value: lives"),
+        display("Score", SCORE.rule(DIGIT_COLOR), role="score", doc="points"),
+        display("Lives", SHIPS_RULE, role="lives", doc="icons, at most three; value: lives"),
         display("Smart_Bomb_Count", BOMBS_RULE, doc="icons, at most three; value: bombs"),
     ),
 )

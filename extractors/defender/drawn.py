@@ -1,11 +1,11 @@
-"""What Defender's RAM said when the frame was drawn, before the game moved on."""
+"""The state of Defender when the frame was drawn, before the game moved on."""
 
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import div, match, only, pick, when
+from ocjax.authoring import div, match, only, pick, when
 from ocjax.extractors.defender.ram import (
     ROM,
     Capture,
@@ -28,16 +28,16 @@ START_Y = 50
 START_SCROLL = 160
 FIRST_FRAMES = 63  # of a wave
 VANISHED = 170  # the ship's y above the screen, before it appears elsewhere
-GLIDE_MASKS = ROM.bytes(0xEB5, 5)  # in which frames the world scrolls, by tens of speed
-SHOT_STEP = 7  # columns of the ship's shot a frame
-AHEAD = 5  # columns before the ship's x where a shot to the right is first drawn
-BEHIND = 32  # likewise to the left
+GLIDE_MASKS = ROM.bytes(0xEB5, 5)  # frames on which the world scrolls, by tens of speed
+SHOT_STEP = 7  # columns per frame of the ship's shot
+AHEAD = 5  # columns from the ship's x to a shot's first position to the right
+BEHIND = 32  # the same to the left
 LEAST_Y = 15  # of a missile
 RIGHT_END = 160
 
-OFFSETS = ROM.bytes(0xEF2, 8)  # of aliens and humans, from what scrolls
-ON_SCREEN = 89  # first place in the world that is on the screen
-HUMANS_END = 168  # first place of a human right of it
+OFFSETS = ROM.bytes(0xEF2, 8)  # of aliens and humans, relative to the scroll
+ON_SCREEN = 89  # first position in the world that is on the screen
+HUMANS_END = 168  # first position of a human right of it
 HUMAN_BITS = np.array((128, 64, 32, 16, 8))  # of `Ram.lost`
 
 
@@ -51,18 +51,19 @@ class Drawn:
     forward: jax.Array  # the ship looks right
     dies: jax.Array  # the ship flashes or explodes
     scroll: jax.Array
-    wander: jax.Array  # place of the landers' group
+    wander: jax.Array  # position of the landers' group
     capture_x: jax.Array
     places: jax.Array  # of humans
     dot: jax.Array  # record of the scanner's dot
-    human: jax.Array  # whose turn it was
-    human_before: jax.Array  # in the frame before
+    human: jax.Array  # the drawn human
+    human_before: jax.Array  # the human on the frame before
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Take back what the game has done since it drew the frame."""
+    """Revert the game's changes after the drawing."""
     frame = m.frame - 1 & 255
-    runs, lately = _has_run(m), m.pause != Pause.NEW_LIFE
+    runs = _has_run(m)
+    lately = m.pause != Pause.NEW_LIFE
     moves = runs & lately & (m.countdown == 0)
     glide = when(moves, _moved_by(m, frame))
     turn = moves & ((frame & 7) == 0)
@@ -87,7 +88,7 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def _has_run(m: Ram) -> jax.Array:
-    """Whether the game was not paused. The frame that begins a life does not show anything yet."""
+    """True if the game was not paused. The frame that begins a life is still empty."""
     at_start = (m.x == START_X) & (m.y == START_Y) & (m.scroll == START_SCROLL)
     still = (m.group_x[2] == 0) & (m.way == 0) & (m.shot_x == 0)
     # Since the wave began, unless the world has scrolled; a life may also begin within a wave.
@@ -104,7 +105,7 @@ def _has_run(m: Ram) -> jax.Array:
 
 
 def _moved_by(m: Ram, frame: jax.Array) -> jax.Array:
-    """How many places the world has moved for this frame."""
+    """Places that the world has moved for this frame."""
     tens = div(10 * (m.speed >> 4) + (m.speed & 15) + 13, 10)
     due = (m.speed > 0) & ((frame & pick(tens, GLIDE_MASKS.tolist())) == 0)
     backwards = (m.thrust > 0) & (m.way != 0) & (m.turned > 0)
@@ -112,19 +113,19 @@ def _moved_by(m: Ram, frame: jax.Array) -> jax.Array:
 
 
 def _turn_before(number: jax.Array, frame: jax.Array) -> jax.Array:
-    """Whose turn it was before a human's or the ship's, after which the first human has two."""
+    """The human drawn before a human or the ship; after the ship, the first human comes twice."""
     again = (number == 0) & ((frame - 1 & 15) == 0)
     return match((again, 0), ((number > 0) & (number != Turn.SHIP), number - 1), otherwise=4)
 
 
 def explodes(m: Ram, d: Drawn) -> jax.Array:
-    """Whether the ship is past flashing. The countdown steps in every fourth frame."""
+    """True if the ship no longer flashes. The countdown steps on every fourth frame."""
     left = m.countdown + when((m.frame & 3) == 0, 1) + when((d.frame & 3) == 0, 1)
     return d.dies & ((left < Countdown.EXPLODES) | ~d.lately)
 
 
 def own_shot(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array]:
-    """Where the ship's shot was, and whether it was drawn. It may just have been fired."""
+    """Position of the ship's shot, and True if it was drawn. It may just have been fired."""
     fired = m.shot_x == m.x + jnp.where(d.forward, AHEAD, -BEHIND)
     x = m.shot_x - jnp.where(d.forward, SHOT_STEP, -SHOT_STEP)
     flew = (m.shot_x > 0) & ~fired & (x > 0)
@@ -132,25 +133,26 @@ def own_shot(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array]:
 
 
 def sprite_color(m: Ram, d: Drawn) -> jax.Array:
-    """The colour of what was drawn for the ship, and of all missiles."""
+    """The colour of the ship's sprite and of all missiles."""
     cycled = only(jnp.arange(8) == d.dot, m.colors) & 254
-    cycles, flame = d.dies | own_shot(m, d)[1], (d.frame & 7) == 0
+    cycles = d.dies | own_shot(m, d)[1]
+    flame = (d.frame & 7) == 0
     return match((cycles, cycled), (flame, FLAME_COLOR), otherwise=SHIP_COLOR)
 
 
 def missile(m: Ram, d: Drawn) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """Where an alien's shot was, with the display program's row, and whether there was one."""
+    """Column and display row of an alien's shot, and True if it exists."""
     dx, dy = _missile_step(m)
     ended = (m.timing == Timing.SHOT) & (m.countdown == 0)
     there = d.runs & ((m.missile_dx != Speed.NONE) | ended) & ~_is_fired(m)
-    # One that has left the screen was at its edge.
+    # A shot that has left the screen was at its edge.
     beyond_left = m.missile_x >= RIGHT_END + 80
     x = jnp.where(beyond_left, 0, jnp.minimum(m.missile_x - dx, RIGHT_END - 2))
     return x, m.missile_y - dy, there
 
 
 def _missile_step(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """How far an alien's shot has moved since the frame was drawn; a mine does not, nor its end."""
+    """Motion of an alien's shot since the drawing; mines and ended shots do not move."""
     left_field = (m.missile_y < LEAST_Y) | (m.missile_x >= RIGHT_END)
     flies = jnp.where(m.missile_dx == Speed.NONE, left_field, m.missile_dx != Speed.MINE)
     moved = (m.timing == Timing.SHOT) & flies
@@ -158,34 +160,34 @@ def _missile_step(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _is_fired(m: Ram) -> jax.Array:
-    """Whether the alien that comes next has just fired."""
+    """True if the next alien has just fired."""
     dx, dy = _missile_step(m)
     at_alien = (m.missile_x - dx == m.next_x) & (m.missile_y - dy == m.next_y)
     return (m.timing == Timing.SHOT) & at_alien
 
 
 def _has_burst(m: Ram) -> jax.Array:
-    """Which alien's explosion comes next."""
+    """True for the record that explodes next."""
     return (jnp.arange(8) == m.next_alien) & (m.next_picture == Picture.EXPLOSION)
 
 
 def alien_kinds(m: Ram) -> jax.Array:
-    """What all records are, also one that has burst since."""
+    """The kinds of all records, including one that has burst since."""
     return jnp.where(_has_burst(m), m.next_kind, m.kind)
 
 
 def alive(m: Ram) -> jax.Array:
-    """Which aliens lived, also the one that was drawn and has been hit or has burst since."""
+    """True for living aliens, including the drawn one if it has been hit or has burst since."""
     shown = jnp.arange(8) == m.drawn
     hit = m.status >> 4 == Status.HIT
     return (m.status >> 4 == Status.ALIVE) | (shown & (hit | _has_burst(m)))
 
 
 def present(m: Ram) -> jax.Array:
-    """Which humans are not lost."""
+    """True for humans that are not lost."""
     return (m.lost & HUMAN_BITS) == 0
 
 
 def visible(m: Ram, d: Drawn) -> jax.Array:
-    """Which humans are on the screen."""
+    """True for humans on the screen."""
     return present(m) & (d.places >= ON_SCREEN) & (d.places < HUMANS_END)

@@ -1,7 +1,6 @@
-"""What Defender keeps in its RAM."""
+"""Defender's RAM and the meaning of its values."""
 
-from ocjax.console.ram import RamMap, byte, low, signed
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, byte, low, signed
 
 ROM = Rom("defender", "0f643c34e40e3f1daafd9c524d3ffe64")
 
@@ -20,10 +19,10 @@ class Status:  # of Ram.status
     HIT = 1
 
 
-class Capture:  # of Ram.capture: of a human by a lander
+class Capture:  # of Ram.capture: a lander's capture of a human
     NONE = 0
     CARRIED = 3  # by the ship, after it has caught the human
-    COMES = 128  # from here on, the lander comes down
+    COMES = 128  # at least this: the lander comes down
 
 
 class Pause:  # of Ram.pause
@@ -34,7 +33,7 @@ class Pause:  # of Ram.pause
 
 
 class Countdown:  # of Ram.countdown, while the ship flashes
-    EXPLODES = 5  # below
+    EXPLODES = 5  # below this
 
 
 class Timing:  # of Ram.timing
@@ -64,21 +63,21 @@ class Speed:  # of Ram.missile_dx
 
 class Ram(RamMap):
     kind = low(*range(8))  # of the aliens' records
-    status = byte(*range(8))  # the high nibble; from 8 on, gone
-    thrust = byte(9)  # 0: the ship is where it stays on the screen
+    status = byte(*range(8))  # the high nibble; gone if at least 8
+    thrust = byte(9)  # 0: the ship stays in its column
     facing = byte(11)
-    timing = byte(18)  # what used the missile's sprite last
-    drawn_x = byte(21)  # of the alien that was drawn
+    timing = byte(18)  # last use of the missile's sprite
+    drawn_x = byte(21)  # of the drawn alien
     drawn = byte(22)  # its record; 255: none
     drawn_y = byte(23)  # 172 - y
     random = byte(24)
     digits = low(28, 29, 30, 31, 32, 33)  # of the score, the last one first; 10: blank
     frame = byte(35)
-    human_x = byte(36)  # of the human that comes next; 0: none
+    human_x = byte(36)  # of the next human; 0: none
     x = byte(37)
-    next_x = byte(38)  # of the alien that comes next
+    next_x = byte(38)  # of the next alien
     y = byte(45)  # 177 - y
-    height = byte(46)  # added to that of all aliens
+    height = byte(46)  # added to the height of all aliens
     captive_y = byte(47)  # 170 - y; 255: on the ground
     next_y = byte(48)  # 172 - y
     next_picture = byte(50)
@@ -96,19 +95,19 @@ class Ram(RamMap):
     icons = byte(64)  # of lives
     bombs = byte(65)
     lives = byte(66)
-    capture_x = byte(70)  # place of captor and captive
+    capture_x = byte(70)  # position of captor and captive
     capture_y = byte(71)  # of the captor: 172 - y
-    scroll = byte(72)  # place of the aliens
-    ground = byte(73)  # place of the humans
+    scroll = byte(72)  # position of the aliens
+    ground = byte(73)  # position of the humans
     captive = byte(74)  # number of the human
-    pause = byte(75)  # frames before the game goes on
+    pause = byte(75)  # frames left of a pause
     way = signed(76)  # of the joystick, sideways
     capture = byte(77)
     next_human = byte(78)
-    lost = byte(79)  # a bit for each human, the first one in the highest
+    lost = byte(79)  # a bit per human, the first in the highest bit
     wave_over = byte(81)
     wave = byte(82)  # two digits
-    group_x = byte(96, 97, 98)  # places of aliens that move together
-    group_y = byte(99, 100)  # their heights; the second one is that of the bombers
+    group_x = byte(96, 97, 98)  # positions of aliens that move together
+    group_y = byte(99, 100)  # their heights; the second is the bombers'
     shot_x = byte(102)  # of the next frame; 0: none
     colors = byte(*range(104, 112))

@@ -5,38 +5,47 @@ scenery. The menu of options is a screen that does not appear in the emulator's 
 
 Slots: Player is the green team, Opponent the white one; Big and Small are its two players.
 
-Files: `ram` has the RAM and what its values mean. `pictures` has the figures' pictures, `lines`
-which lines of them show, and `drawn` all about the players as they are drawn; `ball` has the ball's
-steps. VEM's `figures` finds players in frames (`kinds` has their looks, `strips` and `fitting` the
-two steps of the search), and `vision` tells which pixels count for a player and for the ball.
+Files: `ram` has the RAM map and the meaning of its values, `pictures` the figures' pictures,
+`lines` their visible lines, `drawn` the players as drawn, and `ball` the ball's steps. For VEM,
+`figures` finds players in frames (`kinds` has their looks, `strips` and `fitting` the two steps of
+the search), and `vision` selects the pixels of a player and of the ball.
 
 RAM: ALE's source (scores), OCAtari 2.2 (positions, pictures), and the ROM's code. Each of the two
-sprites draws two figures, one below the other. Bytes 41, 48-51, 53-56 and 58-81 hold them as they
-are drawn, from the top, and do not change before the next frame is made. Where the figures of a
-sprite overlap, it leaves out a part of one of them, the upper and the lower one by turns. So a box
-has the lines that are drawn. The players themselves (bytes 29-40) have moved since; they tell which
-of two figures of one size is whose. A player who is not drawn has his box where he is now. The game
-places the ball's sprite, then moves the ball, then draws it: its column is one step older than its
+sprites draws two figures, one below the other. Bytes 41, 48-51, 53-56 and 58-81 hold the figures as
+drawn, from the top, and change only when the game makes the next frame. If the figures of a sprite
+overlap, the sprite skips a part of the upper or the lower one, alternately. A box therefore has
+only the drawn lines. The players themselves (bytes 29-40) have moved since; they assign figures of
+one size to players. A player who is not drawn has a box at his current position. The game places
+the ball's sprite, moves the ball, and then draws it, so its column is one step older than its
 lines.
 
 Covered: all modes, possession, fouls, free throws, the end of the game.
 
-Not exact: the ball's column, in one of twenty frames. The RAM holds the direction in which the
-player with the ball is pushed now, and not the one before; nor the frame on which he begins to
-dribble, jump or pass. A line of a player or of the ball, where the ends of both sprites are close
-together and where the upper part of the court begins.
+Not exact: the ball's column, on one of twenty frames. The RAM holds the current push of the player
+with the ball, but not the push before, and not the frame on which he begins to dribble, jump or
+pass. A line of a player or of the ball may be wrong if the ends of both sprites are close together,
+or where the upper part of the court begins.
 
-VEM: knows a figure by the colours of its rows, and by the picture that covers most of its pixels.
-It does not see a figure of which few lines are drawn, or takes a few lines of another one for it.
-It does not see the ball among pixels of the players in whose colours it is drawn.
+VEM: it identifies a figure by the colours of its rows, and by the picture that covers most of its
+pixels. It misses a figure with few drawn lines, or takes a few lines of another figure for it. It
+misses the ball among pixels of players in the ball's colours.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import only, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Searched,
+    box,
+    display,
+    only,
+    when,
+)
 from ocjax.extractors.doubledunk.ball import ball_step, looks_at_ball
 from ocjax.extractors.doubledunk.drawn import FIRST_COLUMN, Drawn, as_drawn
 from ocjax.extractors.doubledunk.figures import Figures
@@ -53,9 +62,6 @@ from ocjax.extractors.doubledunk.pictures import (
 )
 from ocjax.extractors.doubledunk.ram import ROM, Ram, Who
 from ocjax.extractors.doubledunk.vision import BallPixels, InBox
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import Searched
-from ocjax.vision.rules import Bounds
 
 FONT = ROM.font(0x801, rows=7, stride=8)
 SMALL_FONT = ROM.font(0x859, rows=7, stride=8, dots=3, shift=5, pitch=4)
@@ -67,15 +73,15 @@ ORANGE = 34
 BOARD = 12
 NET = 22
 YELLOW = 30
-CLOCK_COLORS = (12, 4)  # with a shot clock, without one
+CLOCK_COLORS = (12, 4)  # with a shot clock, without
 
 LINE_0 = 181  # screen row of line 0; the game counts lines upwards
-UNEQUAL = 2 * np.arange(4) + 1  # added to eightfold distances, so that no two are equal
+UNEQUAL = 2 * np.arange(4) + 1  # added to eightfold distances to make them all different
 FULL_WIDTH = 8  # of players who are not drawn
 HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn, by `Who`
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
-BYTES = (0, 8, 16, 24)  # of the sides of a box in a number
+BYTES = (0, 8, 16, 24)  # bit positions of the sides of a box in a number
 LIMIT = NumberDisplay(SMALL_FONT, right=43, top=18, digits=2)
 SHOT_CLOCK = NumberDisplay(SMALL_FONT, right=115, top=18, digits=2)
 PLAYER_SCORE = NumberDisplay(FONT, right=52, top=9, digits=2)
@@ -105,7 +111,7 @@ def _clock_color(m: Ram) -> jax.Array:
 
 
 def _player_boxes(m: Ram, drawn: Drawn) -> Box:
-    """Each player as he is drawn; where he is not, whole and where he is now."""
+    """Each player as drawn; a player who is not drawn is complete, at his current position."""
     is_his = _whose(m, drawn)
     of_figure = only(is_his, _packed(_figure_boxes(m, drawn))[None], axis=1)
     whole = box(m.x + FIRST_COLUMN, LINE_0 - m.y - HEIGHTS, FULL_WIDTH, HEIGHTS)
@@ -114,8 +120,9 @@ def _player_boxes(m: Ram, drawn: Drawn) -> Box:
 
 
 def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
-    """The figures in the order of drawing, with the lines of each that are drawn."""
-    lines, top = drawn.lines, LINE_0 - PICTURE_LINES + 1 - drawn.feet
+    """The figures in the order of drawing, with their drawn lines."""
+    lines = drawn.lines
+    top = LINE_0 - PICTURE_LINES + 1 - drawn.feet
     highest = lines.first - drawn.feet
     index = extent_index(drawn.figure, drawn.mirrored, lines.lowest, highest)
     extent = EXTENTS.at(index, x=drawn.x, y=top)
@@ -124,23 +131,23 @@ def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
 
 
 def _packed(of: Box) -> jax.Array:
-    """Boxes as one number each, of which one is faster chosen than of four."""
+    """Boxes as one number each, because selecting one number is faster than selecting four."""
     sides = (of.x, of.y, of.w, jnp.maximum(of.h, 0))
     words = [(side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)]
     return words[0] | words[1] | words[2] | words[3]
 
 
 def _whose(m: Ram, drawn: Drawn) -> jax.Array:
-    """Whether a drawn figure is a player, bool `[player, slot]`.
+    """True for a figure that is the player, bool `[player, slot]`.
 
-    Of two figures of a size, each belongs to the team to whose player it is nearer, compared with
-    the other figure.
+    Each of two figures of one size belongs to the team with the nearer player, compared with the
+    other figure.
     """
     across = jnp.abs(drawn.x[None] - m.x[:, None] - FIRST_COLUMN)
     along = jnp.abs(drawn.feet[None] - m.y[:, None])
-    to_green = (across + along)[::2]  # of the big and the small one
+    to_green = (across + along)[::2]  # of the big and the small player
     to_white = (across + along)[1::2]
-    nearer = 8 * (to_green - to_white) + UNEQUAL[None]  # the less, the nearer to green
+    nearer = 8 * (to_green - to_white) + UNEQUAL[None]  # smaller if nearer to green
     of_size = is_big(drawn.figure)[None] == np.array(((True,), (False,)))
     fits = (drawn.figure != NO_PICTURE)[None] & of_size
     the_other = jnp.sum(when(fits, nearer), axis=1)[:, None] - nearer
@@ -149,7 +156,7 @@ def _whose(m: Ram, drawn: Drawn) -> jax.Array:
 
 
 def _ball_box(m: Ram, drawn: Drawn) -> Box:
-    """The ball, 2 x 6 and 4 x 4 pixels by turns."""
+    """The ball, alternately 2 x 6 and 4 x 4 pixels."""
     wide = (m.frame & 1) == 0
     x = m.ball_x - ball_step(m) + jnp.where(wide, 12, 13)
     line, beam = looks_at_ball(m, drawn.lines, jnp.stack([m.ball_top, m.ball_bottom]) - 1)
@@ -158,7 +165,7 @@ def _ball_box(m: Ram, drawn: Drawn) -> Box:
 
 
 def _row_colors(*runs: tuple[int, int]) -> tuple[int, ...]:
-    """The colours of a figure's rows from the top, from how many rows have each."""
+    """The colours of a figure's rows from the top, given as runs of rows."""
     return tuple(COLORS.index(color) for count, color in runs for _ in range(count))
 
 
@@ -215,16 +222,33 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player_Big", _player("Player_Big", GREEN), doc="green, tall"),
+        Category(
+            "Player_Big",
+            _player("Player_Big", GREEN),
+            role="player",
+            doc="green, tall",
+        ),
         Category("Opponent_Big", _player("Opponent_Big", WHITE), doc="white, tall"),
-        Category("Player_Small", _player("Player_Small", GREEN), doc="green, short"),
+        Category(
+            "Player_Small",
+            _player("Player_Small", GREEN),
+            role="player",
+            doc="green, short",
+        ),
         Category("Opponent_Small", _player("Opponent_Small", WHITE), doc="white, short"),
         Category("Ball", BALL_RULE, doc="the ball"),
         Category("Basket", Bounds(NET, (68, 40, 92, 56)), doc="the net"),
         Category("Backboard", Bounds(BOARD, (60, 24, 100, 45)), doc="the board"),
         display("Limit", LIMIT.rule(YELLOW), doc="points that win the game"),
-        display("Shot_Clock", SHOT_CLOCK.rule(CLOCK_COLORS), doc="seconds left for a shot"),
-        display("Player_Score", PLAYER_SCORE.rule(GREEN), doc="points of green"),
-        display("Opponent_Score", OPPONENT_SCORE.rule(WHITE), doc="points of white"),
+        display(
+            "Shot_Clock", SHOT_CLOCK.rule(CLOCK_COLORS), role="time", doc="seconds left for a shot"
+        ),
+        display("Player_Score", PLAYER_SCORE.rule(GREEN), role="score", doc="points of green"),
+        display(
+            "Opponent_Score",
+            OPPONENT_SCORE.rule(WHITE),
+            role="opponent_score",
+            doc="points of white",
+        ),
     ),
 )

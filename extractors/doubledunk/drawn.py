@@ -1,11 +1,10 @@
-"""DoubleDunk's players as they are drawn: which pictures, where, and which lines of them."""
+"""DoubleDunk's players as drawn: pictures, positions and visible lines."""
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import match
-from ocjax.console.registers import position
+from ocjax.authoring import match, position
 from ocjax.extractors.doubledunk.lines import Lines, drawn_lines
 from ocjax.extractors.doubledunk.pictures import (
     BIG_HEAD,
@@ -17,12 +16,12 @@ from ocjax.extractors.doubledunk.pictures import (
 from ocjax.extractors.doubledunk.ram import Ram
 
 LEFT = 4  # `position` of column 0
-FIRST_COLUMN = 11  # of a player whose x is 0
-MOST_MOVED = 8  # columns of a player since he was drawn
+FIRST_COLUMN = 11  # of a player at x 0
+MOST_MOVED = 8  # columns of a player since the drawing
 
 
 class Drawn(NamedTuple):
-    """The players as they are drawn, `[4]` each, in the order of `lines`."""
+    """The players as drawn, `[4]` each, in the order of `lines`."""
 
     figure: jax.Array  # number of the picture; NO_PICTURE: none
     mirrored: jax.Array
@@ -32,7 +31,7 @@ class Drawn(NamedTuple):
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """The players in the order of drawing, from what the game has made of them for the frame."""
+    """The players in the order of drawing, from the game's values for the frame."""
     known = figure_below(m.picture + m.top)
     feet = m.top - jnp.where(is_big(known), BIG_HEAD, SMALL_HEAD)
     figure = _without_doubles(m, known)
@@ -48,15 +47,15 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def _without_doubles(m: Ram, figure: jax.Array) -> jax.Array:
-    """The figures; a sprite that has one player has him as its lower figure, too."""
+    """The figures; a sprite with one player has him as its lower figure, too."""
     twice = (m.picture[2:] == m.picture[:2]) & (m.top[2:] == m.top[:2])
     return jnp.concatenate([figure[:2], jnp.where(twice, NO_PICTURE, figure[2:])])
 
 
 def _last_column(m: Ram, x: jax.Array, feet: jax.Array, figure: jax.Array) -> jax.Array:
-    """The column of the last figure; at the beginning of a shot, the game has another use for it.
+    """The column of the last figure; the game overwrites it at the beginning of a shot.
 
-    Then it is that of the player of its size who is nearer in his line.
+    Then use the player of its size in the nearer line.
     """
     big = is_big(figure)
     columns = jnp.where(big, m.x[:2], m.x[2:]) + FIRST_COLUMN

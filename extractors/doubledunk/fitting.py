@@ -1,6 +1,6 @@
-"""Which picture of a kind of DoubleDunk's figures fits best around a strip, and its pixels.
+"""The best fit of the pictures of a kind of DoubleDunk's figures around a strip.
 
-A window is a strip in the rows of a figure, a word a row. Pictures are compared in packed form:
+A window is a strip in the rows of a figure, a word per row. Pictures are compared in packed form:
 with eight columns of four rows in a word (`Figure.packed`).
 """
 
@@ -8,8 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax._xla.kernels import materialize
-from ocjax.console.ops import match
+from ocjax.authoring import Bitmap, U, bitmaps, match, materialize
 from ocjax.extractors.doubledunk.kinds import (
     HALF_STRIP,
     PACKED_ROWS,
@@ -18,39 +17,37 @@ from ocjax.extractors.doubledunk.kinds import (
     WIDE,
     Figure,
 )
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap, U
 
 STRIP_WIDTH = 2 * HALF_STRIP
-COLUMN_COUNT = STRIP_WIDTH - WIDE + 1  # columns of a strip in which a figure can begin
-INNER = np.uint32(0x3FFFFFFC)  # the columns of a strip but two at each side
-TRIED_AROUND = np.arange(-2, 3)  # columns around the likeliest one in which pictures are tried
-MOST_PIXELS = 512  # more than a window can have beside a picture's
+COLUMN_COUNT = STRIP_WIDTH - WIDE + 1  # possible first columns of a figure in a strip
+INNER = np.uint32(0x3FFFFFFC)  # the columns of a strip except two at each side
+TRIED_AROUND = np.arange(-2, 3)  # columns around the likeliest one for the pictures
+MOST_PIXELS = 512  # more than a window and a picture can have together
 A_ROW_LOWER = np.array((0, 0, 0, 1))  # added to edges: left, top, right, bottom
 
 
 def best_fit(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
 ) -> tuple[jax.Array, ...]:
-    """The picture that fits best: its first column, the pixels of its rows, and its edges."""
-    own, seen, strip = _fullest(*_windows_around(masks, shown, taken, row, strip, kind), strip)
+    """The best picture: its first column, the pixels of its rows, and its edges."""
+    around = _windows_around(masks, shown, taken, row, strip, kind)
+    own, seen, chosen = _fullest(*around, strip)
     which, column = _best_picture(kind, own)
     picture = jnp.take(jnp.asarray(kind.packed), which, axis=1, mode="clip")
-    in_own_colors, in_any = (
-        materialize(lambda w, c: _eight_columns(w, c[None])[:, 0], w, column) for w in (own, seen)
-    )
-    left = HALF_STRIP * (strip - 1) + column
-    ink = in_own_colors & picture
-    edges = _seen_edges(ink, in_any & picture, left, row, kind)
+    in_own_colors = materialize(_eight_columns_at, own, column)
+    in_any = materialize(_eight_columns_at, seen, column)
+    left = HALF_STRIP * (chosen - 1) + column
+    own_ink = in_own_colors & picture
+    edges = _seen_edges(own_ink, in_any & picture, left, row, kind)
     feet = _repeated_feet(in_own_colors, picture, kind)
     is_lower = (feet != 0) & (edges[3] == row + kind.height)
     again = jnp.where(is_lower, feet << U(WIDE * (kind.height % ROWS_A_WORD)), U(0))
-    ink = jnp.concatenate([ink[:-1], (ink[-1] | again)[None]])
+    ink = jnp.concatenate([own_ink[:-1], (own_ink[-1] | again)[None]])
     return left, ink, edges + jnp.where(is_lower, 1, 0)[None] * A_ROW_LOWER[:, None]
 
 
 def _repeated_feet(in_own_colors: jax.Array, picture: jax.Array, kind: Figure) -> jax.Array:
-    """The last row of a picture, if the row below it shows it again; else 0."""
+    """The last row of a picture if the row below repeats it, otherwise 0."""
     feet = _unpacked(picture, kind.height)[-1]
     below = _unpacked(in_own_colors, kind.height + 1)[-1]
     return jnp.where(feet & below == feet, feet, U(0))
@@ -59,11 +56,11 @@ def _repeated_feet(in_own_colors: jax.Array, picture: jax.Array, kind: Figure) -
 def _windows_around(
     masks: jax.Array, shown: Bitmap, taken: Bitmap, row: jax.Array, strip: jax.Array, kind: Figure
 ) -> tuple[jax.Array, jax.Array]:
-    """The pixels in the colours of the kind's rows that are not taken, and those in any colour.
+    """The pixels in the colours of the kind's rows outside taken pixels, and all colours' pixels.
 
-    They are three words across, from the one before the strip's first one on: `[3, rows, B]`.
+    They are three words across, starting with the word before the strip: `[3, rows, B]`.
     """
-    colors = np.array((*kind.colors, kind.colors[-1]))[:, None]  # the line below has the last one
+    colors = np.array((*kind.colors, kind.colors[-1]))[:, None]  # the line below is like the last
     one = 0 * colors
     first = (strip >> 1) - 1
     own = materialize(lambda m, r, s: _words_at(m, colors, r, s), masks, row, first, small=0)
@@ -72,24 +69,24 @@ def _windows_around(
     return own & ~others, seen
 
 
-def _words_at(bitmaps: jax.Array, index: np.ndarray, row: jax.Array, first: jax.Array) -> jax.Array:
-    """Three words of rows from one on, uint32 `[3, rows, B]`; 0 beside the screen.
+def _words_at(masks: jax.Array, index: np.ndarray, row: jax.Array, first: jax.Array) -> jax.Array:
+    """Three words of each of the rows from `row`, uint32 `[3, rows, B]`; 0 beside the screen.
 
     Args:
-        bitmaps: `[n, words, rows, B]`.
+        masks: bitmaps, `[n, words, rows, B]`.
         index: of the bitmap of each row, `[rows, 1]`.
         row, first: int32 `[B]`, the first row and the first word.
     """
-    _, words, height, lanes = bitmaps.shape
+    _, words, height, lanes = masks.shape
     rows = row[None] + np.arange(len(index))[:, None]
     at = (first[None] + np.arange(3)[:, None])[:, None]
     flat = ((index[None] * words + jnp.clip(at, 0, words - 1)) * height + rows[None]) * lanes
-    got = bitmaps.ravel().at[flat + np.arange(lanes)[None, None]].get(mode="clip")
+    got = masks.ravel().at[flat + np.arange(lanes)[None, None]].get(mode="clip")
     return jnp.where((at >= 0) & (at < words), got, U(0))
 
 
 def _windows(words: jax.Array, strip: jax.Array) -> tuple[jax.Array, ...]:
-    """Three overlapping strips of three words, `[rows, B]` each: the middle one is given."""
+    """Three overlapping strips of three words, `[rows, B]` each: `strip` is the middle one."""
     one, two, three = words
     is_odd = ((strip & 1) == 1)[None]
     left = jnp.where(is_odd, one << HALF_STRIP | two >> HALF_STRIP, one)
@@ -100,10 +97,11 @@ def _windows(words: jax.Array, strip: jax.Array) -> tuple[jax.Array, ...]:
 def _fullest(
     own: jax.Array, seen: jax.Array, strip: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The windows of the strip that has the most inner pixels of three, the middle one first."""
-    counts = (jnp.sum(bm.popcount(w & INNER), axis=0) for w in _windows(own, strip))
+    """The windows of the strip with the most inner pixels of three; ties go to the middle one."""
+    counts = (jnp.sum(bitmaps.popcount(w & INNER), axis=0) for w in _windows(own, strip))
     left, middle, right = counts
-    is_middle, is_left = (middle >= left) & (middle >= right), left >= right
+    is_middle = (middle >= left) & (middle >= right)
+    is_left = left >= right
 
     def chosen(words: jax.Array) -> jax.Array:
         before, here, after = _windows(words, strip)
@@ -116,8 +114,8 @@ def _fullest(
 def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The picture that fits best, and its first column in the window, int32 `[B]` each.
 
-    The pictures are tried near the eight columns with the most pixels. A pixel of a picture that
-    is there counts 1 and one that is not -1, and so does each other pixel.
+    The pictures are tried near the eight columns with the most pixels. A pixel of a picture counts
+    1 if the window has it, otherwise -1; each other pixel of the window counts -1.
     """
     near = _fullest_column(own)
     tried = jnp.clip(near[None] + TRIED_AROUND[:, None], 0, COLUMN_COUNT - 1)
@@ -130,9 +128,9 @@ def _best_picture(kind: Figure, own: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 
 def _scores(kind: Figure, there: jax.Array, pixels: jax.Array) -> jax.Array:
-    """How well each picture fits in each of the columns, with its number: `[picture, tried, B]`."""
+    """Scores of each picture in each of the columns, with its number: `[picture, tried, B]`."""
     pictures = [jnp.asarray(word)[:, None, None] for word in kind.packed]
-    hits = sum(bm.popcount(p & t[None]) for p, t in zip(pictures, there, strict=True))
+    hits = sum(bitmaps.popcount(p & t[None]) for p, t in zip(pictures, there, strict=True))
     size = np.bitwise_count(kind.packed).sum(0, dtype=np.int32)[:, None, None]
     score = 2 * hits - pixels[None] - size + MOST_PIXELS
     numbers = np.arange(len(size) * len(TRIED_AROUND)).reshape(len(size), len(TRIED_AROUND))
@@ -140,7 +138,7 @@ def _scores(kind: Figure, there: jax.Array, pixels: jax.Array) -> jax.Array:
 
 
 def _fullest_column(own: jax.Array) -> jax.Array:
-    """The leftmost of the columns from which on eight have the most pixels, int32 `[B]`."""
+    """The leftmost column at which eight columns have the most pixels, int32 `[B]`."""
     columns = np.arange(COLUMN_COUNT)[:, None]
     packed = materialize(lambda o: _eight_columns(o, columns), own)
     counts = materialize(_pixel_count, packed)
@@ -151,20 +149,25 @@ def _fullest_column(own: jax.Array) -> jax.Array:
 
 def _pixel_count(packed: jax.Array) -> jax.Array:
     """Pixels of all words."""
-    return sum((bm.popcount(word) for word in packed[1:]), bm.popcount(packed[0]))
+    return sum((bitmaps.popcount(word) for word in packed[1:]), bitmaps.popcount(packed[0]))
+
+
+def _eight_columns_at(window: jax.Array, column: jax.Array) -> jax.Array:
+    """Eight columns of a window, starting at `column`, four rows in a word, uint32 `[words, B]`."""
+    return _eight_columns(window, column[None])[:, 0]
 
 
 def _eight_columns(window: jax.Array, column: jax.Array | np.ndarray) -> jax.Array:
-    """Eight columns from each of some on, four rows in a word, uint32 `[words, columns, B]`."""
+    """Eight columns from each of the columns, four rows per word, uint32 `[words, columns, B]`."""
     shift = jnp.asarray(STRIP_WIDTH - WIDE - column, U)
-    window = jnp.pad(window, ((0, PACKED_ROWS - len(window)), (0, 0)))
-    rows = window[:, None] >> shift[None] & U(255)
-    rows = rows.reshape(PICTURE_WORDS, ROWS_A_WORD, len(shift), -1)
-    return bm.any_of(rows[:, i] << U(WIDE * i) for i in range(ROWS_A_WORD))
+    padded = jnp.pad(window, ((0, PACKED_ROWS - len(window)), (0, 0)))
+    shifted = padded[:, None] >> shift[None] & U(255)
+    rows = shifted.reshape(PICTURE_WORDS, ROWS_A_WORD, len(shift), -1)
+    return bitmaps.any_of(rows[:, i] << U(WIDE * i) for i in range(ROWS_A_WORD))
 
 
 def _unpacked(words: jax.Array, count: int) -> jax.Array:
-    """The first rows of packed ones, uint32 `[rows, B]`."""
+    """The first rows of packed rows, uint32 `[rows, B]`."""
     shift = WIDE * (np.arange(count, dtype=np.uint32) % ROWS_A_WORD)[:, None]
     rows = jnp.repeat(words, ROWS_A_WORD, axis=0)[:count]
     return rows >> shift & U(255)
@@ -173,20 +176,20 @@ def _unpacked(words: jax.Array, count: int) -> jax.Array:
 def _seen_edges(
     ink: jax.Array, parts: jax.Array, left: jax.Array, top: jax.Array, kind: Figure
 ) -> jax.Array:
-    """The edges of the parts of a picture that are seen, from the first to the last row of ink."""
-    first, last = bm.rows(_unpacked(ink, kind.height))
+    """The edges of the visible parts of a picture, between its first and last row of ink."""
+    first, last = bitmaps.rows(_unpacked(ink, kind.height))
     row = np.arange(kind.height)[:, None]
     inside = (first[None] <= row) & (row <= last[None])
-    columns = bm.or_rows(jnp.where(inside, _unpacked(parts, kind.height), U(0))[None])[0]
+    columns = bitmaps.or_rows(jnp.where(inside, _unpacked(parts, kind.height), U(0))[None])[0]
     begin = lax.clz(columns).astype(jnp.int32) - (32 - WIDE)
-    end = WIDE - bm.popcount(~columns & (columns - 1))
+    end = WIDE - bitmaps.popcount(~columns & (columns - 1))
     is_seen = (last >= 0) & (columns != 0)
     edges = jnp.stack([left + begin, top + first, left + end, top + last + 1])
     return jnp.where(is_seen[None], edges, 0)
 
 
 def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) -> Bitmap:
-    """The pixels that are taken, with those of a figure."""
+    """The taken pixels together with a figure's pixels."""
     words, height, _ = taken.shape
     pixels = materialize(lambda i, r: _rows_of(i, r, height), ink, row, small=0)
     first = left[None] - 32 * np.arange(words)[:, None]  # of the leftmost pixel in each word
@@ -201,8 +204,9 @@ def with_figure(taken: Bitmap, ink: jax.Array, row: jax.Array, left: jax.Array) 
 
 
 def _rows_of(ink: jax.Array, row: jax.Array, height: int) -> jax.Array:
-    """The rows of the court with a figure that begins in a row of it, uint32 `[height, B]`."""
+    """The rows of the court with a figure that begins at a row, uint32 `[height, B]`."""
     at = np.arange(height)[:, None] - row[None]
-    which, shift = at // ROWS_A_WORD, (WIDE * (at % ROWS_A_WORD)).astype(U)
-    word = bm.any_of(jnp.where(which == i, w[None], U(0)) for i, w in enumerate(ink))
+    which = at // ROWS_A_WORD
+    shift = (WIDE * (at % ROWS_A_WORD)).astype(U)
+    word = bitmaps.any_of(jnp.where(which == i, w[None], U(0)) for i, w in enumerate(ink))
     return word >> shift & U(255)

@@ -1,7 +1,6 @@
 """DoubleDunk: the ROM and the RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("double_dunk", "368d88a6c071caba60b4f778615aae94")
 
@@ -21,9 +20,9 @@ class Push:  # of `Ram.pushes`
 class Ram(RamMap):
     """The byte map; players are in the order green and white, tall, then short."""
 
-    clock_runs = bits(0, first=4)  # there is a shot clock
+    clock_runs = bits(0, first=4)  # a shot clock runs
     white_holds = bits(1, first=6)  # a white player has the ball, or had it last
-    short_holds = bits(1, first=7)  # a short player
+    short_holds = bits(1, first=7)  # a short player has it
     falls = bits(2, first=4)  # the ball flies to a player or the ground
     descends = bits(2, first=5)  # towards the basket
     flies_left = bits(2, first=6)
@@ -31,9 +30,9 @@ class Ram(RamMap):
     waits = bits(7, first=7)  # the team with the ball has not begun
     loose = bits(11, first=7)  # no player has the ball
     passed = bits(11, first=6)  # it flies to a player of the team
-    pushes_y = bits(12, first=4, count=2)  # vertical direction of who has the ball
-    pushes = bits(12, first=6, count=2)  # horizontal
-    figure = bits(29, 30, 31, 32, count=4)  # what a player does
+    pushes_y = bits(12, first=4, count=2)  # vertical push of the player with the ball
+    pushes = bits(12, first=6, count=2)  # horizontal push
+    figure = bits(29, 30, 31, 32, count=4)  # a player's activity
     y = byte(33, 34, 35, 36)  # line of his feet
     x = byte(37, 38, 39, 40)  # column - 11
     mirrored = bits(41, first=3)  # of sprite 0
@@ -41,11 +40,11 @@ class Ram(RamMap):
     ball_top = byte(45)  # line above it
     ball_bottom = byte(46)  # its lowest line
     ball_x = byte(47)  # column - 12
-    # Of the four drawn players, from the top; sprites 1, 0, 1, 0:
+    # The four drawn players, from the top; sprites 1, 0, 1, 0:
     fine = bits(48, 49, 50, 51, first=4, count=4)
     coarse = byte(53, 54, 55, 56)
     top = byte(58, 59, 60, 61)  # line above the head
-    bottom = byte(62, 63, 64, 65)  # last line that is drawn
+    bottom = byte(62, 63, 64, 65)  # last drawn line
     colors = byte(66, 68, 70, 72)  # address of line 0, low byte
     picture = byte((75, 74), (77, 76), (79, 78), (81, 80))  # address of line 0
     limit = bcd(115)

@@ -1,27 +1,27 @@
 """Frogger: a frog crosses a road and a river, and jumps into one of five bays.
 
-Screen: green strips of eight columns at both edges hide what drives or swims under them. The
-verges, the banks and the marks at the left edge are scenery. In odd frames, the frog's lane shows
-the frog without the others, and so does a lane with the lady frog or with a snake on a log. Bays
-show a guest in odd frames, and frogs in even ones.
+Screen: green strips of eight columns at both edges hide cars and swimmers under them. The verges,
+the banks and the marks at the left edge are scenery. On odd frames, the frog's lane shows only the
+frog. The same holds for a lane with the lady frog, and for a lane with a snake on a log. Bays show
+a guest on odd frames and frogs on even ones.
 
-Slots: a lane has two sprites of one to three copies. Of Car, lane * 6 + sprite * 3 + copy for the
-four lanes of cars, lowest lane first, then the two trucks. Of Turtle, the lower lane's six, then
-the upper lane's four. Of Log, three short ones, the long one, the last lane's two, then the pieces
-of these three at the left edge while the rest is at the right one. Of Alligator, the alligator
-and such a piece of it. Of Snake, the one between road and river, then the one on a log.
+Slots: a lane has two sprites of one to three copies. Car has lane * 6 + sprite * 3 + copy for the
+four lanes of cars, lowest lane first, then the two trucks. Turtle has the lower lane's six, then
+the upper lane's four. Log has three short logs, the long one, the last lane's two, then the pieces
+of the last three at the left edge while the rest is at the right one. Alligator has the alligator
+and such a piece of it. Snake has the snake between road and river, then the snake on a log.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (frog, cars), and the ROM's code. Lanes, turtles and
-the frog move after the frame is drawn. Positions are taken from the codes for the video chip,
-because two lanes of cars begin anew when a frog comes home, and the codes follow with their next
-step. A turtle that has dived is not valid, as the frog cannot sit on it.
+the frog move after the frame is drawn. `decode` reads positions from the codes for the video chip:
+two lanes of cars restart when a frog comes home, but their codes change only with the next step. A
+turtle that has dived is not valid, because the frog cannot sit on it.
 
-Covered: ten levels, with alligators, snakes, the lady frog and the guests of bays, by writing RAM;
-all modes and difficulties, lost lives, the end of the game.
+Covered: ten levels, with alligators, snakes, the lady frog and the guests of bays (from edited
+RAM); all modes and difficulties, lost lives, the end of the game.
 
-Not exact: on the frame on which the frog jumps, the RAM has its new picture already. When it comes
-home, the RAM does not have the fly that it has taken, nor where the two lanes were that begin anew
-if they also took a step.
+Not exact: on the frame on which the frog jumps, the RAM already has its new picture. When it comes
+home, the RAM has lost the fly that it took, and the positions of the two restarted lanes if they
+also took a step.
 
 VEM: it reads the old score on the frame on which the frog jumps forward. The frog hides a part of
 the snake on the verge.
@@ -32,18 +32,41 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, Number, box
-from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.registers import EDGE_CUTS, NUSIZ_COPIES, NUSIZ_SPACING, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    NORTH,
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    SOUTH,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    Number,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    among,
+    areas,
+    box,
+    display,
+    lookup,
+    match,
+    over,
+    pick,
+    shift_down,
+    shift_up,
+    when,
+    wrap,
+)
 from ocjax.extractors.frogger.drawn import Drawn, as_drawn, column
 from ocjax.extractors.frogger.ram import ROM, FrogColor, Guest, Lane, Picture, Ram, River, Verge
-from ocjax.vision.bitmap import Bitmap, areas, over, shift_down, shift_up
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF01, rows=7, stride=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=72, top=1, digits=4)
@@ -53,9 +76,9 @@ VIEW = (8, 31, 152, 182)
 ROWS = 7  # of a picture
 VERGE_TOP = 95
 START_TOP = 171
-BAY_LEFTS = 12 + 32 * np.arange(5)  # columns of what is in the bays
+BAY_LEFTS = 12 + 32 * np.arange(5)  # columns of the objects in the bays
 BAY_TOP = 14
-HURRY = 6  # units of time that are left when the bar becomes red
+HURRY = 6  # greatest time in units at which the bar is red
 
 BLACK = 0
 WHITE = 14  # trucks, the lady frog, lives
@@ -68,19 +91,19 @@ DIVING = 150
 GREEN = 212
 LIGHT_GREEN = 214
 CAR_COLORS = np.array((40, 104, 212, 88, WHITE))  # lowest lane first
-LOWER_STAGES = (RED, DIVING, WATER, DIVING)  # colours of turtles that dive
+LOWER_STAGES = (RED, DIVING, WATER, DIVING)  # colours of diving turtles
 UPPER_STAGES = (DIVING, WATER, DIVING, RED)
 
-# Of the lanes whose copies differ, by low byte of a table's address: copies less 1, and columns
-# from one to the next in 16 columns, five bits a lane.
+# Lanes with varying copies, by low byte of a table's address. Five bits per lane: copies less 1,
+# and the distance between copies in units of 16 columns.
 NUSIZ = ROM.data[0xE00 + np.arange(256)[:, None] + (0, 1, 2, 3, Lane.SHORT_LOGS)] & 7
 PACKED = np.array(NUSIZ_COPIES)[NUSIZ] - 1 | np.array(NUSIZ_SPACING)[NUSIZ] // 16 << 2
 LAYOUTS = (PACKED << 5 * np.arange(5)).sum(1)
 
-# Looks of figures, each of which may be cut by an edge of the screen.
+# Looks of figures; an edge of the screen may cut each of them.
 SNAKE = 0
 FROG = 4
-GATOR = 9  # its mouth open, then closed
+GATOR = 9  # with open mouth, then closed
 SNAKE_HEADINGS = (EAST, WEST, EAST, WEST)
 FROG_HEADINGS = (NORTH, SOUTH, EAST, WEST, NORTH)  # the last one is dead
 LOOKS = (*Picture.SNAKES, *Picture.FROGS, 0xA3, 0xAA)  # low bytes of addresses of pictures
@@ -92,7 +115,7 @@ FIGURES = Pictures.of(
 
 CAR_LANE = np.repeat(np.arange(5), (6, 6, 6, 6, 2))
 CAR_COPY = np.tile(np.arange(3), 8)
-CAR_DOT = np.where(CAR_LANE == Lane.TRUCKS, 2, 1)  # columns of a dot
+CAR_DOT = np.where(CAR_LANE == Lane.TRUCKS, 2, 1)  # columns per dot
 CAR_ROWS = ROM.rows((0xFC7, 0xFD5, 0xFCE, 0xFC0, 0xFDC), ROWS)[CAR_LANE]
 CAR_FRONT = (CAR_ROWS >> 7).argmax(1)  # first row of the leftmost column of dots
 CAR_REAR = (CAR_ROWS & 1).argmax(1)
@@ -125,7 +148,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _copies(x: jax.Array, kind: jax.Array, copy: np.ndarray) -> tuple[jax.Array, jax.Array]:
-    """Columns of sprites' copies, -8 to 151, and which there are."""
+    """Columns of sprites' copies, -8 to 151, and True for existing copies."""
     return wrap(x + 8 + 16 * (kind >> 2 & 7) * copy) - 8, (kind & 3) >= copy
 
 
@@ -135,12 +158,12 @@ def _lane_top(lane: Number) -> Number:
 
 
 def _figure_boxes(look: Number, x: jax.Array, y: Number, zoom: int = 1, **fields: Number) -> Box:
-    """What the screen's edges leave of figures; wide ones begin a column further right."""
-    x = x + min(zoom - 1, 1)
-    right = jnp.clip(x + 8 * zoom - VIEW[2], 0, 8 * zoom) >> zoom // 2
-    left = jnp.clip(VIEW[0] - x, 0, 8 * zoom) >> zoom // 2
+    """The parts of figures on the screen; wide figures begin a column further right."""
+    begin = x + min(zoom - 1, 1)
+    right = jnp.clip(begin + 8 * zoom - VIEW[2], 0, 8 * zoom) >> zoom // 2
+    left = jnp.clip(VIEW[0] - begin, 0, 8 * zoom) >> zoom // 2
     index = FIGURES.index(look=look, cut=8 + right - left)
-    return FIGURES.box(index, x, y, zoom=zoom, **fields).clip(*VIEW)
+    return FIGURES.box(index, begin, y, zoom=zoom, **fields).clip(*VIEW)
 
 
 def _frog_box(m: Ram, d: Drawn) -> Box:
@@ -166,24 +189,25 @@ def _lady_box(m: Ram) -> Box:
 
 
 def _place(picture: jax.Array, pictures: tuple[int, ...]) -> jax.Array:
-    """The place of a picture among some; 0 if it is none of them."""
+    """The index of a picture in `pictures`; 0 for other pictures."""
     return match(*((picture == low, i) for i, low in enumerate(pictures)), otherwise=0)
 
 
 def _car_boxes(m: Ram, d: Drawn) -> Box:
-    """Up to three copies of both sprites of each lane, then the trucks."""
+    """The copies of both sprites of each lane, at most three, then the trucks."""
     kind = lookup(LAYOUTS, m.layout) >> 5 * CAR_LANE[:24]
     cars, there = _copies(jnp.repeat(d.car_x, 3), kind, CAR_COPY)
     x = jnp.concatenate([cars, d.truck_x + 1])
     valid = jnp.concatenate([there, jnp.array([True, True])])
-    y, color = _lane_top(CAR_LANE), CAR_COLORS[CAR_LANE]
+    y = _lane_top(CAR_LANE)
+    color = CAR_COLORS[CAR_LANE]
     cut = box(x, y, 8 * CAR_DOT, ROWS, valid, color=color).clip(*VIEW)
     inset = when(cut.w <= CAR_DOT, jnp.where(cut.x == VIEW[0], CAR_REAR, CAR_FRONT))
     return cut.trimmed(top=inset, bottom=inset)
 
 
 def _log_boxes(m: Ram, d: Drawn, alligators: jax.Array) -> Box:
-    """Short ones, wide ones, and the wide ones' pieces at the left edge."""
+    """Short logs, wide logs, and the wide ones' pieces at the left edge."""
     kind = lookup(LAYOUTS, m.layout) >> 5 * 4
     short, there = _copies(d.log_x[0], kind, np.arange(3))
     wide = d.log_x[1:] + 1
@@ -194,7 +218,7 @@ def _log_boxes(m: Ram, d: Drawn, alligators: jax.Array) -> Box:
 
 
 def _turtle_boxes(d: Drawn) -> Box:
-    """Two groups of each lane, the second one of which dives."""
+    """Two groups per lane; the second group dives."""
     first = jnp.concatenate([jnp.repeat(d.turtle_x[:2], 3), jnp.repeat(d.turtle_x[2:], 2)])
     x = wrap(first + 8 + 16 * TURTLE_COPY) - 8
     is_lower = TURTLE_LANE == Lane.LOWER_TURTLES
@@ -217,23 +241,24 @@ def _guest_box(m: Ram, width: Number, height: int) -> Box:
 
 
 def _snake_boxes(m: Ram, d: Drawn) -> Box:
-    """The one on the verge, and the one on the log."""
+    """The snake on the verge, and the snake on the log."""
     on_verge = jnp.where(m.verge == Verge.SNAKE, 0, 2)
     look = jnp.stack([on_verge, _place(m.log_snake_picture, Picture.SNAKES)])
     x = jnp.stack([d.verge_snake_x, column(m.log_snake_at)])
     there = among(m.verge, (Verge.SNAKE, Verge.SNAKE_RISES)), m.log_snake_lane == Lane.LONG_LOG
-    y, heading = np.array((VERGE_TOP, _lane_top(Lane.LONG_LOG))), pick(look, SNAKE_HEADINGS)
+    y = np.array((VERGE_TOP, _lane_top(Lane.LONG_LOG)))
+    heading = pick(look, SNAKE_HEADINGS)
     return _figure_boxes(SNAKE + look, x, y, zoom=2, valid=jnp.stack(there), orientation=heading)
 
 
 def _time_box(m: Ram) -> Box:
-    """The bar: a column a unit."""
+    """The bar: a column per unit."""
     color = jnp.where(m.time > HURRY, BLACK, RED)
     return box(VIEW[2] - m.time, 183, m.time, 4, m.time < 128, value=m.time, color=color)
 
 
 def _log_columns(mask: Bitmap) -> Bitmap:
-    """The columns of the last lane with enough rows of wood for a log: one row."""
+    """The columns of the last lane with enough rows of wood for a log, as one row."""
     row = [mask[:, y : y + 1] for y in range(VIEW[1], VIEW[1] + ROWS)]
     return row[0] & row[2] & (row[6] | (row[1] & row[5]))
 
@@ -245,10 +270,9 @@ def _without_alligator(mask: Bitmap, _: jax.Array) -> Bitmap:
 
 
 def _without_logs(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """The pixels of the alligator, of those of its lane, and what is between its jaws."""
+    """The pixels of the alligator and between its jaws."""
     own = mask & ~_log_columns(mask)
-    above, below = (over(own, 5, shift, jnp.bitwise_or) for shift in (shift_down, shift_up))
-    return above & below
+    return over(own, 5, shift_down, jnp.bitwise_or) & over(own, 5, shift_up, jnp.bitwise_or)
 
 
 LAST_LANE = (8, 31, 152, 38)
@@ -269,7 +293,12 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Frog", Bounds((LIGHT_GREEN, PINK), VIEW), doc="pink while the lady frog is on it"),
+        facing(
+            "Frog",
+            Bounds((LIGHT_GREEN, PINK), VIEW),
+            role="player",
+            doc="pink while the lady frog is on it",
+        ),
         Category(
             "Car",
             Blobs(tuple(CAR_COLORS.tolist()), (8, 109, 152, 168), CAR_SHAPE, gap=(0, 1)),
@@ -304,8 +333,13 @@ GAME = Game(
             count=2,
             doc="on the verge, on the long log",
         ),
-        display("Score", SCORE.rule(YELLOW), doc="points"),
-        display("Lives", LIVES.rule(WHITE, STATUS_LEFT), doc="spare frogs"),
-        display("Time", Bounds((BLACK, RED), STATUS_RIGHT, value=Gauge(1)), doc="that is left"),
+        display("Score", SCORE.rule(YELLOW), role="score", doc="points"),
+        display("Lives", LIVES.rule(WHITE, STATUS_LEFT), role="lives", doc="spare frogs"),
+        display(
+            "Time",
+            Bounds((BLACK, RED), STATUS_RIGHT, value=Gauge(1)),
+            role="time",
+            doc="that is left",
+        ),
     ),
 )

@@ -1,7 +1,7 @@
 """Frogger's lanes, turtles and frog as they were drawn.
 
 The frog jumps and lanes move after the frame is drawn ($FAB2, $FBF9), and turtles dive after that
-($F07D). What else moves does so before the frame is drawn.
+($F07D). All other objects move before the frame is drawn.
 """
 
 from dataclasses import dataclass
@@ -9,9 +9,7 @@ from dataclasses import dataclass
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Number
-from ocjax.console.ops import lookup, match, when
-from ocjax.console.registers import packed_position, wrap
+from ocjax.authoring import Number, lookup, match, packed_position, when, wrap
 from ocjax.extractors.frogger.ram import ROM, Lane, Picture, Ram, Stick, Tune
 
 LANES = Lane.LAST + 1
@@ -19,28 +17,28 @@ CAR_LANE = np.repeat(np.arange(Lane.TRUCKS), 2)
 TURTLE_LANE = np.repeat((Lane.LOWER_TURTLES, Lane.UPPER_TURTLES), 2)
 LOG_LANE = np.array((Lane.SHORT_LOGS, Lane.LONG_LOG, Lane.LAST, Lane.LAST))
 STEPS = np.where(ROM.bytes(0xD47, LANES) >= 128, -1, 1)  # columns to the right
-# A lane moves when these bits of the clock are 0: their number, by address and lane.
+# A lane moves when these bits of the clock are 0. Number of the bits, by address and lane.
 MASKS = ROM.data[0xE00 + np.arange(256)[:, None] + np.arange(LANES)] & 7
 PACES = (np.bitwise_count(MASKS).astype(np.int32) << 2 * np.arange(LANES)).sum(1)  # two bits each
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """The state when the frame was drawn. Columns are those of sprites of eight columns."""
+    """The state when the frame was drawn, with columns of sprites of eight columns."""
 
     car_x: jax.Array
     truck_x: jax.Array
     verge_snake_x: jax.Array
     turtle_x: jax.Array
     log_x: jax.Array
-    lane: jax.Array  # the frog's
+    lane: jax.Array  # of the frog
     frog_picture: jax.Array
     homes: jax.Array
     dive: jax.Array
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Takes back what lanes, turtles and the frog have done since."""
+    """Revert the changes of lanes, turtles and the frog since the drawing."""
     jumps = (m.tune == Tune.JUMP) & (m.note == 0)
     comes_home = (m.tune == Tune.HOME) & (m.note == 0) & (m.lane == Lane.HOME)
     misses_bay = (m.tune == Tune.DEATH) & (m.note == 0)

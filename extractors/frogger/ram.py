@@ -1,7 +1,6 @@
 """Frogger's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte, signed
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, signed
 
 ROM = Rom("frogger", "081e2c114c9c20b61acf25fc95c71bf4")
 
@@ -24,11 +23,11 @@ class Tune:  # of `Ram.tune`: low byte of the address of the sound's next note
 
 
 class River:  # of `Ram.river`: low byte of the address of a table of pictures
-    LOGS = 0x9D  # there is no alligator
+    LOGS = 0x9D  # without an alligator
     MOUTH_OPEN = 0xA8
 
 
-class Verge:  # of `Ram.verge`: likewise
+class Verge:  # of `Ram.verge`: low byte of the address of a table of pictures
     SNAKE = 0xBE
     SNAKE_RISES = 0xC9
 
@@ -51,7 +50,7 @@ class Guest:  # of `Ram.guest`, bits
     HEAD = 4
 
 
-class FrogColor:  # of `Ram.frog_color`: place in the table of colours
+class FrogColor:  # of `Ram.frog_color`: index in the table of colours
     WITH_LADY = 8
 
 
@@ -61,10 +60,10 @@ class Ram(RamMap):
     verge_snake_at = byte(38)
     turtle_at = byte(28, 39, 31, 42)
     log_at = byte(29, 30, 32, 43)  # left ones of the first lanes, both of the last lane
-    lane = signed(44)  # the frog's
+    lane = signed(44)  # of the frog
     lady_lane = byte(45)
     log_snake_lane = byte(46)
-    x = byte(48)  # the frog's; `frog_at` follows it before the next frame
+    x = byte(48)  # of the frog; `frog_at` follows it before the next frame
     frog_at = byte(52)
     lady_at = byte(53)
     log_snake_at = byte(54)
@@ -79,10 +78,10 @@ class Ram(RamMap):
     score = bcd((76, 78))
     lives = byte(80)  # 255: the game has ended
     tune = byte(84)
-    note = byte(88)  # frames of the note that are left
+    note = byte(88)  # remaining frames of the note
     clock = byte(91)  # frames
     time = byte(96)
     homes = bits(99, first=0, count=5)  # bays with a frog
     guest = bits(99, first=5, count=3)
-    guest_bay = byte(101)  # 1-5; 0: there is no guest
+    guest_bay = byte(101)  # 1-5; 0: no guest
     frog_color = byte(120)

@@ -1,39 +1,56 @@
-"""Galaxian: a ship below a formation of aliens, some of which dive at it and drop bombs.
+"""Galaxian: a ship below a formation of aliens, which dive at it and drop bombs.
 
-Screen: The frame around the field is scenery, explosions are no objects. An alien of the formation
-has two or three colours; its `rgb` is that of its upper part.
+Screen: the frame around the field is scenery. Explosions are not objects. An alien of the formation
+has two or three colours; its `rgb` is the upper part's.
 
 Slots: EnemyShip is row * 7 + column, rows from the top, columns as the game counts them: when the
 leftmost one is empty, the others move one to the left. DivingEnemy has the game's five records,
-then a flagship's three escorts, for which one record stands. EnemyMissile has the bombs from the
-top down: a new one moves those below it to the next slot.
+then a flagship's three escorts, which share one record. EnemyMissile has the bombs from the top
+down: a new bomb moves the bombs below it to the next slot.
 
-RAM: ALE's source (score, lives), and the ROM's code: f000-f9a1 draws from positions on the stack,
-after which d000-d943 moves what is drawn next, a part on each of eight frames: divers on even ones
-and on 5, the formation on 1, bombs a line down on 1, 3 and 7. The chip's one player shows the ships
-of a row by copies; divers share the other one and flicker where more than two are on a line.
+RAM: ALE's source (score, lives), and the ROM's code. f000-f9a1 draws from positions on the stack.
+Then d000-d943 moves the objects for the next frame, a part on each of eight frames: divers on even
+frames and on 5, the formation on 1, bombs a line down on 1, 3 and 7. One player of the chip shows
+the ships of a row by copies. Divers share the other one and flicker if more than two are on a line.
 
 Covered: all modes and difficulties, launches, returns, escorts, hits, lost lives, new rounds with
 one and two digits, the end of the game, odd and even frame skips.
 
-Not exact: a diver that has just reached its place in the formation, where no ship is drawn until
-the game makes the rows up anew; bombs on the frame on which one between them is dropped or hits.
+Not exact: a diver that has just reached its place in the formation, where the game draws no ship
+until it sets up the rows again; bombs on the frame on which a bomb between them is dropped or hits.
 
-VEM: it sees no bomb that touches a diver or a ship of the formation, or that has a colour of the
-ship's explosion, and less of divers that ships of the formation cover. It takes white stars of
-explosions that touch a ship of the formation for flagships, and red or white pieces of the ship's
-explosion for divers.
+VEM: it misses bombs that touch a diver or a ship of the formation, bombs in a colour of the ship's
+explosion, and parts of divers that ships of the formation cover. It takes white stars of explosions
+that touch a ship of the formation for flagships, and red or white pieces of the ship's explosion
+for divers.
 """
 
+import itertools
 from dataclasses import replace
+from functools import partial
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, lookup, only, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Run,
+    Runs,
+    Shape,
+    among,
+    box,
+    display,
+    lookup,
+    only,
+    when,
+)
 from ocjax.extractors.galaxian.divers import (
     DIVER_PICTURES,
     ESCORT_BITS,
@@ -48,9 +65,6 @@ from ocjax.extractors.galaxian.formation import (
     formation_boxes,
 )
 from ocjax.extractors.galaxian.ram import BANK, ROM, Death, Kind, NewLife, Ram, Release, Turn
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(BANK + 0xF00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=4, digits=6)
@@ -62,14 +76,14 @@ LEFT = FIELD[0]
 TOP = FIELD[1]
 RIGHT = FIELD[2]
 BOTTOM = FIELD[3]
-WHITE = 0x0E
-YELLOW = 0xFC  # of the score
-GOLD = 0x2A  # of the ship's shot
-GRAY = 0x0C  # of the displays below
-PINK = 0x4A  # of bombs
-RED = 0x48
-PURPLE = 0x6A
-GREEN = 0xD8
+WHITE = 14
+YELLOW = 252  # of the score
+GOLD = 42  # of the ship's shot
+GRAY = 12  # of the displays at the bottom
+PINK = 74  # of bombs
+RED = 72
+PURPLE = 106
+GREEN = 216
 DIVER_COLORS = (WHITE, RED, PURPLE, GREEN)  # by kind
 
 ESCORT_LEFTS = np.array((-16, 0, 16))
@@ -80,7 +94,7 @@ SHOT_LOWEST = 168
 BOMB_TOP = 24
 BOMB_LINES = 4
 BOMB_ROWS = np.arange(1, 14)  # of `Ram.bombs`, three steps each
-HIGH_ROWS = 10  # of them in the first word
+HIGH_ROWS = 10  # rows in the first word
 BITS = 30  # of a word
 SLOTS = np.arange(8)  # of bombs
 
@@ -102,7 +116,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _begins(m: Ram) -> jax.Array:
-    """Whether a life was set up after this frame."""
+    """True if the game set up a life after this frame."""
     return (m.player_x == NewLife.X) & (m.player_code != NewLife.CODE) & (m.dead == 0)
 
 
@@ -112,8 +126,10 @@ def _ship_shown(m: Ram) -> jax.Array:
 
 
 def _diver_boxes(m: Ram, d: Divers) -> Box:
-    """The records, then the escorts, which fly side by side; one record stands for all three."""
-    escort_x, escort_y, escort_picture = (only(d.escorting, v) for v in (d.x, d.y, d.picture))
+    """The records, then the escorts, which fly side by side and share a record."""
+    escort_x = only(d.escorting, d.x)
+    escort_y = only(d.escorting, d.y)
+    escort_picture = only(d.escorting, d.picture)
     x = jnp.concatenate([d.x, escort_x + ESCORT_LEFTS]) + 8
     y = jnp.concatenate([d.y, jnp.repeat(escort_y, 3)]) + TOP
     picture = jnp.concatenate([d.picture, jnp.repeat(escort_picture, 3)])
@@ -135,7 +151,7 @@ def _bomb_boxes(m: Ram) -> Box:
 
 
 def _bomb_steps(m: Ram) -> jax.Array:
-    """The step of each bomb, from the top: the places of bits that are set in two words.
+    """The step of each bomb, from the top: the positions of set bits in two words.
 
     Without a bomb, the step is below the field.
     """
@@ -143,12 +159,14 @@ def _bomb_steps(m: Ram) -> jax.Array:
     shift = BITS - 3 - 3 * np.arange(HIGH_ROWS)
     high = jnp.sum(in_rows[:HIGH_ROWS] << shift)
     low = jnp.sum(in_rows[HIGH_ROWS:] << shift[: len(BOMB_ROWS) - HIGH_ROWS])
-    steps = []
-    for _ in SLOTS:
-        steps.append(jnp.where(high > 0, lax.clz(high), BITS + lax.clz(low)) + 1)
-        in_high = high > 0
-        high, low = _without_first(high), jnp.where(in_high, low, _without_first(low))
-    return jnp.stack(steps)
+    words = itertools.accumulate(SLOTS[1:], _after_bomb, initial=(high, low))
+    return jnp.stack([jnp.where(h > 0, lax.clz(h), BITS + lax.clz(w)) + 1 for h, w in words])
+
+
+def _after_bomb(words: tuple[jax.Array, jax.Array], _: int) -> tuple[jax.Array, jax.Array]:
+    """The two words without the first set bit."""
+    high, low = words
+    return _without_first(high), jnp.where(high > 0, low, _without_first(low))
 
 
 def _without_first(word: jax.Array) -> jax.Array:
@@ -157,14 +175,13 @@ def _without_first(word: jax.Array) -> jax.Array:
 
 
 def _ship_runs() -> tuple[Run, ...]:
-    """The second line of ships: two pixels, or four with the wings down."""
+    """The second line of ships: two pixels, or four with lowered wings."""
     runs = []
     for row, color in enumerate(ROW_COLORS.tolist()):
         line = FORMATION_TOP + ROW_LINES * row + 1
-        runs += [
-            Run(color, line, left=(LEFT, RIGHT - 2), width=2, height=8, before=2, above=1, after=2),
-            Run(color, line, left=(LEFT, RIGHT - 2), width=4, height=8, before=1, after=1),
-        ]
+        run = partial(Run, color, line, left=(LEFT, RIGHT - 2), height=8)
+        runs.append(run(width=2, before=2, above=1, after=2))
+        runs.append(run(width=4, before=1, after=1))
     return tuple(runs)
 
 
@@ -179,7 +196,7 @@ COLORED = (GREEN, PURPLE, RED)
 FLAGSHIP = Shape(w=(6, 8), h=(9, 10), pixels=(74, 86))
 FLAGSHIPS = Blobs(WHITE, (LEFT, TOP, RIGHT, 168), FLAGSHIP, gap=(2, 1))
 DIVING = Blobs(COLORED, FIELD, DIVER_SHAPES, gap=(2, 1), also=(FLAGSHIPS,))
-BOMB_COLORS = (PINK, WHITE, *COLORED)  # a bomb has a diver's colour if one is on its lines
+BOMB_COLORS = (PINK, WHITE, *COLORED)  # a bomb has the colour of a diver on its lines
 BOMBS = Blobs(BOMB_COLORS, (LEFT, 32, RIGHT, BOTTOM), Shape(w=1, h=4))
 MISSILE = Bounds(GOLD, FIELD, max_size=(1, 3))
 SHIP_AREA = (LEFT, PLAYER_TOP, RIGHT, BOTTOM)
@@ -191,13 +208,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIP, doc="the ship"),
+        Category("Player", SHIP, role="player", doc="the ship"),
         Category("EnemyShip", SHIPS, count=42, doc="in the formation: row * 7 + column"),
         Category("DivingEnemy", DIVING, count=8, doc="five records, three escorts"),
         Category("PlayerMissile", MISSILE, doc="the ship's shot"),
         Category("EnemyMissile", BOMBS, count=8, doc="bombs"),
-        display("Score", SCORE.rule(YELLOW), doc="points"),
-        display("Lives", LIVES.rule(GRAY, (16, 188, 40, 195), single=2), doc="ships"),
+        display("Score", SCORE.rule(YELLOW), role="score", doc="points"),
+        display("Lives", LIVES.rule(GRAY, (16, 188, 40, 195), single=2), role="lives", doc="ships"),
         display("Round", ROUND.rule(GRAY), doc="the round"),
     ),
 )

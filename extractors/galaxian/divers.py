@@ -1,16 +1,15 @@
-"""Galaxian's divers as they were drawn: their step after that is taken back."""
+"""Galaxian's divers as they were drawn: before their last step."""
 
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, among, lookup, match, when
 from ocjax.extractors.galaxian.ram import BANK, ROM, Hit, Kind, Place, Ram, State, Turn
 
 ROW_LINES = 12  # of the formation
-DIVER_RISE = 9  # lines from the first one of a diver's picture down to its `y`
+DIVER_RISE = 9  # lines from the first line of a diver's picture down to its `y`
 RECORDS = np.arange(5)
 ESCORT_BITS = np.array((4, 2, 1))
 PICTURE_ROWS = 10
@@ -18,7 +17,7 @@ PICTURE_PAGE = BANK + 0xE00
 PLACES = (0x50, 0x66, 0x7C, 0x92, 0xA8, 0xBE, 0xD4, 0xEA)  # of the divers' pictures in the page
 DIVER_ROWS = ROM.rows([PICTURE_PAGE + at for at in PLACES], PICTURE_ROWS, top_first=True)
 LINE = np.arange(PICTURE_ROWS)
-# The pictures' lines within the field, for so many lines that are beyond its bottom (-: its top).
+# The pictures' lines within the field, by number of lines below its bottom (-: above its top).
 DIVER_PICTURES = Pictures.of(
     (
         np.where((cut + LINE >= 0) & (cut + LINE < PICTURE_ROWS), rows, 0)
@@ -31,8 +30,10 @@ DIVER_PICTURES = Pictures.of(
 
 
 def _picture_numbers() -> np.ndarray:
-    """Numbers of pictures: by state, then of those that return by fours of lines that are left."""
-    start, dive, back = ROM.bytes(0xEBA, 8), ROM.bytes(0xEB2, 8), ROM.bytes(0xEC6, 5)
+    """Numbers of pictures: by state, then for returning divers by remaining lines / 4."""
+    start = ROM.bytes(0xEBA, 8)
+    dive = ROM.bytes(0xEB2, 8)
+    back = ROM.bytes(0xEC6, 5)
     state = np.arange(128)
     turn = np.minimum((state & 63) >> 2, 7)
     low = start[np.where(state & 64, turn, 7 - turn)]
@@ -40,17 +41,19 @@ def _picture_numbers() -> np.ndarray:
 
 
 NUMBERS_BY_STATE = _picture_numbers()
-RETURNING = 256  # the first picture's number of a diver that returns
-UPRIGHT = 4  # the last one
+RETURNING = 256  # number of the first picture of a returning diver
+UPRIGHT = 4  # the last picture
 
 
 def _steps() -> np.ndarray:
-    """What a step of each plan moves: 2 * (columns to the right + 16), + 1 where it goes up.
+    """The step of each plan: 2 * (columns to the right + 16), + 1 if it goes up.
 
-    The first four plans are of dives, flat to wide; the last one is that of the loop before.
+    The first four plans are dives, flat to wide; the last plan is the loop before a dive.
     """
-    paths, turns, amounts = ROM.bytes(0xECB, 64), ROM.bytes(0xF0B, 64), ROM.bytes(0xF4B, 16)
-    amounts = (amounts ^ 128) - 128
+    paths = ROM.bytes(0xECB, 64)
+    turns = ROM.bytes(0xF0B, 64)
+    stored = ROM.bytes(0xF4B, 16)
+    amounts = (stored ^ 128) - 128
     weave = paths & 3
     columns = np.stack(
         [
@@ -61,8 +64,8 @@ def _steps() -> np.ndarray:
             -np.roll(amounts[turns & 15], 1),
         ]
     )
-    up = np.zeros((5, 64), int)
-    up[4] = np.roll(ROM.bytes(0xF2B, 64) >> 2 & 1, 1)
+    loop_up = np.roll(ROM.bytes(0xF2B, 64) >> 2 & 1, 1)
+    up = np.pad(loop_up[None], ((4, 0), (0, 0)))
     return (2 * (columns + 16) + up).ravel().astype(np.int32)
 
 
@@ -85,7 +88,7 @@ class Divers:
     picture: jax.Array
     there: jax.Array
     launched: jax.Array  # after this frame
-    escorting: jax.Array  # stands for a flagship's escorts
+    escorting: jax.Array  # the shared record of a flagship's escorts
     escorts: jax.Array  # a bit each
 
 
@@ -115,18 +118,18 @@ def divers_as_drawn(m: Ram) -> Divers:
 
 
 def _struck(m: Ram, escorting: jax.Array, moved: jax.Array) -> jax.Array:
-    """Which divers, or groups of escorts, were hit after this frame."""
+    """True for divers, or groups of escorts, that were hit after this frame."""
     since = jnp.where(escorting, m.escort_time, m.state)
     return (m.hit == Hit.DIVER) & (m.explodes == 1) & (since == when(moved, 1))
 
 
 def _moved_by(m: Ram, returns: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """By how many columns and lines each diver has moved, if it has."""
+    """Columns and lines that each diver moves in a step."""
     loops = m.state < State.DIVES
     dive = match(
         (m.kind > Kind.PURPLE, Plan.FLAT), (m.kind == Kind.PURPLE, Plan.WIDE), otherwise=Plan.STEEP
     )
-    plan = jnp.where(loops, Plan.LOOP, dive + m.fast)  # if `fast`, the next one
+    plan = jnp.where(loops, Plan.LOOP, dive + m.fast)  # if `fast`, the next plan
     step = lookup(MOVES, 64 * plan + (m.state & 63))
     columns = ((step >> 1) - 16) * jnp.where((m.state & State.MIRRORED) > 0, -1, 1)
     with_formation = when((m.clock & 15) == 0, 1 - 2 * m.goes_left)
@@ -134,6 +137,6 @@ def _moved_by(m: Ram, returns: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 
 def _of_return(m: Ram, y: jax.Array) -> jax.Array:
-    """Index of the picture of a diver that returns: it turns over on its last lines."""
+    """Index of the picture of a returning diver: it turns over on its last lines."""
     left = (m.state & 63) - y
     return RETURNING + jnp.where(among(left, range(4 * UPRIGHT)), left >> 2, UPRIGHT)

@@ -3,12 +3,11 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, when
+from ocjax.authoring import Box, among, box, div, lookup, when
 from ocjax.extractors.galaxian.divers import ROW_LINES, Divers
 from ocjax.extractors.galaxian.ram import ROM, NewFormation, Ram, Turn
 
-ROW_COLORS = np.array((0x0E, 0x44, 0x56, 0x0A, 0x0A, 0x0A))  # of the ships' upper parts
+ROW_COLORS = np.array((14, 68, 86, 10, 10, 10))  # of the ships' upper parts
 RANKS = np.arange(6)
 SHIP_ROW = np.arange(42) // 7  # by slot
 SHIP_COLUMN = np.arange(42) % 7  # by slot
@@ -18,13 +17,13 @@ FORMATION_TOP = 19
 FORMATION_LEFT = 19
 APART = 33  # half columns from one ship to the next
 APART_OFFSET = 32  # `Ram.offset` of a formation that begins with its second column
-LEFT_OUT_LATER = 3  # offsets by which the program leaves a column out later ($FDE6)
+LEFT_OUT_LATER = 3  # the program drops a column this many offsets later ($FDE6)
 SHIP_WIDTH = 6
 SHIP_LINES = 9
-FLAP_TURN = np.array((5, 0, 3, 1, 4, 2))[SHIP_ROW]  # rows move their wings one after the other
+FLAP_TURN = np.array((5, 0, 3, 1, 4, 2))[SHIP_ROW]  # the rows move their wings successively
 FLAP = 15  # bits of the offset
-FLAP_START = 3  # the first of 16 offsets on which the first row to move is a line shorter
-FLAPS = 4  # offsets on which it is
+FLAP_START = 3  # the first of 16 offsets at which the first row to move is a line shorter
+FLAPS = 4  # number of these offsets
 LIMITS = ROM.bytes(0xF71, 8)  # of the offset, by empty columns at the right
 SWEEP_LEFT = 11  # `Ram.blast_x` of the first column
 
@@ -38,12 +37,12 @@ def _offset_drawn(m: Ram) -> jax.Array:
 
 
 def _columns_left_out(offset: jax.Array) -> jax.Array:
-    """Empty columns at the left that the program does not draw."""
+    """Number of empty columns at the left that the program skips."""
     return div(jnp.maximum(offset - LEFT_OUT_LATER, 0), APART_OFFSET)
 
 
 def _rows_drawn(m: Ram, divers: Divers, offset: jax.Array) -> jax.Array:
-    """The ships of each row, a bit a column."""
+    """The ships of each row, a bit per column."""
     bit = jnp.where(divers.escorting, m.escorts << 5, LEFTMOST) >> m.column
     left = (m.kind[None] == RANKS[:, None]) & divers.launched[None]
     launched = jnp.sum(jnp.where(left, bit[None], 0), axis=1)
@@ -56,7 +55,7 @@ def _rows_drawn(m: Ram, divers: Divers, offset: jax.Array) -> jax.Array:
 
 
 def _in_order(mask: jax.Array) -> jax.Array:
-    """The bits of a mask in the columns' order: from the left, it is bits 2, 3, 0, 1, 5, 6, 4."""
+    """The bits of a mask in the columns' order (from the left: bits 2, 3, 0, 1, 5, 6, 4)."""
     first = (mask & 4) << 4 | (mask & 8) << 2 | (mask & 1) << 4 | (mask & 2) << 2
     return first | (mask & 32) >> 3 | (mask & 64) >> 5 | (mask & 16) >> 4
 

@@ -1,16 +1,15 @@
 """Galaxian's RAM, with the values of its fields."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("galaxian", "211774f4c5739042618be8ff67351177")
 BANK = 0x1000  # of the display program, at f000; the game's program is at d000
 
 
-class Turn:  # of `Ram.turn`: which of eight frames
+class Turn:  # of `Ram.turn`: number of the frame, of eight
     FORMATION = 1
     RELEASE = 3
-    DIVERS = 5  # and on even ones
+    DIVERS = 5  # and even frames
     BOMBS = (1, 3, 7)
 
 
@@ -26,12 +25,12 @@ class Kind:  # of `Ram.kind`, the row in the formation
 
 class State:  # of `Ram.state`
     MIRRORED = 64
-    DIVES = 128  # this or more
+    DIVES = 128  # at least
 
 
 class Place:  # of `Ram.y`
     NONE = 0
-    GONE = 0xF0  # this or more
+    GONE = 0xF0  # at least
 
 
 class Death:  # of `Ram.death` and `Ram.death_tune`
@@ -41,29 +40,29 @@ class Death:  # of `Ram.death` and `Ram.death_tune`
 
 class NewLife:  # of `Ram.player_x` and `Ram.player_code`
     X = 69
-    CODE = 187  # of that place
+    CODE = 187  # of that position
 
 
 class NewFormation:  # of `Ram.offset`, after a step
     OFFSETS = (16, 18)
 
 
-class Release:  # of `Ram.release`, where no bomb is dropped
+class Release:  # of `Ram.release` without a dropped bomb
     NONE = (5, 8, 10, 12)
 
 
 class Ram(RamMap):
-    above_new = byte(8)  # bombs above the one that was dropped
+    above_new = byte(8)  # bombs above the dropped one
     hit = byte(10)
     missile_y = byte(11)  # y - 16
-    masks = byte(*range(12, 18))  # what is drawn of each row, in the chip's order of copies
-    bombs = bits(*range(20, 33), count=3)  # a bit a step; rows of steps, top first
+    masks = byte(*range(12, 18))  # drawn ships of each row, in the chip's order of copies
+    bombs = bits(*range(20, 33), count=3)  # a bit per step; rows of steps, top first
     release = byte(34)
     offset = byte(36)  # of the formation, in half columns
     goes_left = bits(37, first=7)
     set_up = byte(37)  # of a new formation: the clock
-    rows = bits(*range(38, 44), count=7)  # the ships of the formation, a bit a column
-    dead = bits(41, first=7)  # the ship
+    rows = bits(*range(38, 44), count=7)  # the ships of the formation, a bit per column
+    dead = bits(41, first=7)  # the ship is dead
     score = bcd((44, 45, 46))
     round = bcd(47)
     clock = byte(48)
@@ -73,7 +72,7 @@ class Ram(RamMap):
     empty = bits(54, count=3)  # columns at the right
     escorts = byte(55)  # a bit each
     lives = byte(57)  # in reserve
-    player_code = byte(59)  # the ship's place in the chip's coding
+    player_code = byte(59)  # the ship's position in the chip's coding
     missile_x = byte(60)  # x - 2
     blast_x = byte(61)  # of an explosion in the formation
     blast = byte(62)  # a timer in the high bits
@@ -82,12 +81,12 @@ class Ram(RamMap):
     y = byte(*range(69, 74))  # row of the formation and line in it
     state = byte(*range(74, 79))
     kind = bits(*range(79, 84), count=3)
-    column = bits(*range(79, 84), first=3, count=3)  # where a diver comes from
+    column = bits(*range(79, 84), first=3, count=3)  # the diver's column in the formation
     explodes = bits(*range(79, 84), first=6)
     dives = bits(*range(79, 84), first=7)
     escort_hit = bits(85, count=2)
-    escort_record = bits(86, count=3)  # the one that stands for a flagship's escorts
-    escort_time = bits(86, first=3, count=4)  # since one of them was hit
+    escort_record = bits(86, count=3)  # the shared record of a flagship's escorts
+    escort_time = bits(86, first=3, count=4)  # since a hit on one of them
     fast = bits(94, first=6)
     player_x = byte(100)  # x - 8
     death_tune = byte(101)

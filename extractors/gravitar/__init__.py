@@ -2,40 +2,59 @@
 
 Screen: the map of the system, planets with bunkers, a saucer's attack in empty space, and a reactor
 with a core at its end. Terrain is scenery, and so are the black marks at the left edge, which the
-chip makes where it moves sprites. Lives and fuel take turns on the second line.
+chip makes when it moves sprites. Lives and fuel alternate on the second line.
 
-Slots: of planets, bunkers and tanks, the program's seven rows of the screen; of Explosion likewise,
-and an eighth one for what was a saucer. Of shots, the program's records: of the enemy's, those that
-have left the box of what fired them.
+Slots: planets, bunkers and tanks have the program's seven rows of the screen. Explosion has these
+rows, and an eighth slot for the former saucer. Shots have the program's records; an enemy's shot is
+valid once it has left its shooter's box.
 
-RAM: ALE's source (score, lives) and the ROM's code. The ship and its shots are moved after the
-vertical sync (f316), and what is drawn then is in the RAM. All else is moved after the drawing
-(f124 on), also the enemy's shots, which are drawn in turns, as are the ship's shots, and a saucer
-and the reactor on the map. A new screen is set up after the drawing, too: what the old one showed
-is then no longer in the RAM, but for the ship. The ship's flame, its shield and its beam take the
-place of its picture on some frames; in the RAM they are on those frames only.
+RAM: ALE's source (score, lives) and the ROM's code. The game moves the ship and its shots after the
+vertical sync (f316), before the drawing, so the RAM agrees with the screen. It moves all other
+objects after the drawing (from f124). It draws the enemy's shots alternately, and also the ship's
+shots, and a saucer and the reactor on the map. It sets up a new screen after the drawing, too: then
+the RAM keeps only the ship of the old screen. The ship's flame, its shield and its beam replace its
+picture on some frames; the RAM has them on those frames only.
 
 Covered: the first system with its planets in play, attacks, lost lives, the end of the game, all
-modes; by writing RAM, the two systems that come after reactors, with their planets and reactors.
+modes. RAM was edited for the two systems after reactors, with their planets and reactors.
 
-Not exact: on the frame on which the ship is hit or a screen begins, its picture may be its mirror
-image, and objects of the old screen are not valid. A shot of the enemy that has just hit is not
-valid either. Shots are a row off where a row of the screen ends, and a saucer that begins to fly.
+Not exact: on the frame on which the ship is hit or a screen begins, the ship's picture may be
+mirrored, and objects of the old screen are not valid. An enemy's shot that has just hit is not
+valid either. Shots are a row off at the end of a row of the screen, and so is a saucer that begins
+to fly.
 
 VEM: it misses the ship's shots on frames with the flame, which is no object, and enemies' shots
-that touch something.
+that touch an object.
 """
 
+import functools
+import operator
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, lookup, match, only, when
-from ocjax.console.registers import position
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    div,
+    lookup,
+    match,
+    only,
+    palette,
+    position,
+    when,
+)
 from ocjax.extractors.gravitar.drawn import (
     OBJECT_PICTURES,
     OBJECT_ROWS,
@@ -47,26 +66,22 @@ from ocjax.extractors.gravitar.drawn import (
 )
 from ocjax.extractors.gravitar.lone import Lone
 from ocjax.extractors.gravitar.ram import ROM, Ground, Ram, Sky
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
-FIRST_TURN = 2  # of the positioning loop on which the beam is on the screen
+FIRST_TURN = 2  # first loop iteration of the positioning with the beam on the screen
 PLACE_X = 34  # positions of rows less columns
-PLACING = 4  # lines in which the loop places the object of the next row
-SHOT_BEAM = 68  # column at which the beam is where a shot of the ship is switched on
-ENEMY_BEAM = 104  # of an enemy
+PLACING = 4  # lines of the loop that place the object of the next row
+SHOT_BEAM = 68  # column of the beam when a shot of the ship is switched on
+ENEMY_BEAM = 104  # the same for an enemy's shot
 
 HEADING_PICTURES = ROM.bytes(0x1D51, 16).tolist()  # pictures of the ship by heading
 FLAMES = range(0x5A, 0x67)
 BEAM = 0x67
-EXPLODES = 0x77  # and what comes next, before the shield
+EXPLODES = 0x77  # also the following pictures before the shield
 SHIELD = 0xBD
 SHIP_HEIGHTS = [10] * BEAM + [17] * (EXPLODES - BEAM) + [15] * (256 - EXPLODES)
 SHIP = ROM.pictures(range(0xD00, 0xE00), SHIP_HEIGHTS, top_first=True)
 HEADINGS = 16
-PICTURE_STEP = 10  # bytes from a heading's picture to that of the next one
+PICTURE_STEP = 10  # bytes per heading's picture
 
 FONT = ROM.font(0x1F55, rows=7)
 SCORE = NumberDisplay(FONT, right=103, top=5, digits=6)
@@ -81,20 +96,20 @@ CORE_AREA = (92, 123, 100, 127)
 PLAY = (0, 25, 160, 200)
 SUN_AREA = (40, 55, 130, 97)  # of all systems
 
-LIGHT_BLUE = 0xAA
-PINK = 0x4E
-ORANGE = 0x3C
-LIME = 0xCA
-BROWN = 0x24
-RED = 0x36
-GREEN = 0xC6
-PURPLE = 0x76
-WHITE = 0xFE
-GLOW = (RED, 0x26, 0x1A, 0xC6, 0xCA, 0xCC)  # of explosions on planets
-RINGS = (0x9C, 0x0A)
-PLANETS = (0x7A, 0xD8, 0x5C, 0xBC, 0x3E, 0xAC, 0x58, 0x46, 0x7E, 0x98, 0xEA)
+LIGHT_BLUE = 170
+PINK = 78
+ORANGE = 60
+LIME = 202
+BROWN = 36
+RED = 54
+GREEN = 198
+PURPLE = 118
+WHITE = 254
+GLOW = (RED, 38, 26, 198, 202, 204)  # of explosions on planets
+RINGS = (156, 10)
+PLANETS = (122, 216, 92, 188, 62, 172, 88, 70, 126, 152, 234)
 ANY = tuple(range(2, 256, 2))
-GROUNDS = (0x2C, 0x86, 0x4A, 0xA8, 0x5A, 0x7C, 0xBA, 0xE8, 0x1A, 0x38, 0xE6)
+GROUNDS = (44, 134, 74, 168, 90, 124, 186, 232, 26, 56, 230)
 SHOT_COLORS = tuple(c for c in ANY if c not in (LIGHT_BLUE, PINK))
 
 
@@ -122,8 +137,9 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _map_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
-    """What the rows hold on the map."""
-    pictures, sky = drawn.pictures, drawn.shown.is_map
+    """The objects of the rows on the map."""
+    pictures = drawn.pictures
+    sky = drawn.shown.is_map
     ring = sky & (pictures == Sky.RING)
     return {
         "Planet": rows.where(sky & among(pictures, Sky.PLANETS)),
@@ -134,7 +150,7 @@ def _map_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
 
 
 def _planet_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
-    """What the rows hold on a planet; a saucer takes the first one's place."""
+    """The objects of the rows on a planet; a saucer replaces the first one."""
     ground = drawn.shown.planet & ((np.arange(OBJECT_ROWS) > 0) | (m.saucer == 0))
     return {
         "Bunker": rows.where(ground & among(drawn.pictures, Ground.BUNKERS)),
@@ -143,13 +159,13 @@ def _planet_boxes(m: Ram, drawn: Drawn, rows: Box) -> dict[str, Box]:
 
 
 def _is_hidden(m: Ram) -> jax.Array:
-    """Whether a flame, the beam or the shield takes the ship's place."""
+    """True if a flame, the beam or the shield replaces the ship."""
     picture = m.drawn_picture
     return among(picture, range(FLAMES.start, EXPLODES)) | (picture >= SHIELD)
 
 
 def _player(m: Ram, drawn: Drawn) -> Box:
-    """The ship; where something else takes the place of its picture, as it would be drawn."""
+    """The ship; while another picture replaces it, the box is the ship's usual one."""
     picture = m.drawn_picture
     hidden = _is_hidden(m)
     turned = lookup(HEADING_PICTURES, m.heading & (HEADINGS - 1))
@@ -166,14 +182,14 @@ def _player(m: Ram, drawn: Drawn) -> Box:
 
 
 def _around(m: Ram, drawn: Drawn, picture: int) -> Box:
-    """The shield or the beam, which is drawn in the ship's place."""
+    """The shield or the beam, which replaces the ship's picture."""
     mirrored = m.heading > HEADINGS // 2
     shown = SHIP.box(m.drawn_picture, m.drawn_x, m.drawn_y + drawn.shown.top, mirrored=mirrored)
     return shown.where(m.drawn_picture == picture)
 
 
 def _ship_shot_boxes(m: Ram, drawn: Drawn) -> Box:
-    """The ship's shots, which have the colour of what is drawn in its place."""
+    """The ship's shots, which have the colour of the picture in its place."""
     shots = ship_shots_drawn(m, drawn.shown)
     y = shots.row + drawn.shown.top + when(shots.x < SHOT_BEAM, 1)
     color = jnp.where(shots.now & _is_hidden(m), PINK, LIGHT_BLUE)
@@ -183,24 +199,27 @@ def _ship_shot_boxes(m: Ram, drawn: Drawn) -> Box:
 def _enemy_shot_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
     shots = enemy_shots_drawn(m, drawn.shown)
     y = shots.row + drawn.shown.top + when(shots.x < ENEMY_BEAM, 1)
-    inside = jnp.zeros_like(y, bool)
-    for i in range(OBJECT_ROWS + 1):
-        across = (shots.x >= objects.x[i]) & (shots.x < objects.x[i] + objects.w[i])
-        down = (y >= objects.y[i] - 1) & (y < objects.y[i] + objects.h[i])
-        inside |= across & down & objects.valid[i]
-    there = shots.there & ~inside
+    inside = (_is_in_object(objects, i, shots.x, y) for i in range(OBJECT_ROWS + 1))
+    there = shots.there & ~functools.reduce(operator.or_, inside)
     return box(shots.x, y, 1, 2, there, color=_zone_color(m, shots.row))
 
 
+def _is_in_object(objects: Box, i: int, x: jax.Array, y: jax.Array) -> jax.Array:
+    """True if shots at x and y touch an object."""
+    across = (x >= objects.x[i]) & (x < objects.x[i] + objects.w[i])
+    down = (y >= objects.y[i] - 1) & (y < objects.y[i] + objects.h[i])
+    return across & down & objects.valid[i]
+
+
 def _zone_color(m: Ram, line: jax.Array) -> jax.Array:
-    """The colour of what is drawn on a line: that of the last row whose zone has begun."""
+    """The colour on a line: the colour of the last row with a begun zone."""
     zones = zip(m.zone_end, m.color[1:], strict=False)
     begun = [(line > end + PLACING, color) for end, color in zones]
     return match(*reversed(begun), otherwise=m.color[0]) & 0xFE
 
 
 def _object_boxes(m: Ram, drawn: Drawn) -> Box:
-    """What is in the rows, and last, the saucer; pictures on planets have two rows a line."""
+    """The objects of the rows, then the saucer; pictures on planets have two rows per line."""
     on_map = jnp.where(drawn.pictures == Sky.REACTOR, m.reactor_place, m.place)
     place = jnp.where(drawn.shown.is_map, on_map, m.place)
     coarse = jnp.maximum(place & 15, FIRST_TURN)
@@ -221,13 +240,16 @@ def _object_boxes(m: Ram, drawn: Drawn) -> Box:
 
 
 def _one(rows: Box, chosen: jax.Array, color: jax.Array | int) -> Box:
-    """The row that is chosen."""
-    x, y, w, h = (only(chosen, side) for side in (rows.x, rows.y, rows.w, rows.h))
+    """The chosen row."""
+    x = only(chosen, rows.x)
+    y = only(chosen, rows.y)
+    w = only(chosen, rows.w)
+    h = only(chosen, rows.h)
     return box(x, y, w, h, jnp.any(chosen & rows.valid), color=color)
 
 
 def _explosion_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
-    """Rows that explode, but for the saucer's, which comes last."""
+    """Exploding rows except the saucer's row, then the saucer."""
     picture = jnp.append(drawn.pictures, drawn.saucer.picture)
     ground = drawn.shown.planet & among(picture, Ground.EXPLOSIONS)
     sky = ~drawn.shown.planet & among(picture, Sky.EXPLOSIONS)
@@ -237,7 +259,7 @@ def _explosion_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
 
 
 def _lives_shown(m: Ram, drawn: Drawn) -> jax.Array:
-    """Whether the second line shows the lives; the reactor's timer hides what it shows."""
+    """True if the second line shows the lives; the reactor's timer hides its content."""
     return jnp.where(drawn.shown.reactor, m.lives_time > 0, among(m.last_digit, NO_DIGIT))
 
 
@@ -260,7 +282,7 @@ def _rgb(color: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class Crowded:
-    """All pixels of a screen on which there are more than `few`, and none of others.
+    """All pixels of a screen with more than `few` pixels; no pixels of other screens.
 
     Args:
         few: pixels.
@@ -269,7 +291,7 @@ class Crowded:
     few: int
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """The pixels that the filter keeps."""
         pixels = jnp.sum(jnp.bitwise_count(mask).astype(jnp.int32), axis=(0, 1))
         return jnp.where(pixels > self.few, mask, 0)
 
@@ -282,13 +304,13 @@ SHIP_SHOTS = Blobs(LIGHT_BLUE, PLAY, SHORT, gap=(2, 1), also=(PINK_SHOTS,))
 SHIPS = Bounds(LIGHT_BLUE, PLAY, max_size=(10, 16), exclude=("Player_Shot",))
 SHIELDS = Bounds(PINK, PLAY, (6, 7), (7, 9), exclude=("Player_Shot",))
 BEAMS = Bounds(PINK, PLAY, (5, 10), (7, 10), exclude=("Player_Shot",))
-# A single row is a shot in colours that nothing else so small has.
+# A single row is a shot in colours of no other object as small.
 CUT_SHOTS = Blobs((RED, GREEN, PURPLE, WHITE), PLAY, Shape(w=1, h=1))
 ALONE = Lone(heights=(2, 3), aside=3, rows=(PLAY[1], PLAY[3]))
 ENEMY_SHOTS = Blobs(SHOT_COLORS, PLAY, Shape(w=1, h=(2, 3)), filters=(ALONE,), also=(CUT_SHOTS,))
 SAUCERS = Blobs(BROWN, PLAY, Shape(w=8, h=7), also=(Blobs(SAUCER_COLOR, PLAY, Shape(w=7, h=6)),))
 # A planet as large as the sun.
-TALL = Blobs(0xAC, PLAY, Shape(w=8, h=13), gap=(3, 3))
+TALL = Blobs(172, PLAY, Shape(w=8, h=13), gap=(3, 3))
 WORLDS = Blobs(PLANETS, PLAY, Shape(w=(6, 8), h=(6, 11)), gap=(2, 2), also=(TALL,))
 SUNS = Blobs(ANY, SUN_AREA, Shape(w=8, h=13, pixels=50))
 BASES = Blobs(BROWN, PLAY, Shape(w=7, h=13))
@@ -308,7 +330,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SHIPS, attributes=("orientation",), doc="the ship, or how it explodes"),
+        Category(
+            "Player",
+            SHIPS,
+            attributes=("orientation",),
+            role="player",
+            doc="the ship, or how it explodes",
+        ),
         Category("Player_Shot", SHIP_SHOTS, count=2, doc="the ship's"),
         Category("Shield", SHIELDS, doc="around the ship"),
         Category("Tractor_Beam", BEAMS, doc="takes fuel"),
@@ -324,11 +352,14 @@ GAME = Game(
         ),
         Category("Explosion", EXPLOSIONS, count=OBJECT_ROWS + 1, doc="of another object"),
         Category("Core", CORES, doc="of the reactor"),
-        display("Score", SCORE.rule(ANY, required=True), doc="points"),
+        display("Score", SCORE.rule(ANY, required=True), role="score", doc="points"),
         display("Fuel", FUEL.rule(ORANGE, required=True), doc="that is left"),
         display(
-            "Lives", Bounds(LIGHT_BLUE, LIVES_AREA, value=COUNTED), doc="in turn with the fuel"
+            "Lives",
+            Bounds(LIGHT_BLUE, LIVES_AREA, value=COUNTED),
+            role="lives",
+            doc="in turn with the fuel",
         ),
-        display("Timer", TIMER.rule(LIME), doc="seconds in the reactor"),
+        display("Timer", TIMER.rule(LIME), role="time", doc="seconds in the reactor"),
     ),
 )

@@ -1,4 +1,4 @@
-"""What Gravitar's saucers, enemies, shots and pictures were when the frame was drawn.
+"""Gravitar's saucers, enemies, shots and pictures when the frame was drawn.
 
 After the drawing the game moves saucers (f886 on the map, f9bd on planets, fc93 in an attack) and
 enemies' shots (fa64), changes the pictures of explosions (f8a4, f8cd), and sets up new screens.
@@ -9,15 +9,14 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, only, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, among, lookup, match, only, when
 from ocjax.extractors.gravitar.ram import ROM, Ground, Page, Ram, Screen, Sky
 
 OBJECT_ROWS = 7
 ATTACK_ZONES = 2  # `zones` after an attack's frame
-SAUCER_COLOR = 0x26  # on planets
+SAUCER_COLOR = 38  # on planets
 LAST_LINE = 0xA5  # of the drawing loop's counter
-FRESH_TIME = 255  # `lives_time` when a screen has just been set up
+FRESH_TIME = 255  # `lives_time` just after a screen was set up
 SHIP_TOP = 28  # row of the screen at which the drawing loop's counter begins
 PLANET_TOP = 24
 REACTOR_TOP = 42
@@ -34,47 +33,47 @@ GROUND_HEIGHT = 6  # of two rows each
 
 
 def _pictures_of_objects() -> Pictures:
-    """Extents of the pictures of rows by low byte, those on planets last."""
+    """Extents of the pictures of rows by low byte, planets' pictures last."""
     sky = ROM.rows(list(range(0xC00, 0xD00)), SKY_HEIGHT, top_first=True)
     ground = ROM.rows(list(range(0xB00, 0xC00)), GROUND_HEIGHT, top_first=True)
     blank = np.zeros(1, int)
-    rows = [sky[p] if p in SKY_PICTURES else blank for p in range(256)]
-    rows += [np.repeat(ground[p], 2) if p in GROUND_PICTURES else blank for p in range(256)]
-    return Pictures.of(rows, planet=2, picture=256)
+    in_sky = [sky[p] if p in SKY_PICTURES else blank for p in range(256)]
+    on_planet = [np.repeat(ground[p], 2) if p in GROUND_PICTURES else blank for p in range(256)]
+    return Pictures.of([*in_sky, *on_planet], planet=2, picture=256)
 
 
 OBJECT_PICTURES = _pictures_of_objects()
 
 
 class Shown(NamedTuple):
-    """Which screen was drawn."""
+    """The screen that was drawn."""
 
     is_map: jax.Array
     planet: jax.Array
     attack: jax.Array
     reactor: jax.Array
     top: jax.Array  # row of the screen at which the drawing loop's counter begins
-    fresh: jax.Array  # whether a screen has been set up since
-    over: jax.Array  # whether the game has ended, so that nothing has been moved since
-    lost: jax.Array  # whether a life has been lost since
-    on: jax.Array  # whether it was not the title
+    fresh: jax.Array  # the game has set up a screen since
+    over: jax.Array  # the game has ended, so it has not moved objects since
+    lost: jax.Array  # a life was lost since
+    on: jax.Array  # not the title
 
 
 class Saucer(NamedTuple):
     """The saucer when it was drawn."""
 
-    picture: jax.Array  # `NO_PICTURE` without one
+    picture: jax.Array  # `NO_PICTURE` without a saucer
     color: jax.Array
     x: jax.Array
     line: jax.Array
 
 
 class Drawn(NamedTuple):
-    """What has changed since the frame was drawn, as it was then."""
+    """The drawn state of all objects that have changed since."""
 
     shown: Shown
     pictures: jax.Array  # of rows
-    lines: jax.Array  # of their first rows, as the counter has it
+    lines: jax.Array  # counter of their first rows
     saucer: Saucer
 
 
@@ -99,10 +98,10 @@ def _what_is_shown(m: Ram) -> Shown:
     leaves = fresh & (m.screen == Screen.MAP) & (m.dies == 0)
     planet = (m.page == Page.PLANET) & ~entered
     attack = jnp.where(over, m.zones == ATTACK_ZONES, ~fresh & (m.screen == Screen.ATTACK))
-    reactor = jnp.where(over, m.zones == 0, ~fresh & (m.screen == Screen.REACTOR))
+    in_reactor = jnp.where(over, m.zones == 0, ~fresh & (m.screen == Screen.REACTOR))
     is_map = among(m.screen, (Screen.MAP, Screen.OVER))
     died = (m.screen == Screen.PLANET) | ((m.screen == Screen.MAP) & (m.dies == 1))
-    reactor &= ~planet
+    reactor = in_reactor & ~planet
     return Shown(
         is_map=is_map & ~planet & (~(fresh | over) | (m.zones == OBJECT_ROWS)),
         planet=planet,
@@ -117,7 +116,7 @@ def _what_is_shown(m: Ram) -> Shown:
 
 
 def _drawn_saucer(m: Ram, shown: Shown, pictures: jax.Array, chosen: jax.Array) -> Saucer:
-    """The saucer, given the pictures of rows and which row it is in."""
+    """The saucer, given the pictures of rows and the saucer's row."""
     moved = _saucer_moved(m, shown)
     top = only(chosen, m.top)
     return Saucer(
@@ -137,12 +136,12 @@ def _drawn_saucer(m: Ram, shown: Shown, pictures: jax.Array, chosen: jax.Array) 
 
 
 def _ground_line(top: jax.Array) -> jax.Array:
-    """The line on which an object on a planet begins: every second line may begin one."""
+    """The first line of an object on a planet: only every second line starts objects."""
     return ((top + 1) & ~1) - 1
 
 
 def _ground_lines(m: Ram) -> jax.Array:
-    """Lines of rows on planets; the loop takes some to place the object of the next row."""
+    """Lines of rows on planets; the loop needs some lines to place the next row's object."""
     free = jnp.concatenate([jnp.zeros(1, jnp.int32), (m.zone_end[:-1] | 3) + 4])
     return jnp.maximum(_ground_line(m.top), free)
 
@@ -171,7 +170,7 @@ def _planet_saucer(m: Ram, shown: Shown, picture: jax.Array) -> jax.Array:
 
 
 def _saucer_moved(m: Ram, shown: Shown) -> jax.Array:
-    """Whether the saucer took a step after the drawing: its pace, a sum, overflowed."""
+    """True if the saucer took a step after the drawing: its pace, a sum, overflowed."""
     least = match((shown.planet, 0x31), (shown.is_map, 0x98), otherwise=0x38)
     odd = (m.clock & 1) == 1
     moves = match((shown.planet, True), (shown.is_map, odd), otherwise=m.heading < 16)
@@ -186,8 +185,9 @@ def _saucer_step(m: Ram, shown: Shown) -> jax.Array:
 
 
 def _height_before(m: Ram, moved: jax.Array) -> jax.Array:
-    """The saucer's `top` on a planet, where it keeps above the ground and the ship."""
-    top, highest = m.top[0], jnp.minimum(m.top[1] - 6, m.ceiling - 1)
+    """The saucer's `top` on a planet, where it stays above the ground and the ship."""
+    top = m.top[0]
+    highest = jnp.minimum(m.top[1] - 6, m.ceiling - 1)
     goal = jnp.minimum(highest, m.y + 11) - SAUCER_ZONE
     down = (top == goal) | (top < goal - 1)
     return top - when(moved, jnp.where(down, 1, -1))
@@ -196,18 +196,18 @@ def _height_before(m: Ram, moved: jax.Array) -> jax.Array:
 def _attack_height_before(m: Ram, top: jax.Array, moved: jax.Array) -> jax.Array:
     """The saucer's `top` in an attack, where it flies towards the ship."""
     away = m.y - top - 5
-    toward = jnp.where(jnp.abs(away) == 1, -away, jnp.sign(away))  # it goes to and fro at the end
+    toward = jnp.where(jnp.abs(away) == 1, -away, jnp.sign(away))  # it oscillates at the end
     return top - when(moved, 2 * toward)
 
 
-# Steps of shots by heading
+# Steps of shots by heading.
 STEP_DOWN = ((ROM.bytes(0x1DC4, 16) ^ 128) - 128).tolist()
 STEP_RIGHT = ((ROM.bytes(0x1DD4, 16) ^ 128) - 128).tolist()
 SLOTS = np.arange(2)  # of shots
 
 
 class Shots(NamedTuple):
-    """Shots as last drawn, a slot each; on the map the ship has one."""
+    """The last drawn shots, a slot each; on the map the ship has one."""
 
     x: jax.Array
     row: jax.Array
@@ -216,7 +216,7 @@ class Shots(NamedTuple):
 
 
 def ship_shots_drawn(m: Ram, shown: Shown) -> Shots:
-    """The ship's shots: one has been moved and drawn, the other one was drawn before."""
+    """The ship's shots: the game has moved and drawn one, and drew the other one before."""
     turn = jnp.where(shown.over, m.shot_y == m.shot_row, (m.clock & 1) == SLOTS)
     now = turn & ~shown.is_map | (shown.is_map & (SLOTS == 0))
     alive = (m.shot_heading < 16) & ~shown.is_map
@@ -225,7 +225,7 @@ def ship_shots_drawn(m: Ram, shown: Shown) -> Shots:
 
 
 def enemy_shots_drawn(m: Ram, shown: Shown) -> Shots:
-    """Enemies' shots: one has been drawn, the other one has been moved for the next frame."""
+    """Enemies' shots: the game has drawn one, and moved the other one for the next frame."""
     now = ((m.clock & 1) != SLOTS) | shown.over
     heading = m.enemy_heading
     first_heading = (m.clock ^ m.y ^ m.fuel_low ^ m.spare_lives ^ m.pace) & 15

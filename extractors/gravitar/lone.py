@@ -1,7 +1,7 @@
 """A filter that finds the enemies' shots in Gravitar: thin, low and alone.
 
-The terrain has the colours of shots. Without the filter, its parts take 2 us a frame, because each
-of them is searched like a shot.
+The terrain has the colours of shots. Without the filter, its parts take 2 us a frame, because VEM
+searches each of them like a shot.
 """
 
 import functools
@@ -10,21 +10,19 @@ from operator import and_, or_
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.vision.bitmap import Bitmap
+from ocjax.authoring import Bitmap, materialize
 
 ROOM = 3  # empty rows above and below
 
 
 @dataclass(frozen=True)
 class Lone:
-    """Columns of pixels to which no other pixel is near, aslant neither.
+    """Columns of pixels without other pixels near them, also diagonally.
 
     Args:
         heights: in rows.
-        aside: columns on both sides of a pixel, and of those next to it in its column, in which
-            there is no other one.
-        rows: the first one that is looked at, and the one after the last.
+        aside: empty columns on both sides of a pixel, and of its neighbours in the column.
+        rows: the first row of the search, and the row after the last.
     """
 
     heights: tuple[int, ...]
@@ -32,7 +30,7 @@ class Lone:
     rows: tuple[int, int]
 
     def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """The pixels that count."""
+        """The pixels that the filter keeps."""
         top, bottom = self.rows
         pixels = materialize(lambda b: _padded(b[:, top:bottom]), mask)
         heads = materialize(self._heads, pixels, materialize(self._beside, pixels))
@@ -40,8 +38,10 @@ class Lone:
         return jnp.pad(found, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
     def _beside(self, pixels: Bitmap) -> Bitmap:
-        """What is near pixels in their rows."""
-        here, left, right = pixels[1:-1], pixels[:-2], pixels[2:]
+        """The columns near pixels in the same rows."""
+        here = pixels[1:-1]
+        left = pixels[:-2]
+        right = pixels[2:]
         aside = range(1, self.aside + 1)
         to_left = (here << n | right >> 32 - n for n in aside)
         to_right = (here >> n | left << 32 - n for n in aside)

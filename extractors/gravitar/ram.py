@@ -1,7 +1,6 @@
 """Gravitar's RAM."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("gravitar", "8ac18076d01a6b63acf6e2cab4968940")
 
@@ -37,21 +36,21 @@ class Sky:  # of `Ram.picture` on the map and in an attack
 class Ram(RamMap):
     screen = bits(1, count=4)
     mirrored = bits(2, first=3)  # pictures of rows
-    dies = bits(2, first=7)  # the map begins again after a lost life
+    dies = bits(2, first=7)  # the map restarts after a lost life
     spare_lives = byte(4)
     clock = byte(5)
     score = bcd((7, 8, 9))
     fuel = bcd((10, 11, 12))
     fuel_low = byte(12)
     last_digit = byte(23)  # low byte of the address of the display's last picture
-    lives_time = byte(28)  # frames until the fuel is shown
+    lives_time = byte(28)  # frames until the display shows the fuel
     drawn_picture = byte(29)  # of the ship
     drawn_x = byte(30)
     x = byte(31)
     y = byte(32)
     drawn_end = byte(33)  # 0 before the first game
     drawn_y = byte(34)
-    heading = byte(35)  # 16 and more: it explodes
+    heading = byte(35)  # at least 16: it explodes
     pace = byte(38)
     shot_row = byte(47)  # as drawn
     page = byte(50)  # of the pictures of rows
@@ -68,7 +67,7 @@ class Ram(RamMap):
     shot_x = byte(108, 109)
     enemy_x = byte(110, 111)
     saucer_x = byte(112)
-    saucer = byte(113)  # on the map, whether there is one; on planets, 1: it flies to the right
+    saucer = byte(113)  # on the map: whether it exists; on planets, 1: it flies to the right
     saucer_pace = byte(114)
     saucer_picture = byte(115)  # on the map
     timer = bcd(115)  # in the reactor
@@ -76,4 +75,4 @@ class Ram(RamMap):
     timer_frames = byte(116)  # in the reactor: until its next step
     reactor_place = byte(117)  # on the map
     ceiling = byte(121)  # of a planet's ground
-    zones = byte(127)  # that the drawing loop has begun, if nothing has used the byte since
+    zones = byte(127)  # zones that the drawing loop has begun, unless overwritten since

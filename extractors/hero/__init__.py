@@ -1,27 +1,27 @@
 """Hero: a man with a rotor and a laser flies down mines to miners who are trapped at the bottom.
 
 Screen: a room has three parts, one below the other. Wall and LavaWall have the rocks of the parts,
-without the dark lines between them, and the wall that can be destroyed. Boxes are without what
-rocks cover. Score has Level's box while that is in its place. Seams and edges, rivers, points for
-beings and the maker's name are scenery.
+without the dark lines between them, and the wall that can be destroyed. Boxes exclude columns and
+rows that rocks cover. Score has Level's box while Level replaces it. Seams and edges, rivers,
+points for beings and the maker's name are scenery.
 
-Slots: of Enemy, the tentacle in a river, the beings of the middle and the lower part; of Bomb and
-Explosion, middle, top.
+Slots: Enemy has the tentacle in a river, then the beings of the middle and the lower part. Bomb and
+Explosion have the middle part, then the top.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (what the bytes are), and the ROM's code;
-the rooms are tables of the second bank. Everything moves before a frame is drawn but the laser and
-the player's legs and rotor, which is taken back.
+RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (meaning of the bytes), and the ROM's
+code; the second bank has tables of the rooms. Everything moves before a frame is drawn, except the
+laser and the player's legs and rotor; `decode` undoes their moves.
 
-Covered: all levels and most rooms (by writing RAM), all modes, the dark, in which walls are not
-valid, deaths, the end. A beam of one column is not valid.
+Covered: all levels and most rooms (by writing RAM), all modes, the dark (walls are not valid in
+it), deaths, the end. A beam of one column is not valid.
 
-Not exact, because it is not in the RAM: whether a beam that begins has just hit something (near a
-wall it is taken for that), where it was when the button was released or the player turned, at times
-if he has just stepped, which moves it by a column.
+Not exact: the RAM does not record whether a beam that begins has just hit something; near a wall,
+REM assumes that it has. The RAM also lacks the beam's position when the button was released or the
+player turned, and at times whether he has just stepped, which moves the beam by a column.
 
-VEM: it misses snakes in green rooms and the dark, enemies that touch rock of their colour, what is
-behind dynamite, the values of a PowerBar that is full (78 or more), and of Score while Level is in
-its place.
+VEM: it misses snakes in green rooms and in the dark, enemies that touch rock of their colour, and
+objects behind dynamite. It cannot read a full PowerBar (78 or more), or Score while Level replaces
+it.
 """
 
 import functools
@@ -31,12 +31,36 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, extremes, lookup, match, pick, when
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    EDGE_CUTS,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    Run,
+    Runs,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    div,
+    extremes,
+    lookup,
+    match,
+    pick,
+    shift_left,
+    shift_right,
+    when,
+)
 from ocjax.extractors.hero.ram import ROM, Contact, Mode, Over, Ram, Walks
 from ocjax.extractors.hero.rocks import (
     HALF_WALL,
@@ -51,10 +75,6 @@ from ocjax.extractors.hero.rocks import (
     rock_boxes,
     rock_colors,
 )
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import NoPairs
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=104, top=179, digits=6)
@@ -63,13 +83,13 @@ MEN = IconRow(left=97, top=152, width=5, height=13, pitch=-8)  # in reserve
 STICKS = IconRow(left=99, top=166, width=3, height=11, pitch=-8)  # of dynamite
 TEXT_LEFT = 59  # of the word before the level
 
-VISIBLE = (8, 20, 160, 137)  # where figures are seen
-FIRST_ROWS = np.array((20, 60, 99))  # likewise, in each part
+VISIBLE = (8, 20, 160, 137)  # area that shows figures
+FIRST_ROWS = np.array((20, 60, 99))  # the same area, by part
 END_ROWS = np.array((60, 99, 137))
 WHOLE_WALL = 78  # rows of the first room's wall, not below rock
-NOWHERE = 147  # from here on, an `x` of no object
+NOWHERE = 147  # least `x` of no object
 GONE = 50  # `being_y` of no object
-HURT_UNTIL = 150  # from here on, `dying` is that of a hit
+HURT_UNTIL = 150  # least `dying` after a hit
 MIRRORED_X = 24  # x of the miner in a mirrored room
 BLANK = 170  # `score_start` while the score is not shown
 LOWEST = ROM.bytes(0x9E9, 3)  # `y` in the parts
@@ -80,7 +100,7 @@ LAVA_HUE = 64  # of a colour
 
 
 class Sprite(NamedTuple):
-    """Low bytes of the addresses of a picture and its colours, of which black ones do not show."""
+    """Low bytes of the addresses of a picture and its colours; black rows are not visible."""
 
     picture: int
     colors: int
@@ -117,14 +137,14 @@ NOTHING = np.zeros(13, np.int32)
 
 
 def _sprite_rows(page: int, sprite: Sprite) -> np.ndarray:
-    """The rows of a sprite that show."""
+    """The visible rows of a sprite."""
     return ROM.rows(page + sprite.picture, 13) * (ROM.rows(0xD00 + sprite.colors, 13) > 1)
 
 
 BEING_INDEX = {sprite.picture: i for i, sprite in enumerate(BEING_SPRITES)}
 KINDS = [BEING_INDEX.get(low, len(BEING_SPRITES)) for low in range(256)]  # by low byte
 BEING_ROWS = [*(_sprite_rows(0xB00, sprite) for sprite in BEING_SPRITES), NOTHING]
-# By columns that rocks cover, -8 to 8: less than 0 on the right, more on the left.
+# By columns that rocks cover, -8 to 8: negative on the right, positive on the left.
 BEING_PICTURES = Pictures.of([rows & cut for cut in EDGE_CUTS[::-1] for rows in BEING_ROWS])
 LOW_ROWS = {sprite.picture: _sprite_rows(0xA00, sprite) for sprite in LOW_SPRITES}
 LOW_PICTURES = Pictures.of(LOW_ROWS.get(low, NOTHING) for low in range(256))
@@ -148,8 +168,10 @@ PLAYERS = Pictures.of([pose * rows for pose in ROM.rows(POSES, TALL) for rows in
 
 def decode(m: Ram) -> dict[str, Box]:
     room = rock_boxes(m)
-    beings, low = _being_boxes(m, room), _low_boxes(m)
-    is_snake, has_lava = among(m.being, SNAKES), _is_lava(m)
+    beings = _being_boxes(m, room)
+    low = _low_boxes(m)
+    is_snake = among(m.being, SNAKES)
+    has_lava = _is_lava(m)
     tentacle = low.where(among(m.low, TENTACLES))
     return {
         "Player": _player_box(m, room),
@@ -172,7 +194,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _is_lava(m: Ram) -> jax.Array:
-    """Whether the rocks of the middle part are lava."""
+    """True if the rocks of the middle part are lava."""
     return (m.color[1] & 240) == LAVA_HUE
 
 
@@ -182,7 +204,8 @@ def _is_mirrored(m: Ram) -> jax.Array:
 
 def _walls(m: Ram, room: Box) -> Box:
     whole = (m.room == 0) & (SLOT == WALL_SLOT)
-    top, height = jnp.where(whole, TOPS[0], room.y), jnp.where(whole, WHOLE_WALL, room.h)
+    top = jnp.where(whole, TOPS[0], room.y)
+    height = jnp.where(whole, WHOLE_WALL, room.h)
     color = jnp.where(whole, m.color[0], rock_colors(m)) & ~1
     stone = ((PART != 1) | ~_is_lava(m) | whole) & ((SLOT != UPPER_SLOT) | (m.room != 0))
     return box(room.x, top, room.w, height, room.valid & stone, color=color)
@@ -194,7 +217,7 @@ def _power_box(m: Ram) -> Box:
 
 
 def _shows_level(m: Ram) -> jax.Array:
-    """Whether the level is in the score's place."""
+    """True if the level replaces the score."""
     scores = (m.over & 31) >= Over.SCORES
     after = (m.lives == 0) & (m.score_start != BLANK) & scores
     return (m.mode != Mode.NO_LEVELS) & jnp.where(m.waits == 0, m.ready == 0, after)
@@ -214,10 +237,11 @@ def _score_box(m: Ram) -> Box:
 
 
 def _being_boxes(m: Ram, room: Box) -> Box:
-    """What is in the upper halves of the parts, without what rocks cover."""
+    """The beings in the upper halves of the parts, without the columns that rocks cover."""
     mirrored = _is_mirrored(m)
-    left, right = (edge - m.being_x for edge in free(room, m.being_x, m.being_x + 8))
-    cut = jnp.where(mirrored, -1, 1) * jnp.where(left > 0, left, right - 8)
+    left, right = free(room, m.being_x, m.being_x + 8)
+    hidden = jnp.where(left > m.being_x, left - m.being_x, right - m.being_x - 8)
+    cut = jnp.where(mirrored, -hidden, hidden)
     picture = len(BEING_ROWS) * (8 + jnp.clip(cut, -8, 8)) + lookup(KINDS, m.being)
     there = (m.being_x < NOWHERE) & (m.being_y != GONE) & (m.points == 0)
     y = np.array([31, 70, 109]) - m.being_y
@@ -226,13 +250,14 @@ def _being_boxes(m: Ram, room: Box) -> Box:
 
 
 def _low_boxes(m: Ram) -> Box:
-    """What is in the lower halves of the parts."""
-    y, there = np.array([125, 86, 47]), m.low_x < NOWHERE
+    """The objects in the lower halves of the parts."""
+    y = np.array([125, 86, 47])
+    there = m.low_x < NOWHERE
     return LOW_PICTURES.box(m.low, m.low_x, y, valid=there, mirrored=_is_mirrored(m))
 
 
 def _drawn_pose(m: Ram) -> jax.Array:
-    """The player's picture before the next step of his legs or his rotor."""
+    """The player's picture before the next step of his legs or rotor."""
     flight = m.flight + when((m.clock >= 2) & (m.saved == 0), 1)
     step = m.step + when((m.clock == 0) & (m.saved == 0), 1)
     return match(
@@ -245,26 +270,32 @@ def _drawn_pose(m: Ram) -> jax.Array:
 
 
 def _player_box(m: Ram, room: Box) -> Box:
-    """The player, without what rocks cover."""
-    picture, y = len(SHOWN_ROWS) * _drawn_pose(m) + TALL, 135 - m.y
-    left, facing = m.facing != 0, jnp.where(m.facing != 0, WEST, EAST)
+    """The player, without the columns and rows that rocks cover."""
+    picture = len(SHOWN_ROWS) * _drawn_pose(m) + TALL
+    y = 135 - m.y
+    left = m.facing != 0
+    facing = jnp.where(left, WEST, EAST)
     whole = PLAYERS.box(picture, m.x, y, mirrored=left)
-    top, bottom = jnp.maximum(y, VISIBLE[1]), jnp.minimum(y + TALL, VISIBLE[3])
-    begin, end = free(room, jnp.repeat(whole.x, 3), jnp.repeat(whole.x + whole.w, 3))
-    seen = (top < END_ROWS) & (bottom > FIRST_ROWS) & (begin < end)
+    upper = jnp.maximum(y, VISIBLE[1])
+    lower = jnp.minimum(y + TALL, VISIBLE[3])
+    free_begin, free_end = free(room, jnp.repeat(whole.x, 3), jnp.repeat(whole.x + whole.w, 3))
+    seen = (upper < END_ROWS) & (lower > FIRST_ROWS) & (free_begin < free_end)
     first, last = extremes(seen, FIRST_ROWS, END_ROWS)
-    top, bottom = jnp.maximum(top, first), jnp.minimum(bottom, last)
+    top = jnp.maximum(upper, first)
+    bottom = jnp.minimum(lower, last)
     cut = jnp.where(top > y, top - y, bottom - y - TALL)
     cut_picture = picture + jnp.clip(cut, -TALL, TALL)
     cut_player = PLAYERS.box(cut_picture, m.x, y, mirrored=left, orientation=facing)
-    begin, end = extremes(seen, begin, end)
+    begin, end = extremes(seen, free_begin, free_end)
     shown = cut_player.clip(begin, VISIBLE[1], end, VISIBLE[3]).clip(*VISIBLE)
     return shown.where((m.over == 0) & (bottom > top))
 
 
 def _laser(m: Ram, room: Box) -> Box:
-    """The beam before it flew on, from where the player was; after it has hit, it begins anew."""
-    left, half, row = m.facing != 0, m.hits >= HALF_WALL, 139 - m.y
+    """The beam before it flew on, from the player's drawn position; after a hit it restarts."""
+    left = m.facing != 0
+    half = m.hits >= HALF_WALL
+    row = 139 - m.y
     begin, end = _corridor(m, room, row)
     x = m.x - when(_player_moves(m), jnp.where(left, -1, 1))
     width = jnp.where(half, 4, 8)
@@ -274,8 +305,8 @@ def _laser(m: Ram, room: Box) -> Box:
     begun = (m.laser == 0) & (m.touched == 0)
     flown = jnp.where(begun, reach, (m.laser - 3) & (BEAM_REACH - 1))
     there = (m.laser < BEAM_REACH) & (~begun | (reach < BEAM_REACH))
-    flying = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
-    flying = flying.clip(begin, VISIBLE[1], end, VISIBLE[3])
+    whole_beam = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
+    flying = whole_beam.clip(begin, VISIBLE[1], end, VISIBLE[3])
     return flying.where(flying.w > 1)
 
 
@@ -288,7 +319,7 @@ def _corridor(m: Ram, room: Box, row: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 
 def _player_moves(m: Ram) -> jax.Array:
-    """Whether the player has just moved to the side."""
+    """True if the player has just moved sideways."""
     at_level = among(m.y - LOWEST, (0, -1)) | among(m.y - HIGHEST, (0, 1))
     by_wall = (m.contact >= Contact.WALL) & (m.wall > 0)
     pushed = jnp.any(jnp.where(m.contact >= Contact.ROCK, ~at_level, by_wall))
@@ -300,7 +331,7 @@ def _player_moves(m: Ram) -> jax.Array:
 HIGH_ROCK = (34, 146, 194, 2)
 MIDDLE_ROCK = (36, 148, 196, 2, 4)
 LOW_ROCK = (38, 150, 198, 2, 6)
-GREY = 4
+GRAY = 4
 YELLOW = 28
 WHITE = 12
 RED = 66
@@ -317,9 +348,21 @@ ROCKS = Runs(
     ),
     MOST,
 )
+
+
+def without_dots(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """The pixels without the face's two dots, which have one blank pixel between them.
+
+    A dot stays if it touches the beam, or if a third pixel follows at the same distance.
+    """
+    left = mask & ~shift_left(mask, 1) & shift_left(mask, 2)
+    left_dot = left & ~shift_right(left, 2) & ~shift_left(left, 2)
+    return mask & ~(left_dot | shift_right(left_dot, 2))
+
+
 LAVA = Runs((Run((66, 68), 61, left=(8, 159), width=(4, 152), height=37),), MOST)
 figures = functools.partial(Blobs, gap=(1, 1))
-suit = functools.partial(Blobs, (152, WHITE, YELLOW), gap=(2, 5))  # but his face
+suit = functools.partial(Blobs, (152, WHITE, YELLOW), gap=(2, 5))  # except his face
 FEET = suit((8, 20, 160, 31), shapes=Shape(w=(1, 3), h=(1, 10)))
 PLAYER = suit(VISIBLE, shapes=Shape(w=(4, 12), h=(2, 26)), also=(FEET,))
 MINERS_AT = ((24, 85, 34, 98), (127, 85, 138, 98))
@@ -330,10 +373,10 @@ LANTERN = figures((30, 4, 6), (8, 20, 160, 59), shapes=Shape(w=(4, 7), h=(5, 9))
 STICK = figures((68, YELLOW), VISIBLE, shapes=Shape(w=3, h=(10, 12)))
 BLAST = Blobs(30, VISIBLE, Shape(w=(5, 8), h=(10, 13)), gap=(3, 3))
 MINER = figures((8, 200, 74, 30), (8, 85, 160, 98), shapes=Shape(w=(6, 7), h=(10, 13)))
-BEAM = Blobs(70, VISIBLE, Shape(w=(2, 12), h=1), filters=(NoPairs(1),))  # but dots of the face
-LIVES = MEN.rule(GREY, (40, 152, 104, 166), single=2, inverse=True)
-STOCK = STICKS.rule(GREY, (40, 166, 104, 178), inverse=True)
-POWER = Bounds(YELLOW, (49, 145, 128, 150))  # what is left, before the red rest
+BEAM = Blobs(70, VISIBLE, Shape(w=(2, 12), h=1), filters=(without_dots,))
+LIVES = MEN.rule(GRAY, (40, 152, 104, 166), single=2, inverse=True)
+STOCK = STICKS.rule(GRAY, (40, 166, 104, 178), inverse=True)
+POWER = Bounds(YELLOW, (49, 145, 128, 150))  # the remaining power, left of the red part
 POWER_BAR = Bounds((YELLOW, RED), (49, 145, 128, 150), value=Gauge(1, full=78, of=POWER))
 GAME = Game(
     name="Hero",
@@ -341,7 +384,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, attributes=("orientation",), rgb=(84, 138, 210), doc="the man"),
+        Category(
+            "Player",
+            PLAYER,
+            attributes=("orientation",),
+            rgb=(84, 138, 210),
+            role="player",
+            doc="the man",
+        ),
         Category("Enemy", MONSTER, count=3, rgb=(180, 122, 48), doc="tentacle, middle, low"),
         Category("Snake", SNAKE, count=2, rgb=(111, 210, 111), doc="middle, low"),
         Category("Lamp", LANTERN, rgb=(252, 252, 84), doc="out when it is touched"),
@@ -353,9 +403,14 @@ GAME = Game(
         Category("Wall", ROCKS, count=18, doc="rock"),
         Category("LavaWall", LAVA, count=6, doc="lava"),
         display("PowerBar", POWER_BAR, doc="power left"),
-        display("Life", LIVES, rgb=(45, 87, 176), doc="one more than the men"),
+        display("Life", LIVES, rgb=(45, 87, 176), role="lives", doc="one more than the men"),
         display("BombStock", STOCK, rgb=(184, 50, 50), doc="dynamite left"),
-        display("Score", SCORE.rule((WHITE, YELLOW)), doc="points, or the level in their place"),
+        display(
+            "Score",
+            SCORE.rule((WHITE, YELLOW)),
+            role="score",
+            doc="points, or the level in their place",
+        ),
         display("Level", LEVEL.rule(YELLOW, SCORE.area), doc="shown before a life"),
     ),
 )

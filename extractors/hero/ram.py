@@ -1,7 +1,6 @@
-"""Hero's RAM."""
+"""The RAM of Hero."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
 
@@ -13,7 +12,7 @@ class Form:  # bits of `FORMS`
 
 class Walks:  # of `Ram.walks`
     FLIES = 0
-    GROUND = 128  # from here on, on the ground
+    GROUND = 128  # at least: on the ground
 
 
 class Contact:  # bits of `Ram.contact`
@@ -26,7 +25,7 @@ class Mode:  # of `Ram.mode`
 
 
 class Over:  # of the lower five bits of `Ram.over`
-    SCORES = 20  # from here on, the score is shown
+    SCORES = 20  # least value while the score is shown
 
 
 class Ram(RamMap):
@@ -37,7 +36,7 @@ class Ram(RamMap):
     room = byte(28)  # of the level
     y = byte(31)  # 135 - y
     wall = byte(32)  # x + 1
-    being_y = byte(35, 34, 33)  # rows above the lowest place; top, middle, bottom
+    being_y = byte(35, 34, 33)  # rows above the lowest position; top, middle, bottom
     being_x = byte(39, 38, 37)
     low_x = byte(40, 41, 42)  # bottom, middle, top
     power = byte(43)
@@ -47,7 +46,7 @@ class Ram(RamMap):
     facing = byte(48)  # 0: to the right
     hits = byte(49)  # of the laser on the wall
     bombs = byte(50)
-    lives = byte(51)  # with this one
+    lives = byte(51)  # including the current one
     over = byte(54)
     score = bcd((55, 56, 57))
     score_start = byte(55)
@@ -56,14 +55,14 @@ class Ram(RamMap):
     dots = byte(67)  # of the middle part, where lava closes a passage for some time
     color = byte(71, 70, 69)  # of the rocks: top, middle, bottom
     being = byte(77, 76, 75)  # low byte of the picture's address
-    low = byte(88, 89, 90)  # likewise
+    low = byte(88, 89, 90)  # low byte of the picture's address
     flash = byte(97)
     contact = byte(98, 99, 100)  # of the player in each part
     flight = byte(103)  # picture of the rotor, counts down
     step = byte(104)  # of the legs, counts down
     saved = byte(114)
     laser = byte(115)  # columns that the beam has flown
-    touched = byte(116)  # what the beam touched
+    touched = byte(116)  # the object that the beam touched
     level = byte(117)
-    points = byte(121, 120, 119)  # frames that points are shown for a being
+    points = byte(121, 120, 119)  # frames left of the points shown for a being
     turns = byte(124)  # frames

@@ -1,26 +1,27 @@
 """James Bond 007: a vehicle in the desert, on the sea and under it, in missions of several stages.
 
 Screen: smoke, stars, hills and names are scenery. Titles show a score. Oil_Rig is valid while a
-flash lights it; else it has the sky's colour. Capsule leaves a Lab that was hit. Explosion, deadly
-too, is what a missile leaves above the sea. Life has one box around its icons. At an edge, a hole's
-box has its larger part.
+flash lights it; otherwise it has the sky's colour. A Lab that was hit leaves a Capsule. A missile
+above the sea leaves an Explosion, which is deadly, too. Life has one box around its icons. At an
+edge, a hole's box has its larger part.
 
-Slots: of Missile and Bomb, the object and its copy, in the air, then in the sea; of Rocket, in the
-air, in the sea.
+Slots: Missile and Bomb have the object in the air and its copy, then the same in the sea. Rocket
+has the one in the air, then the one in the sea.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (the first mission's bytes), and the ROM's code: the
-drawing at $F000 of pages 4-7, and the steps at $F652, after the drawing, which are taken back. The
-beam is drawn on every other frame, in place of what is in the air; both are where they were drawn
-last.
+drawing at $F000 of pages 4-7, and the steps at $F652, which come after the drawing and are undone.
+Every other frame shows the beam in place of the objects in the air; both have their last drawn
+positions.
 
 Covered: both modes, lost vehicles, game over; all 30 stages by RAM writes (random play: the first
 one).
 
-Not exact: noise above the hole; what is hit or leaves, but for explosions, is gone a frame early.
+Not exact: noise above the hole. Objects that are hit or leave are gone a frame early, except
+explosions.
 
 VEM: it misses black parts of the rig, most flashes of a lost vehicle, depth charges behind hills or
-before their own colour, shots in a hornet's box, and the value of Life when three icons, the most
-that are shown, are there.
+before their own colour, and shots in a hornet's box. It cannot read Life when the maximum of three
+icons is shown.
 """
 
 import functools
@@ -29,9 +30,24 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, match, pick, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shades,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    pick,
+    when,
+)
 from ocjax.extractors.jamesbond.lanes import (
     AIR,
     GRAPHICS,
@@ -46,14 +62,10 @@ from ocjax.extractors.jamesbond.lanes import (
     lane_boxes,
 )
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Status, Way
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shades import Shades
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(GRAPHICS | 0x800, rows=7)
 SCORE = NumberDisplay(FONT, right=102, top=15, digits=6)
-MOST_ICONS = 3  # that show lives in reserve
+MOST_ICONS = 3  # most icons for lives in reserve
 
 FIELD = (8, 57, 160, 179)
 SKY_AREA = (8, 57, 160, 72)
@@ -65,10 +77,10 @@ NIGHTS = 4  # the first mission at night
 FIRST_SLOW = 35  # `enemy_shot_y` of a slow shot before it is drawn
 FIRST_FAST = (22, 23)  # of a fast one
 SHOT_WIDTH = 1
-LATE_X = 22  # up to here, enemies' shots begin a row later
-LIT = 119  # `rig_colors` while the rig shows
+LATE_X = 22  # left of this column, enemies' shots begin a row later
+LIT = 119  # `rig_colors` while the rig is visible
 ORANGE = 58  # of the vehicle
-SURFACE_ROW = 123  # where what falls goes under
+SURFACE_ROW = 123  # surface for falling objects
 ENEMY_SURFACE = 122
 
 OBJECTS = {  # kind and slots of each category
@@ -91,15 +103,16 @@ OBJECTS = {  # kind and slots of each category
 
 PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)
 DEPTHS = [6 + 3 * int(np.flatnonzero(dots)[-1]) for dots in PIT.T.repeat(2, 0)]
-DEPTH_LEFT = np.maximum.accumulate([0, *DEPTHS]).tolist()  # lines of so many columns on the left
-DEPTH_RIGHT = np.maximum.accumulate([0, *DEPTHS[::-1]]).tolist()  # on the right
+# Depth in lines, by visible columns, at the left and the right edge.
+DEPTH_LEFT = np.maximum.accumulate([0, *DEPTHS]).tolist()
+DEPTH_RIGHT = np.maximum.accumulate([0, *DEPTHS[::-1]]).tolist()
 AIMS = range(77, 103)  # `object_x` of a helicopter with a beam, and two columns more
 
 
 def _beams() -> np.ndarray:
     """Left edge relative to `object_x`, and width, of the beam for each of `AIMS`."""
     dots = [f"{row:08b}" for row in ROM.bytes(GRAPHICS | 0x7A5, 8)[::-1]]
-    slopes = [7 - ((x >> 4) + (x & 15)) % 15 for x in AIMS]  # columns to the left a line
+    slopes = [7 - ((x >> 4) + (x & 15)) % 15 for x in AIMS]  # columns to the left per line
     shift = -1 - np.outer(slopes, np.arange(1, 9))
     left = (shift + [row.index("1") for row in dots]).min(axis=1)
     right = (shift + [row.rindex("1") for row in dots]).max(axis=1)
@@ -145,7 +158,8 @@ def _vehicle_color(m: Ram) -> jax.Array:
 
 
 def _lives(m: Ram) -> Box:
-    width, y = 16 * jnp.minimum(m.lives, MOST_ICONS) - 8, 184 + jnp.minimum(m.mission, 1)
+    width = 16 * jnp.minimum(m.lives, MOST_ICONS) - 8
+    y = 184 + jnp.minimum(m.mission, 1)
     return box(9, y, width, 4, m.lives > 0, value=m.lives + 1)
 
 
@@ -165,24 +179,24 @@ def _shot_box(m: Ram, x: jax.Array, y: jax.Array, surface: int) -> Box:
     height = m.height[SKY_SLOT]
     sky = AIR[1] + when(height < NONE, height + 1) + when(beamed(m), 9)  # its last row
     begins = y + 55
-    top = begins + _shot_lag(begins, sky, surface)
-    dives = among(top, range(surface - 3, surface))
+    usual_top = begins + _shot_lag(begins, sky, surface)
+    dives = among(usual_top, range(surface - 3, surface))
     end = match(
         (begins >= SEA[3] - 2, begins + 5),
         (begins == SEA[3] - 4, SEA[3] - 1),
-        otherwise=top + 4,
+        otherwise=usual_top + 4,
     )
     bottom = match(
         (dives, surface + 2),
-        (among(top, range(116, surface)), surface),
-        otherwise=end + when(among(sky - top, (1, 3)), 1),
+        (among(usual_top, range(116, surface)), surface),
+        otherwise=end + when(among(sky - usual_top, (1, 3)), 1),
     )
-    top = jnp.where(dives & (top >= 120), surface, top)
+    top = jnp.where(dives & (usual_top >= 120), surface, usual_top)
     return box(x - 11, top, SHOT_WIDTH, bottom - top, y < NONE).clip(*FIELD)
 
 
 def _shot_lag(begins: jax.Array, sky: jax.Array, surface: int) -> jax.Array:
-    """Rows by which a shot is drawn late."""
+    """Rows that the drawing of a shot lags behind."""
     odd = (begins + surface + when(begins < AIR[3], sky - AIR[1])) & 1
     return match(
         (begins == SEA[3], -1),
@@ -193,11 +207,14 @@ def _shot_lag(begins: jax.Array, sky: jax.Array, surface: int) -> jax.Array:
 
 
 def _enemy_shot(m: Ram) -> Box:
-    """The enemies' shot before its last step, from the frame on on which it is drawn."""
-    y, flies = m.enemy_shot_y, ~_dies(m)
+    """The enemies' shot before its last step; it is valid from its first drawn frame."""
+    y = m.enemy_shot_y
+    flies = ~_dies(m)
     dx, dy = _enemy_step(m.shot_way)
-    shot = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
-    shot = box(shot.x, shot.y + when(shot.x < LATE_X, 1), SHOT_WIDTH, shot.h, shot.valid)
+    on_time = _shot_box(m, m.enemy_shot_x - when(flies, dx), y - when(flies, dy), ENEMY_SURFACE)
+    shot = box(
+        on_time.x, on_time.y + when(on_time.x < LATE_X, 1), SHOT_WIDTH, on_time.h, on_time.valid
+    )
     slow = (m.shot_way & Way.SLOW_Y) != 0
     first = jnp.where(slow, y == FIRST_SLOW, among(y, FIRST_FAST))
     fresh = first & (m.shot_way > 0) & flies
@@ -215,37 +232,40 @@ def _enemy_step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
 
 
 def _beam(m: Ram) -> Box:
-    """The beam as it was last drawn: on this frame, or on the one before the ground moved."""
-    helicopter_x, helicopter = m.object_x[SKY_SLOT], m.kind[SKY_SLOT] == Kind.HELICOPTER
+    """The last drawn beam: on this frame, or on the one before the ground moved."""
+    helicopter_x = m.object_x[SKY_SLOT]
+    helicopter = m.kind[SKY_SLOT] == Kind.HELICOPTER
     late = ((m.flags & Flags.ODD) == 0) & ((m.clock & 3) == 0)
     moved = have_stepped(m, m.kind)[SKY_SLOT]
     x = helicopter_x + when(late, 1) + when(moved, 1)
-    begins = moved & (helicopter_x == AIMS[-3])  # from the next frame on
+    begins = moved & (helicopter_x == AIMS[-3])  # on the next frame
     there = ((m.more_flags & MoreFlags.BEAM) != 0) & ~_dies(m) & helicopter
-    left, width = (pick(x - AIMS[0], table) for table in (BEAM_LEFT, BEAM_WIDTH))
-    return box(x + left, 64, width, 8, there & ~begins).clip(*FIELD)
+    left = x + pick(x - AIMS[0], BEAM_LEFT)
+    return box(left, 64, pick(x - AIMS[0], BEAM_WIDTH), 8, there & ~begins).clip(*FIELD)
 
 
 def _hole_box(m: Ram) -> Box:
-    """The hole; at an edge, the larger part of what is in columns 8-159, for it goes round."""
+    """The hole. It wraps around; at an edge, the box has the larger part of it in columns 8-159."""
     left = column(m.ground_x) + 1
     x = jnp.where(left > 156, left - 160, left)
-    first, last = jnp.clip(8 - x, 0, 16), jnp.clip(160 - x, 0, 16)
+    first = jnp.clip(8 - x, 0, 16)
+    last = jnp.clip(160 - x, 0, 16)
     depth = jnp.minimum(pick(last, DEPTH_LEFT), pick(16 - first, DEPTH_RIGHT))
     apart = (m.ground_x >= 9) & (m.ground_x < 15)  # the flames are two columns beside the hole
     return box(x, 122, jnp.where(apart, 18, 16), depth, m.mission == 0).clip(8, 122, 160, 170)
 
 
 def _lab(m: Ram) -> Box:
-    """The two halves of the lab, of which the right one may be at the other edge."""
-    first, last = column(m.lab_x) + 3, column(m.ground_x) + 17
+    """The two halves of the lab; the right one may be at the other edge."""
+    first = column(m.lab_x) + 3
+    last = column(m.ground_x) + 17
     left = jnp.where(first > 148, first - 160, first)
     right = jnp.where(last < left, 160, last)
     there = ((m.more_flags & MoreFlags.LAB) != 0) & (m.mission > 0)
     return box(left, 156, right - left, 23, there).clip(*FIELD)
 
 
-TAKEN = (  # by others
+TAKEN = (  # colours of other objects
     *(0, 2, 4, 6, 8, 10, 16, 18, 20, 24, 36, 52, 130, 132, 136, 148, 152),
     *(192, 194, 196, 240, 244, 246, 254),
 )
@@ -255,8 +275,8 @@ UPWARD = Blobs(PLAYER, FIELD, Shape(w=1, h=(3, 6)))
 charge_in = functools.partial(Blobs, (0, 196))
 LOW_CHARGE = charge_in((8, 121, 160, 168), shapes=Shape(w=1, h=(2, 7)))
 CHARGE = charge_in(BOMBED, shapes=Shape(w=1, h=(4, 7)), also=(LOW_CHARGE,))
-DIM = Bounds((8, 148), (8, 75, 160, 91), (1, 3), exclude=("Hornet",))  # beside one
-NIGHT = Shades((130, 121), (132, 196, 146), ((196,), (1,), (1,)))  # the sea has its colour
+DIM = Bounds((8, 148), (8, 75, 160, 91), (1, 3), exclude=("Hornet",))  # next to a hornet
+NIGHT = Shades((130, 121), (132, 196, 146), ((196,), (1,), (1,)))  # the sea has the charge's colour
 blob = functools.partial(Blobs, gap=(1, 1))
 HOLE = blob((240, 52), (8, 122, 160, 170), gap=(2, 6), shapes=Shape(w=(4, 20), h=(8, 48)))
 FLYER = blob((8, 148, 52), (8, 75, 160, 89), gap=(3, 4), first=8, shapes=Shape(w=(1, 8), h=(5, 16)))
@@ -277,7 +297,7 @@ GAME = Game(
     decode=decode,
     shades=NIGHT,
     categories=(
-        Category("Player", VEHICLE, doc="the vehicle"),
+        Category("Player", VEHICLE, role="player", doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
         Category("Depth_Charge", CHARGE, doc="falls; from the second mission on"),
         Category("Enemy_Shot", Bounds(254, SHOT_AREA, (1, 2)), otherwise=DIM, doc="of all enemies"),
@@ -299,7 +319,7 @@ GAME = Game(
         Category("Bomb", blob(68, AIR, shapes=Shape(w=(2, 4), h=5)), count=2, doc="falls"),
         Category("Rocket", ROCKETS, count=2, doc="rises: in the air, in the sea"),
         Category("Missile", MISSILES, count=4, doc="rises: lane * 2 + copy"),
-        display("Score", SCORE.rule(24), doc="points"),
-        display("Life", ICONS, rgb=(180, 122, 48), doc="value: one more"),
+        display("Score", SCORE.rule(24), role="score", doc="points"),
+        display("Life", ICONS, rgb=(180, 122, 48), role="lives", doc="value: one more"),
     ),
 )

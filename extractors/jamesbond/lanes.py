@@ -1,35 +1,31 @@
 """The objects of James Bond 007 in the air, in the sea and in the sky.
 
-Each of the three lanes has a record of the object in it. What an object is like is in the ROM: the
+Each of the three lanes has a record of its object. The ROM describes the kinds of objects: the
 records of kinds at $FD00, each followed by the kind's pictures. The game draws the frame and then
-moves the objects ($F652), so the RAM is a step ahead of the screen; `lane_boxes` takes the step
-back.
+moves the objects ($F652), so the RAM is a step ahead of the screen; `lane_boxes` undoes the step.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import EDGE_CUTS
-from ocjax.console.rom import Pictures
+from ocjax.authoring import EDGE_CUTS, Box, Pictures, among, box, match, pick, when
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Size, Status
 
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
 
 AIR = (8, 57, 160, 121)
 SEA = (8, 121, 160, 152)
-IN_AIR = np.array((True, True, False, False, False))  # of the slots: two in the air,
+IN_AIR = np.array((True, True, False, False, False))  # slots: two in the air,
 IN_SEA = np.array((False, False, True, True, False))  # two in the sea and one in the sky
 IS_COPY = np.array((False, True, False, True, False))
 SKY_SLOT = 4
 LANE_BOTTOMS = np.where(IN_SEA, SEA[3], AIR[3])
 
-NONE = 128  # from here on, a kind, a height or a row stands for nothing
-JUST_DIED = 60  # `pause` then
+NONE = 128  # least kind, height or row without meaning
+JUST_DIED = 60  # `pause` on the frame of the loss
 SPARKS_Y = 64  # `object_y` of explosions
 SMOKE_ROWS = 15  # of the ship's pictures
-UNLIT = 105  # from this column on, missiles in the sea lack their last row
+UNLIT = 105  # least column of missiles in the sea without their last row
 
 KIND_COUNT = 15
 RECORDS = GRAPHICS | (ROM.bytes(0xB62, KIND_COUNT) & 15) << 8 | ROM.bytes(0xB53, KIND_COUNT)
@@ -42,8 +38,8 @@ def _kind_steps(field: int, torpedo: int) -> list[int]:
     return np.where(np.arange(KIND_COUNT) == Kind.TORPEDO, torpedo, steps).tolist()
 
 
-TOGGLES = RECORD[:, 0].tolist()  # bits of the address in which two pictures differ
-ANIMATIONS = (RECORD[:, 1] & 15).tolist()  # frames that a picture stays
+TOGGLES = RECORD[:, 0].tolist()  # address bits that differ between the two pictures
+ANIMATIONS = (RECORD[:, 1] & 15).tolist()  # frames that a picture lasts
 PERIODS = RECORD[:, 2].tolist()  # frames from step to step
 STEPS_X = _kind_steps(3, torpedo=-2)
 STEPS_Y = _kind_steps(4, torpedo=0)
@@ -60,30 +56,30 @@ def _picture(kind: int, toggle: int) -> np.ndarray:
 
 
 BOTH = [_picture(kind, toggle) for kind in range(KIND_COUNT) for toggle in (0, TOGGLES[kind])]
-ROWS = range(1, max(HEIGHTS) + 2)  # of a picture that the surface or the ground leaves
+ROWS = range(1, max(HEIGHTS) + 2)  # visible rows of a picture above the surface or the ground
 LOOKS = Pictures.of([rows[:n] & seen for rows in BOTH for n in ROWS for seen in EDGE_CUTS])
 
 
 def column(x: jax.Array) -> jax.Array:
-    """Left edge of a player that the game positions at x: those at 5 to 14 are further left."""
+    """Left edge of a player that the game positions at x; 5 to 14 give columns further left."""
     return x - 1 - when((x >= 5) & (x < 15), 5)
 
 
 def runs(m: Ram) -> jax.Array:
-    """Whether the objects have been moved since they were drawn."""
+    """True if the objects have moved since they were drawn."""
     stands = ((m.flags & Flags.DIES) != 0) & (m.pause != JUST_DIED)
     return ((m.status & Status.NOT_RUNNING) == 0) & ~stands
 
 
 def have_stepped(m: Ram, kinds: jax.Array) -> jax.Array:
-    """Which objects have made a step since they were drawn."""
+    """True for objects that have made a step since they were drawn."""
     beam = (m.more_flags & MoreFlags.BEAM) != 0
     aims = beam & (((m.clock + 1) & 15) != 0) & (kinds == Kind.HELICOPTER)
     return runs(m) & (m.step_timer == pick(kinds, PERIODS)) & ~aims
 
 
 def beamed(m: Ram) -> jax.Array:
-    """Whether the frame shows the beam, in place of what is in the air."""
+    """True if the frame shows the beam in place of the objects in the air."""
     beam = (m.more_flags & MoreFlags.BEAM) != 0
     return beam & ((m.flags & (Flags.ODD | Flags.DIES)) == Flags.ODD)
 
@@ -95,14 +91,15 @@ def drawn_kinds(m: Ram) -> jax.Array:
 
 
 def lane_boxes(m: Ram, kinds: jax.Array) -> Box:
-    """The objects as they were drawn; the larger part of what the edges and columns 0-7 cut."""
+    """The objects as drawn; if an edge or columns 0-7 cut an object, its larger part."""
     zoom = match((m.size == Size.DOUBLE, 1), (m.size == Size.QUAD, 2), otherwise=0)
-    left, y = _left_columns(m, kinds, zoom), _row(m, kinds)
+    left = _left_columns(m, kinds, zoom)
+    y = _row(m, kinds)
     beyond_right = jnp.clip((left + (8 << zoom) - 160) >> zoom, 0, 8)
     beyond_left = jnp.clip((8 - left) >> zoom, 0, 8)
     bottom = LANE_BOTTOMS - when((kinds == Kind.MISSILE) & IN_SEA & (left >= UNLIT), 1)
-    cut = len(ROWS) * _look(m, kinds) + jnp.clip(bottom - y, 1, len(ROWS)) - 1
-    cut = len(EDGE_CUTS) * cut + 8 + beyond_right - beyond_left
+    shown_rows = len(ROWS) * _look(m, kinds) + jnp.clip(bottom - y, 1, len(ROWS)) - 1
+    cut = len(EDGE_CUTS) * shown_rows + 8 + beyond_right - beyond_left
     dx, dy, w, h = LOOKS.extent(cut)
     shapes = box(left + (dx << zoom), y + dy, w << zoom, h, _there(m, kinds))
     return shapes.clip(8, 57, 160, bottom)
@@ -122,8 +119,8 @@ def _left_columns(m: Ram, kinds: jax.Array, zoom: jax.Array) -> jax.Array:
 
 def _row(m: Ram, kinds: jax.Array) -> jax.Array:
     """The first row of each picture."""
-    y = jnp.where(kinds != m.kind, SPARKS_Y, m.object_y)
-    y = y - when(have_stepped(m, kinds), pick(kinds, STEPS_Y))
+    now_y = jnp.where(kinds != m.kind, SPARKS_Y, m.object_y)
+    y = now_y - when(have_stepped(m, kinds), pick(kinds, STEPS_Y))
     rises = among(kinds, (Kind.MISSILE, Kind.ROCKET)) & IN_SEA
     return 179 - jnp.where(rises, jnp.maximum(y, pick(kinds, STARTS)), y)
 

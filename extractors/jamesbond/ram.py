@@ -1,7 +1,6 @@
-"""James Bond 007's RAM."""
+"""The RAM of James Bond 007."""
 
-from ocjax.console.ram import RamMap, bcd, byte, high, low
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, byte, high, low
 
 ROM = Rom("jamesbond", "e51030251e440cffaab1ac63438b44ae")
 
@@ -87,6 +86,6 @@ class Ram(RamMap):
     size = byte(71, 71, 72, 72, 73)  # NUSIZ1
     rig_colors = byte(74)  # low byte of the address of the colours in the air
     score = bcd((94, 93, 92))
-    last_y = byte(102)  # `object_y` of the last step of this frame, if any
+    last_y = byte(102)  # `object_y` of the last step of this frame, if one was made
     pause = byte(121)  # frames
     flash = byte(122)  # colour of a lost vehicle

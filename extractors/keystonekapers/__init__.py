@@ -1,24 +1,24 @@
 """Keystone Kapers: Kelly, the Kop, chases Harry through a department store of four floors.
 
-Screen: 250 rows. Each floor is eight screens wide, here *sections*, and the frame shows the same
-section of all four. The picture begins in column 8; the blank left of it hides the fine moves of
-the sprites. One drawing loop runs once a floor: player 0 is the thing on it, in up to three copies,
-player 1 the Kop or the Krook. A table of the ROM gives each row its colour.
+Screen: 250 rows. Each floor is eight screens wide, called *sections* here, and the frame shows the
+same section of all four. The picture begins in column 8; the blank left of it hides the fine moves
+of the sprites. One drawing loop runs once per floor: player 0 is the thing on it, in up to three
+copies, player 1 the Kop or the Krook. A table of the ROM gives each row its colour.
 
-Slots: things take them from the ground floor up, each as many as the levels' tables need. The
-elevator has one a floor. Of two escalators, the upper one comes first.
+Slots: things take slots from the ground floor up, as many per floor as the levels' tables need. The
+elevator has one slot per floor. The upper one of two escalators comes first.
 
-RAM: all found in the ROM's drawing loop and object tables. The frame shows the Kop before his last
-step, so `as_drawn` takes back a step, a row of a jump and a second of the clock.
+RAM: all from the ROM's drawing loop and object tables. The frame shows the Kop before his last
+step, so `as_drawn` undoes a step, a row of a jump and a second of the clock.
 
 Covered: random play, and play to level 40 with the level, the lives and the clock set.
 
-Not exact: on the frame on which a life is lost, the RAM has nothing of its scene, and REM tells the
-score and the Kops in reserve alone. When the Kop has just come into a section, the RAM no longer
-has the things of the one before. When he has just begun to duck, it does not have his pose, and
-after a collision not the second that he lost last.
+Not exact: on the frame of a lost life, the RAM has nothing of its scene, and REM reads only the
+score and the Kops in reserve. When the Kop has just entered a section, the RAM no longer has the
+things of the last section. It lacks his pose when he has just begun to duck, and after a collision
+the second that he lost last.
 
-VEM: it joins the Kop to black things that touch him, and misses what an edge hides a part of.
+VEM: it joins the Kop to black things that touch him, and misses objects that an edge cuts.
 """
 
 from typing import NamedTuple
@@ -26,11 +26,34 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, edges
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, mod, only, pick, when
-from ocjax.console.registers import copies, spacing
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Packed,
+    Raised,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    among,
+    box,
+    copies,
+    display,
+    edges,
+    mod,
+    only,
+    pick,
+    spacing,
+    when,
+)
 from ocjax.extractors.keystonekapers.drawn import Drawn, as_drawn, has_begun_anew
 from ocjax.extractors.keystonekapers.pictures import (
     ALL_KINDS,
@@ -43,11 +66,6 @@ from ocjax.extractors.keystonekapers.pictures import (
     figure_extent,
 )
 from ocjax.extractors.keystonekapers.ram import ROM, Ram, Ride, Thing
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, Raised
 
 FONT = ROM.font(0xF01, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=70, top=32, digits=6)
@@ -55,25 +73,25 @@ TIMER = NumberDisplay(FONT, right=70, top=43, digits=2, leading_zeros=True)
 HATS = IconRow(left=24, top=44, width=6, height=6, pitch=8)
 HATS_AREA = (20, 43, 48, 51)  # of three hats; the timer begins six columns further right
 
-SKY = 0xB8
-WHITE = 0x0C
-BRIGHT = 0x0E  # the score
-BLACK = 0x00
-SKIN = 0x4A
-NAVY = 0xB2  # the Kop's clothes
-CHARCOAL = 0x02  # the Krook's stripes
-VIOLET = 0xC0  # escalators, closed doors and radios
-FLASHES = (0xFC, 0xFE)  # of a radio's sound
-TEAL = 0x76  # an open elevator
-LIGHT_TEAL = 0x7E
-RED = 0x62
-BALL_COLORS = (RED, 0x64, 0x66)
-YELLOW = 0x2C
-BROWN = 0x20
-LOOT_COLORS = (BLACK, 0x24, BROWN, 0x26, 0x28, 0x2A, YELLOW, 0x2E)
-GOLD = 0x28  # the upper edge of a floor
-OLIVE = 0x24
-RADAR_COLORS = (GOLD, 0x26, OLIVE)
+SKY = 184
+WHITE = 12
+BRIGHT = 14  # the score
+BLACK = 0
+SKIN = 74
+NAVY = 178  # the Kop's clothes
+CHARCOAL = 2  # the Krook's stripes
+VIOLET = 192  # escalators, closed doors and radios
+FLASHES = (252, 254)  # of a radio's sound
+TEAL = 118  # an open elevator
+LIGHT_TEAL = 126
+RED = 98
+BALL_COLORS = (RED, 100, 102)
+YELLOW = 44
+BROWN = 32
+LOOT_COLORS = (BLACK, 36, BROWN, 38, 40, 42, YELLOW, 46)
+GOLD = 40  # the upper edge of a floor
+OLIVE = 36
+RADAR_COLORS = (GOLD, 38, OLIVE)
 
 SECTIONS = 8
 FLOOR_COUNT = 4  # from the ground up
@@ -81,10 +99,10 @@ ROOF = 3
 LOWEST = 156  # first line of the ground floor
 FLOOR_LINES = 32
 ABOVE_LINES = 6  # from the last line of the floor above to the first line of a floor
-STANDS = 6  # line of a floor where the picture begins of who stands on it
+STANDS = 6  # line of a floor where the picture of a figure on it begins
 FIELD = (SCREEN_START, 57, SCREEN_END, 182)
 LOOT_BOTTOM = 26  # the line of a floor below its moneybag or suitcase
-BLANKED = 128  # `Ram.idle` from which on the screen is black
+BLANKED = 128  # least `Ram.idle` with a black screen
 
 ELEVATOR_SECTION = 4
 DOORS = tuple((76, top, 84, top + 25) for top in (155, 123, 91))
@@ -100,7 +118,7 @@ LEFT_ESCALATORS = np.array((UPPER_AT_LEFT, LOWER_AT_LEFT))
 RAIL_LEFT = 64  # of the level part of all handrails
 RAIL_WIDTH = 32
 RAIL_BELOW_TOP = 8  # lines from an escalator's first one down to it
-LAST_SECONDS = 10  # of a round, in which the display flashes
+LAST_SECONDS = 10  # of a round, while the display flashes
 
 
 class Held:  # values of `Ram.thing`, by category
@@ -113,7 +131,7 @@ class Held:  # values of `Ram.thing`, by category
 
 
 def _floor_groups(*groups: tuple[int, ...]) -> np.ndarray:
-    """Groups of floors, bool `[group, floor]`: a floor at most of each has a thing of a kind."""
+    """Groups of floors, bool `[group, floor]`; one floor of a group at most has a kind of thing."""
     return np.array([[floor in group for floor in range(FLOOR_COUNT)] for group in groups])
 
 
@@ -143,7 +161,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 class Things(NamedTuple):
-    """What each floor holds."""
+    """The thing on each floor."""
 
     thing: jax.Array
     x: jax.Array
@@ -154,7 +172,7 @@ class Things(NamedTuple):
 
 
 def _on_floors(m: Ram) -> Things:
-    """The things of all floors, in the place of their first copies."""
+    """The things of all floors, at the positions of their first copies."""
     picture = m.thing - ALL_KINDS.start
     left, top, width, height = THING_PICTURES.extent(picture, mirrored=m.thing_left == 1)
     first = m.thing_top - pick(picture, THING_HEIGHTS) + 1
@@ -168,20 +186,21 @@ def _first_line(floor: jax.Array | np.ndarray) -> jax.Array:
 
 
 def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int) -> Box:
-    """The copies of a kind of thing, of each group of floors one of which may hold it."""
+    """The copies of a kind of thing, for each group of floors; one floor of a group may hold it."""
     here = among(things.thing, kinds)[None] & floors
-    x, y, w, h, nusiz = (only(here, part[None], axis=1)[:, None] for part in things[1:])
+    one = jax.tree.map(lambda part: only(here, part[None], axis=1)[:, None], things)
     copy = np.arange(most)[None]
-    there = here.any(axis=1)[:, None] & (copy < copies(nusiz))
-    column = mod(x + spacing(nusiz) * copy, SCREEN_END)
-    shape = there.shape
-    fields = (jnp.broadcast_to(part, shape).ravel() for part in (column, y, w, h, there))
+    there = here.any(axis=1)[:, None] & (copy < copies(one.nusiz))
+    column = mod(one.x + spacing(one.nusiz) * copy, SCREEN_END)
+    parts = (column, one.y, one.width, one.height, there)
+    fields = (jnp.broadcast_to(part, there.shape).ravel() for part in parts)
     return box(*fields).clip(*FIELD)
 
 
 def _kop_box(m: Ram, kop: Drawn) -> Box:
-    """The Kop; what is behind the floor above him does not show."""
-    x, is_left = kop.x - 1, m.faces_left == 1
+    """The Kop, without the parts hidden by the floor above him."""
+    x = kop.x - 1
+    is_left = m.faces_left == 1
     left, top, width, height = figure_extent(KOP_PICTURES, kop.pose, x, is_left)
     head = _first_line(kop.floor) + STANDS - kop.height + top
     first, last = _below_ceiling(kop, head, head + height)
@@ -192,7 +211,7 @@ def _kop_box(m: Ram, kop: Drawn) -> Box:
 
 
 def _below_ceiling(kop: Drawn, head: jax.Array, feet: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The Kop's first line and the one after his last, without what the floor above him hides."""
+    """The Kop's first line and the line below him, without lines that the floor above hides."""
     ground = _first_line(kop.floor)
     above = ground - ABOVE_LINES
     ceiling = ground - 1 - when(kop.floor == ROOF, 2)
@@ -202,10 +221,11 @@ def _below_ceiling(kop: Drawn, head: jax.Array, feet: jax.Array) -> tuple[jax.Ar
 
 
 def _krook_box(m: Ram, kop: Drawn) -> Box:
-    """The Krook, in the section where he is."""
-    x, is_left = m.krook_x - 1, m.krook_left == 1
+    """The Krook, in his section."""
+    x = m.krook_x - 1
+    is_left = m.krook_left == 1
     left, top, width, height = figure_extent(KROOK_PICTURES, m.krook_pose - 1, x, is_left)
-    way = m.krook_place & 2 * SECTIONS - 1  # along two floors, one there and the other back
+    way = m.krook_place & 2 * SECTIONS - 1  # along two floors: forward on one, back on the other
     section = jnp.where(way < SECTIONS, way, way ^ 2 * SECTIONS - 1)
     y = _first_line(m.krook_place >> 3) + STANDS + top
     here = section == kop.section
@@ -214,12 +234,12 @@ def _krook_box(m: Ram, kop: Drawn) -> Box:
 
 
 def _is_open(m: Ram) -> jax.Array:
-    """Whether the elevator is open, on each floor."""
+    """True for each floor with an open elevator."""
     return m.doors == OPEN
 
 
 def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
-    """The elevator's doors on each floor but the roof, open or closed."""
+    """The elevator's doors on each floor except the roof, open or closed."""
     color = jnp.where(_is_open(m), TEAL, VIOLET)
     left, top, right, bottom = np.array(DOORS).T
     last = bottom - when(_is_open(m), 1)
@@ -228,19 +248,20 @@ def _elevator_boxes(m: Ram, kop: Drawn) -> Box:
 
 def _escalator_boxes(kop: Drawn) -> Box:
     """One escalator at the right end of the building, two at the left end."""
-    at_right, at_left = kop.section == RIGHT_END, kop.section == LEFT_END
+    at_right = kop.section == RIGHT_END
+    at_left = kop.section == LEFT_END
     left, top, right, bottom = jnp.where(at_right, RIGHT_ESCALATORS, LEFT_ESCALATORS).T
     return edges(left, top, right, bottom, valid=jnp.stack([at_right | at_left, at_left]))
 
 
 def _display_color(m: Ram, kop: Drawn) -> jax.Array:
-    """The colour of timer and hats: black, or in the last seconds flashing."""
+    """The colour of timer and hats: black, or flashing in the last seconds."""
     is_ending = (kop.time <= LAST_SECONDS) & (m.over == 0)
     return when(is_ending, (m.clock - 1) & 0xFE)
 
 
 def _handrail(escalator: Area) -> Run:
-    """The level part of the handrail, by which VEM knows an escalator."""
+    """The level part of the handrail; VEM finds an escalator by it."""
     left, top, right, bottom = escalator
     row = top + RAIL_BELOW_TOP
     return Run(
@@ -274,7 +295,7 @@ ESCALATOR_RULE = Runs(HANDRAILS, most=1, columns=(SCREEN_START, SCREEN_END), the
 
 
 def _loot_rule(floors: tuple[int, ...], left: int, right: int, first: int) -> Bounds:
-    """What is in some columns of some floors, from a line of the floor on."""
+    """Loot in some columns of some floors, starting at line `first` of the floor."""
     tops = [LOWEST - FLOOR_LINES * floor for floor in floors]
     regions = tuple((left, top + first, right, top + LOOT_BOTTOM) for top in tops)
     return Bounds(LOOT_COLORS, regions, min_size=(6, 10))
@@ -288,7 +309,14 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     categories=(
-        Category("Kop", KOP_RULE, attributes=("orientation",), rgb=(0, 0, 0), doc="Keystone Kelly"),
+        Category(
+            "Kop",
+            KOP_RULE,
+            attributes=("orientation",),
+            rgb=(0, 0, 0),
+            role="player",
+            doc="Keystone Kelly",
+        ),
         Category("Krook", KROOK_RULE, attributes=("orientation",), doc="Harry Hooligan"),
         Category("Ball", BALL_RULE, count=2, doc="beach balls"),
         Category("Biplane", BIPLANE_RULE, rgb=(238, 209, 128), doc="toy plane"),
@@ -311,11 +339,17 @@ GAME = Game(
         Category(
             "SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"
         ),
-        display("BonusKops", HATS.rule(SKY, HATS_AREA, inverse=True), doc="Kops in reserve"),
-        display("Score", SCORE.rule(BRIGHT), doc="points"),
+        display(
+            "BonusKops",
+            HATS.rule(SKY, HATS_AREA, inverse=True),
+            role="lives",
+            doc="Kops in reserve",
+        ),
+        display("Score", SCORE.rule(BRIGHT), role="score", doc="points"),
         display(
             "Timer",
             Bounds(SKY, TIMER.area, inverse=True, value=TIMER.rule(SKY).value),
+            role="time",
             doc="seconds left",
         ),
     ),

@@ -1,32 +1,32 @@
-"""The Kop as the frame shows him: what the game has moved after it drew the frame is taken back."""
+"""The Kop as drawn: undoes the game's moves after the drawing."""
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, when
+from ocjax.authoring import among, match, when
 from ocjax.extractors.keystonekapers.ram import Pose, Ram, Ride
 
-FREEZE = 8  # `pause` when a collision begins to keep everybody from moving
-FREEZES = 5  # `sound` from which on nobody moves
+FREEZE = 8  # `pause` on the first frame of a freeze by a collision
+FREEZES = 5  # least `sound` of a freeze
 PENALTY = 5  # `sound` while time runs fast
 ROUND = 50  # seconds
 KILLED = 6  # `sound`
 TICK = 127  # bits of `clock`
 FAST_TICK = 3
-STEPS = 5  # poses of a step, from 1 on
+STEPS = 5  # poses of a step, starting at 1
 JUMP_STARTS = 18  # steps of a jump
-RISES = 9  # until so many steps are left
+RISES = 9  # least remaining steps of the rise
 HANGS = (6, 7, 8, 9, 10, 11)  # steps that take four frames
 LAST_FAST = 11  # `jump` after the last step before these
 LAST_FAST_PAUSE = 9  # of the jump's sound on the frame of that step
-LANDS = 1  # low bits of `clock`, because the last slow step is taken when they are 0
+LANDS = 1  # low bits of `clock`: the last slow step happens when they are 0
 FLOOR_HEIGHT = 32
-RIGHT_EDGE = 0x9A  # `kop_x` of who has come from the right
+RIGHT_EDGE = 0x9A  # `kop_x` after coming from the right
 LEFT_EDGE = 8
 LAST_SECTION = 0  # at the right end of the building
 FIRST_SECTION = 7  # at its left end
-RIGHT_WALL = 0x99  # column to which he is put back at the edge
+RIGHT_WALL = 0x99  # the game puts him back to this column at the edge
 LEFT_WALL = 9
 
 
@@ -42,7 +42,7 @@ class Drawn(NamedTuple):
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Take back what the Kop has done since the frame was drawn."""
+    """Undo the Kop's moves since the frame was drawn."""
     dx, dy = _step(m)
     height = m.height - dy
     below = height < 0  # the frame shows the end of an escalator, from the floor below
@@ -58,12 +58,12 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def has_begun_anew(m: Ram) -> jax.Array:
-    """Whether a life has just been lost: the RAM is that of the next one, and the frame is not."""
+    """True if a life has just been lost: the RAM is the next life's, the frame is the old one's."""
     return (m.clock == 0) & (m.time == ROUND) & (m.age != 0)
 
 
 def _ticked(m: Ram) -> jax.Array:
-    """Whether a second has just passed."""
+    """True if a second has just passed."""
     second = jnp.where(m.sound == PENALTY, FAST_TICK, TICK)
     return (m.plays == 1) & (m.sound != KILLED) & (m.time < ROUND) & ((m.clock & second) == 0)
 
@@ -75,10 +75,11 @@ def kop_column(m: Ram) -> jax.Array:
 
 
 def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The Kop's column and section before he came into a section or was put back at a wall."""
+    """The Kop's column and section before he entered a section or was put back at a wall."""
     to_left = _moves_aside(m) & (m.faces_left == 1)
     to_right = _moves_aside(m) & (m.faces_left == 0)
-    came_left, came_right = to_left & (x > RIGHT_EDGE), to_right & (x < LEFT_EDGE)
+    came_left = to_left & (x > RIGHT_EDGE)
+    came_right = to_right & (x < LEFT_EDGE)
     at_right_wall = to_right & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
     at_left_wall = to_left & (m.section == FIRST_SECTION) & (x == LEFT_WALL + 1)
     before = match(
@@ -100,25 +101,25 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _is_frozen(m: Ram) -> jax.Array:
-    """Whether a collision keeps everybody from moving, but for its own frame."""
+    """True while a collision keeps everybody from moving, except on its own frame."""
     begins = (m.pause == FREEZE) & ((m.clock & 3) == 1)
     return (m.sound >= FREEZES) & ~begins
 
 
 def _moves_aside(m: Ram) -> jax.Array:
-    """Whether the Kop has walked or flown a column aside."""
+    """True if the Kop has walked or flown a column sideways."""
     pushed = (m.stick_down == 1) & ((m.stick_left == 0) | (m.stick_right == 0))
     walked = among(m.pose, range(1, STEPS + 1))
     return (m.ride == Ride.NONE) & ~_is_frozen(m) & jnp.where(_in_air(m), pushed, walked)
 
 
 def _in_air(m: Ram) -> jax.Array:
-    """Whether the frame shows a jump, or its beginning."""
+    """True if the frame shows a jump, or its beginning."""
     return (m.ride == Ride.NONE) & ((m.jump > 0) | _landed(m))
 
 
 def _landed(m: Ram) -> jax.Array:
-    """Whether a jump has just ended."""
+    """True if a jump has just ended."""
     down = (m.jump == 0) & (m.pose == Pose.JUMPS) & (m.height == 0)
     return down & (m.button == 1) & ((m.clock & 3) == LANDS)
 
@@ -132,7 +133,7 @@ def _jump_step(m: Ram) -> jax.Array:
 
 
 def _pose_before(m: Ram) -> jax.Array:
-    """The pose before a step: it changes on odd columns."""
+    """The pose before a step; it changes on odd columns."""
     walked = among(m.pose, range(1, STEPS + 1)) & ~_in_air(m) & (m.ride == Ride.NONE)
     stepped = walked & ((kop_column(m) & 1) == 1) & ~_is_frozen(m)
     return jnp.where(stepped, jnp.where(m.pose == 1, STEPS, m.pose - 1), m.pose)

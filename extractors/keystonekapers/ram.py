@@ -1,15 +1,14 @@
-"""Keystone Kapers' RAM, and what its values mean.
+"""Keystone Kapers' RAM, and the meaning of its values.
 
 Floors are the ground floor, the first, the second and the roof.
 """
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("keystone_kapers", "6c1f3f2e359dbf55df462ccbcdd2f6bf")
 
 
-class Thing:  # what a floor holds, of `Ram.thing`
+class Thing:  # of `Ram.thing`: the thing on a floor
     RADIO = 6
     RADIO_SOUNDS = 7
     BALL = 8
@@ -36,21 +35,21 @@ class Ram(RamMap):
     ride = bits(0, first=6, count=2)
     rides_left = bits(0, first=5)  # the escalator goes up to the left
     faces_left = bits(0, first=3)
-    pause = byte(6)  # frames of a sound left
+    pause = byte(6)  # remaining frames of a sound
     over = bits(7, first=7)  # the round is over
     plays = bits(8, first=7)
     sound = byte(11)
     button = bits(12, first=7)  # held
-    jump = byte(13)  # steps left
+    jump = byte(13)  # remaining steps
     clock = byte(14)
     krook_x = byte(16)
     height = bits(17, count=5)  # of the Kop above the floor
-    place = byte(18)  # of the Kop: eight sections a floor
-    section = byte(19)  # that is on the screen
-    krook_place = byte(20)  # likewise, but on every other floor the sections are counted backwards
+    place = byte(18)  # of the Kop: eight sections per floor
+    section = byte(19)  # on the screen
+    krook_place = byte(20)  # of the Krook; on every other floor the sections are counted backwards
     pose = byte(21)
     lives = byte(22)
-    idle = byte(25)  # from 128 on, the screen is black
+    idle = byte(25)  # at least 128: the screen is black
     score = bcd((26, 27, 28))
     time = bcd(29)
     kop_x = byte(*range(32, 36))  # on each floor
@@ -58,11 +57,11 @@ class Ram(RamMap):
     thing_top = byte(*range(40, 44))  # row of its picture on the floor's first line
     thing = byte(*range(44, 48))
     copies = bits(*range(48, 52), count=3)
-    thing_left = bits(*range(48, 52), first=3)  # looks to the left
-    doors = byte(*range(56, 59))  # the playfield of each floor but the roof
+    thing_left = bits(*range(48, 52), first=3)  # it looks to the left
+    doors = byte(*range(56, 59))  # the playfield of each floor except the roof
     krook_left = bits(76, first=3)
     stick_right = bits(97, first=7)  # 0: pushed when the jump began
     stick_left = bits(97, first=6)
     stick_down = bits(97, first=5)
     krook_pose = byte(98)
-    age = byte(114)  # frames of the game, but for those of lost lives
+    age = byte(114)  # frames of the game, not counting those of lost lives

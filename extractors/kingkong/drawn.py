@@ -1,24 +1,23 @@
-"""King Kong's figures as they were drawn: what moves after that, by turns, is taken back."""
+"""King Kong's figures as drawn: undoes their moves after the drawing, which alternate."""
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.registers import packed_position
+from ocjax.authoring import among, match, packed_position, pick, when
 from ocjax.extractors.kingkong.ram import Jump, Leap, Ram, Sound, State, Stick, Turn
 
-LEFTMOST = 0xB1  # `x` of a climber who cannot go on to the left
+LEFTMOST = 0xB1  # `x` of a climber at the left end
 RIGHTMOST = 0xAA
 FEEDBACK = 0x4D  # of the shift register for the captive
 LIVES = 3
 SET_UP = 7  # `second` when a life begins
-JUST_SET_UP = (3, 4, 5, 6)  # `clock`, the low six bits
-COUNTS = 0x3C  # bits of `clock`; when they are 0, the bonus is counted down
+JUST_SET_UP = (3, 4, 5, 6)  # low six bits of `clock`
+COUNTS = 0x3C  # bits of `clock`; when they are 0, the bonus counts down
 JUMP_STEPS = 14
 FIRST_DOWN = 1  # `steps` after the first rung
 FIRST_UP = 11
-POSES = (0x01, 0x0A, 0x13, 0x1C, 0x25, 0x2E, 0x37)  # what points to the climber's pictures
+POSES = (0x01, 0x0A, 0x13, 0x1C, 0x25, 0x2E, 0x37)  # pointers to the climber's pictures
 
 
 class Pose:  # index into `POSES`
@@ -47,7 +46,7 @@ class Drawn(NamedTuple):
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Take back what the game has moved since it drew the frame."""
+    """Undo the game's moves since it drew the frame."""
     dx, dy = when(_climber_moved(m), jnp.stack(_climber_step(m)))
     kong_dx, kong_dy = when(_kong_moved(m), jnp.stack(_kong_step(m)))
     counted = (m.turn == Turn.DIGITS) & ((m.clock & COUNTS) == 0) & _plays(m)
@@ -64,22 +63,22 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def column(code: jax.Array) -> jax.Array:
-    """The column of a figure's picture, from the byte that positions it."""
+    """The column of a figure's picture, from its position byte."""
     return packed_position(code) - 19
 
 
 def of_climber(m: Ram, field: jax.Array) -> jax.Array:
-    """The climber's number, of the two records' ones."""
+    """The climber's value from the values of the two records."""
     return jnp.where(m.climber == 0, *field)
 
 
 def there(m: Ram) -> jax.Array:
-    """Whether there is a climber, on the ground or on the way."""
+    """True if a climber is on the ground or on the way."""
     return (m.state >= State.WAITS) & (m.climber != m.kong) & ~_life_lost(m)
 
 
 def _life_lost(m: Ram) -> jax.Array:
-    """Whether the frame is the last one of a life, though the RAM is set up anew."""
+    """True if the frame is the last one of a life; the RAM is already set up for the next."""
     waits = (m.state == State.WAITS) & (m.second == SET_UP) & (m.lives < LIVES)
     return waits & (m.turn == Turn.KONG) & among(m.clock & 63, JUST_SET_UP)
 
@@ -88,11 +87,11 @@ def _plays(m: Ram) -> jax.Array:
     return (m.state >= State.LOWER_HALF) & (m.state < State.HIT)
 
 
-# The climber: what it has done since the frame was drawn.
+# The climber's moves since the frame was drawn.
 
 
 def _climber_moved(m: Ram) -> jax.Array:
-    """Whether it is the climber's turn."""
+    """True on the climber's turn."""
     return (m.turn == Turn.CLIMBER) & (_plays(m) | among(m.state, (State.FALLS, State.LIES)))
 
 
@@ -101,12 +100,12 @@ def _in_air(m: Ram) -> jax.Array:
 
 
 def _landed(m: Ram) -> jax.Array:
-    """Whether a jump has just ended; until the button is released, there is no telling."""
+    """True if a jump has just ended; this is unknown until the button is released."""
     return (m.jumps == 1) & (m.jump == 0) & (m.released == 1)
 
 
 def _on_rung(m: Ram) -> jax.Array:
-    """Whether the climber has just gone up or down a rung, or fallen a row: it sounds."""
+    """True if the climber has just moved a rung or fallen a row, which makes a sound."""
     return (m.sound == Sound.RUNG) & (m.sound_time == Sound.RUNG_BEGAN)
 
 
@@ -119,7 +118,7 @@ def _walks(m: Ram) -> jax.Array:
 
 
 def _climber_step(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Columns and rows that the climber goes on its turn."""
+    """Columns and rows that the climber moves on its turn."""
     jumps = _in_air(m) & (m.jump < JUMP_STEPS)
     aside = match((m.goes == Jump.UP, 0), (m.goes == Jump.RIGHT, 1), otherwise=-1)
     ahead = jnp.where(of_climber(m, m.faces_left) == 1, -1, 1)
@@ -130,7 +129,7 @@ def _climber_step(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _pose_before(m: Ram) -> jax.Array:
-    """The climber's pose before its turn; of several that it may have had, the usual one."""
+    """The climber's pose before its turn; if several are possible, the usual one."""
     picture = of_climber(m, m.picture)
     pose = match(*((picture == pointer, i) for i, pointer in enumerate(POSES)), otherwise=0)
     stepped = m.steps - when(~_in_air(m), 1)  # in the air, a jump has begun
@@ -157,7 +156,7 @@ def _kong_moved(m: Ram) -> jax.Array:
 
 
 def _kong_step(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Columns and rows that Kong leaps on his turn; where he lands, he turns around."""
+    """Columns and rows that Kong leaps on his turn; on landing he turns around."""
     left = m.kong_left ^ when(m.leap == Leap.LANDED, 1)
     return 1 - 2 * left, match((m.leap < Leap.TOP, -1), (m.leap == Leap.TOP, 0), otherwise=1)
 
@@ -168,7 +167,7 @@ def _captive_x_before(m: Ram) -> jax.Array:
 
 
 def _captive_look_before(m: Ram) -> jax.Array:
-    """Arms up or down, by a shift register that is taken back a step."""
+    """Arms up or down, from the previous state of a shift register."""
     shifted = (m.turn == Turn.CAPTIVE) & ((m.clock & 0x0C) == 0)
     wrapped = m.captive & 1 == 1
     before = jnp.where(wrapped, (m.captive ^ FEEDBACK) >> 1 | 128, m.captive >> 1)

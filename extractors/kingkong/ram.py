@@ -1,12 +1,12 @@
-"""King Kong's RAM."""
+"""The RAM of King Kong."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.authoring import RamMap, bcd, bits, byte
 
 
 class State:  # of `Ram.state`
-    CHOSEN = 2  # a game; before it, its number is displayed
+    CHOSEN = 2  # a game; before that, its number is displayed
     KONG_CLIMBS = 3
-    WAITS = 4  # the climbers that are left are shown
+    WAITS = 4  # the remaining climbers are shown
     LOWER_HALF = 5
     KONG_LEAVES = 6
     UPPER_HALF = 7
@@ -17,7 +17,7 @@ class State:  # of `Ram.state`
     RESCUED = 12
 
 
-class Turn:  # of `Ram.turn`: what the game does after it has drawn the frame
+class Turn:  # of `Ram.turn`: the figure that moves after the drawing
     CAPTIVE = 0  # and Kong
     CLIMBER = 1
     KONG = 2
@@ -34,7 +34,7 @@ class Jump:  # of `Ram.goes`
 
 
 class Leap:  # of `Ram.leap`
-    TOP = 16  # Kong rises before and falls after
+    TOP = 16  # Kong rises before this step and falls after it
     LANDED = 255
 
 
@@ -54,9 +54,9 @@ class Ram(RamMap):
     score = bcd((2, 3))
     bonus = bcd(4)  # tens
     steps = byte(27)  # of the climber's walk, climb or fall
-    climber = byte(28)  # place of the climber among the two records
-    kong = byte(29)  # that of Kong
-    y = byte(32, 33)  # the row below
+    climber = byte(28)  # the climber's index in the two records
+    kong = byte(29)  # Kong's index
+    y = byte(32, 33)  # row below the figure
     x = byte(35, 36)
     picture = byte(38, 39)
     icons = bits(41, count=3)  # NUSIZ: copies of the climber
@@ -65,7 +65,7 @@ class Ram(RamMap):
     bomb_x = byte(*range(51, 59))
     bomb_picture = byte(*range(60, 68))
     captive_x = byte(76)
-    captive_left = bits(77, first=3)  # which way the captive walks
+    captive_left = bits(77, first=3)  # direction of the captive's walk
     kong_left = bits(78)
     leap = byte(79)  # steps of Kong's leap to the next floor
     second = byte(84)  # 64 frames each
@@ -76,8 +76,8 @@ class Ram(RamMap):
     jumps = bits(100, first=7)
     climbs = bits(100, first=6)
     falls = bits(100, first=5)
-    goes = bits(100, count=2)  # where a jump goes
-    jump = byte(101)  # steps left
+    goes = bits(100, count=2)  # direction of a jump
+    jump = byte(101)  # remaining steps
     sound = byte(102)
     sound_time = byte(104)
     state = byte(109)

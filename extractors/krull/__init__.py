@@ -1,27 +1,28 @@
 """Krull: the wedding that Slayers attack, the ride of the fire mares, the web, the beast's lair.
 
-Screen: in the desert the player has a box around both mares. Hour_Glass's value is the rows of sand
-that are still above. Lines carry the player ($FA77 and $FAC7 of the second half); each of two is
-drawn at three places in turn, and those of two frames are valid. The web and the ground are
-scenery.
+Screen: in the desert the player's box surrounds both mares. Hour_Glass's value is the number of
+rows of sand that are still above. Lines carry the player ($FA77 and $FAC7 of the second half). The
+game draws each of two lines at three positions in rotation; the positions of two frames are valid.
+The web and the ground are scenery.
 
-Slots: of Line, record * 3 + place; of Weapon, what is found in the desert, the player's own in the
-lair; of Star, where it flashes in the web while the player is at the window; of Life_HUD and
-Weapon_HUD, icons.
+Slots: Line has record * 3 + position. Weapon has the one on the desert's ground, then the player's
+own in the lair. Star has the positions in the web at which it flashes while the player is at the
+window. Life_HUD and Weapon_HUD have icons.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (scenes, records), and the ROM's code, which moves all
-before the drawing ($F300 of the first half), save what is found in the desert.
+RAM: ALE's source (score, lives), OCAtari (scenes, records), and the ROM's code, which moves all
+objects before the drawing ($F300 of the first half), except items in the desert.
 
 Covered: four scenes, five rounds; the fortress, the star, the lair (cage whole or broken, weapon in
 hand, thrown, in flames) and later rounds by writes to the RAM.
 
-Not exact: from the sixth round on, figures may push the bride off the screen; the game's frame then
-lasts for two of the emulator's, of which every other one shows an older picture. When the web's
-lines jump back by a place, those of the frame before are not valid.
+Not exact: from the sixth round on, figures may push the bride off the screen. The game's frame then
+takes two emulated frames, and every other one of these shows an older picture. When the web's lines
+jump back by a position, the positions of the frame before are not valid.
 
-VEM: it cuts mares that touch in the middle; it takes the player's weapon for a part of him; it
-misses him while he flashes, his sword, a spider that a line crosses, a line that he hangs on, a
-shot behind figures, a weapon in the light that gives it flames or before the beast.
+VEM: it cuts mares that touch in the middle. It takes the player's weapon for a part of the player.
+It misses the flashing player, his sword, a spider that a line crosses, and a line with the player
+on it. It also misses a shot behind figures, and a weapon in front of the beast or in the light that
+gives it flames.
 """
 
 from functools import partial
@@ -29,12 +30,37 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.fonts import Digits, score_box
-from ocjax.console.ops import among, match, mod, pick, when
-from ocjax.console.registers import NUSIZ_COPIES, NUSIZ_SPACING, signed_nibble, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    NUSIZ_COPIES,
+    NUSIZ_SPACING,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Digits,
+    Game,
+    Gauge,
+    Lines,
+    Packed,
+    Pictures,
+    Run,
+    Runs,
+    Shape,
+    Tight,
+    among,
+    box,
+    choose,
+    display,
+    edges,
+    match,
+    mod,
+    pick,
+    score_box,
+    signed_nibble,
+    when,
+    wrap,
+)
 from ocjax.extractors.krull.ram import ROM, Flags, Item, Ram, Scene
 from ocjax.extractors.krull.wedding import (
     BRIDES,
@@ -46,27 +72,23 @@ from ocjax.extractors.krull.wedding import (
     person_of,
     turns,
 )
-from ocjax.vision.filters import Lines
-from ocjax.vision.rules import Blobs, Bounds, Cells, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, Tight
 
 FONT = ROM.font(0xB07, rows=7)
 STAY = ("Score", "Life_HUD", "Weapon_HUD")  # on the title screen after a game
 
 FIELD = (8, 16, 160, 173)
 ABOVE_GROUND = (8, 16, 160, 172)
-STRIDES = 112  # from here on, pictures of the beast are 12 columns wide
+STRIDES = 112  # least picture of the beast that is 12 columns wide
 SANK = 7  # `y` of Lyssa in the lair after she has given the weapon its flames
-RISEN = 64  # from here on, `castle` is no castle's
-STAR_PICTURE = 41  # `foe_picture` while the star is in the web in place of the spider
+RISEN = 64  # least `castle` that encodes no castle
+STAR_PICTURE = 41  # `foe_picture` while the star replaces the spider in the web
 SHOT_PAGE = 188  # `shot_page` while the player in the web has a picture of the second page
 LEAST_TOP = 18  # least `shot_top` that is drawn
-OFF_SCREEN = 80  # from here on, `y` and `shot_top` are off the screen
-SLANTED_FROM = 45  # the row in which a slanted shot would be at `shot_x`
-# Of the web's lines.
-LINE_X = (-33, 7)  # at the first place, of those of each byte
-LINE_PITCH = 24  # columns from place to place
+OFF_SCREEN = 80  # least `y` and `shot_top` below the screen
+SLANTED_FROM = 45  # a slanted shot has column `shot_x` in this row
+# The web's lines.
+LINE_X = (-33, 7)  # of each byte's line at the first position
+LINE_PITCH = 24  # columns from position to position
 LINE_TOP = 16
 LINE_WIDTH = 41
 LINE_ROWS = 156
@@ -125,7 +147,8 @@ def _display_boxes(m: Ram) -> dict[str, Box]:
 
 def _mare_boxes(m: Ram) -> Box:
     turned = (m.flags[6:] & Flags.MARE_TURNED) != 0
-    pictures, y = jnp.stack([m.foe_picture, m.player_picture]), np.full(2, 145)
+    pictures = jnp.stack([m.foe_picture, m.player_picture])
+    y = np.full(2, 145)
     return MARE_PICTURES.box(
         pictures, m.x[6:] + 8, y, mirrored=turned, valid=m.scene == Scene.DESERT
     )
@@ -162,25 +185,29 @@ def _shown_score(m: Ram) -> Box:
 
 
 def _castle_boxes(m: Ram) -> Box:
-    """The wall at the wedding, and what has risen of the fortress."""
+    """The wall at the wedding, and the risen part of the fortress."""
     there = (m.scene == np.array([Scene.WEDDING, Scene.DESERT])) & (
         m.castle < np.array([256, RISEN])
     )
-    x, w = np.array([32, 48]), np.array([96, 64])
-    top, height = jnp.stack([jnp.int32(17), 145 - m.castle]), jnp.stack([jnp.int32(27), m.castle])
+    x = np.array([32, 48])
+    w = np.array([96, 64])
+    top = jnp.stack([jnp.int32(17), 145 - m.castle])
+    height = jnp.stack([jnp.int32(27), m.castle])
     return box(x, top, w, height, there)
 
 
 def _beast_box(m: Ram) -> Box:
-    """The beast, whose dots are two columns wide."""
-    turned, wide = (m.flags[BEAST_RECORD] & Flags.TURNED) != 0, m.picture[BEAST_RECORD] >= STRIDES
+    """The beast; its dots are two columns wide."""
+    turned = (m.flags[BEAST_RECORD] & Flags.TURNED) != 0
+    wide = m.picture[BEAST_RECORD] >= STRIDES
     x = m.x[BEAST_RECORD] + _offset(m.x[BEAST_RECORD]) + match((turned, 5), (wide, 1), otherwise=3)
     return box(x, 2 * m.y[BEAST_RECORD] + 15, jnp.where(wide, 12, 10), 22)
 
 
 def _player_box(m: Ram, y: jax.Array, mares: Box) -> Box:
     """The player; in the desert, the box around the mares."""
-    web, lair = m.scene == Scene.WEB, m.scene == Scene.LAIR
+    web = m.scene == Scene.WEB
+    lair = m.scene == Scene.LAIR
     colwyn = person_of(m, y, COLWYNS)
     page = when(web & (m.shot_page == SHOT_PAGE), SECOND)
     walks = PEOPLE.box(
@@ -189,8 +216,10 @@ def _player_box(m: Ram, y: jax.Array, mares: Box) -> Box:
         2 * colwyn.y + match((web, 20), (lair, 15), otherwise=16),
         mirrored=(colwyn.flags & Flags.TURNED) != 0,
     )
-    left, top = jnp.min(mares.x), jnp.min(mares.y)
-    right, bottom = jnp.max(mares.x + mares.w), jnp.max(mares.y + mares.h)
+    left = jnp.min(mares.x)
+    top = jnp.min(mares.y)
+    right = jnp.max(mares.x + mares.w)
+    bottom = jnp.max(mares.y + mares.h)
     rides = edges(left, top, right, bottom)
     return choose(m.scene == Scene.DESERT, rides, walks).clip(*FIELD)
 
@@ -211,24 +240,26 @@ def _lyssa_box(m: Ram, y: jax.Array) -> Box:
 
 
 def _slayer_boxes(m: Ram, y: jax.Array) -> Box:
-    """Slayers, whose records begin after the bride's while she is free."""
-    copy, record = np.tile(np.arange(3), 5), np.repeat(np.arange(5), 3)
+    """Slayers; their records begin after the bride's while she is free."""
+    copy = np.tile(np.arange(3), 5)
+    record = np.repeat(np.arange(5), 3)
     fields = jnp.stack([m.x, y, m.flags, m.picture])
-    x, y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
+    x, slayer_y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
     size = flags & Flags.SIZE
     return PEOPLE.box(
         SECOND + picture,
         x + _offset(x) + copy * pick(size, NUSIZ_SPACING),
-        2 * y + 15,
+        2 * slayer_y + 15,
         mirrored=(flags & Flags.TURNED) != 0,
         valid=(record < m.slayers) & (copy < pick(size, NUSIZ_COPIES)),
     ).clip(8, 27, 160, 173)
 
 
 def _shot_box(m: Ram, figures: jax.Array) -> Box:
-    """The Slayers' shot, of a row more or less where the beam has passed it when it is switched."""
-    top, rows = 2 * m.shot_top + 13, 2 * (m.shot_bottom - m.shot_top)
-    step = -signed_nibble(m.shot_slant)  # columns a row
+    """The Slayers' shot; its ends move by a row if the beam has passed it at a switch."""
+    top = 2 * m.shot_top + 13
+    rows = 2 * (m.shot_bottom - m.shot_top)
+    step = -signed_nibble(m.shot_slant)  # columns per row
     head = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
     late = when(head < on_at(m.shot_top, figures), 1)
     longer = wrap(head + step * (rows - 1)) < off_at(m.shot_bottom, figures)
@@ -240,24 +271,25 @@ def _shot_box(m: Ram, figures: jax.Array) -> Box:
 
 
 def _line_boxes(m: Ram) -> Box:
-    """The lines: those of this frame and of the one before."""
+    """The lines of this frame and of the one before."""
     place = np.tile(np.arange(3), 2)
     x = jnp.repeat(m.line_x + np.array(LINE_X), 3) + LINE_PITCH * place
     return box(x, LINE_TOP, LINE_WIDTH, LINE_ROWS, place != m.next_place).clip(*ABOVE_GROUND)
 
 
 def _weapon_boxes(m: Ram) -> Box:
-    """What is found in the desert, and the player's in the lair, held or thrown."""
+    """The weapon on the desert's ground, and the player's in the lair, held or thrown."""
     found = _item_box(m, Item.WEAPON, inset=0, width=8)
     there = (m.scene == Scene.LAIR) & (m.y[FOE] < OFF_SCREEN)
-    x, y = m.x[FOE] + _offset(m.x[FOE]), 2 * m.y[FOE] + 16
+    x = m.x[FOE] + _offset(m.x[FOE])
+    y = 2 * m.y[FOE] + 16
     turned = (m.flags[FOE] & Flags.TURNED) != 0
     flying = PEOPLE.box(SECOND + m.picture[FOE], x, y, mirrored=turned, valid=there)
     return jax.tree.map(lambda *parts: jnp.stack(parts), found, flying)
 
 
 def _item_box(m: Ram, item: int, inset: int, width: int) -> Box:
-    """What is found in the desert, which has been moved since it was drawn."""
+    """An item in the desert, one move back, because the game moves it after drawing."""
     moved = (jnp.abs(m.speed) - m.shot_bottom + 31) >> 5
     x = m.shot_x - jnp.sign(m.speed) * moved + 8 + inset
     return box(x, 157, width, 7, (m.scene == Scene.DESERT) & (m.item == item))
@@ -269,7 +301,7 @@ BRIDE_COLORS = (152, 168, 136, 184, 88, 104, 120, 72)
 OTHERS = {0, 6, 14, 34, 66, 238, 160, *COLORS, *SLAYER, *BRIDE_COLORS}
 STONES = tuple(sorted({*range(0, 256, 2)} - OTHERS))
 CASTLES = Bounds(((216,), STONES), ((32, 16, 128, 44), (48, 97, 112, 145)), min_size=(64, 3))
-LOOT = (200, 206)  # the latter while it can be taken
+LOOT = (200, 206)  # the second one while it can be taken
 ITEMS = (8, 157, 160, 164)
 figure = partial(Blobs, gap=(1, 1))
 PLAYER = figure((*COLORS, 238), FIELD, shapes=Shape(w=(4, 16), h=(7, 16)))
@@ -290,7 +322,7 @@ SHOT = Blobs(
     Shape(w=(1, 8), h=(5, 8), pixels=(5, 9)),
     filters=(Lines(5, rows=(44, 172)),),
 )
-# The row in which left and right lines are apart. The first one shows two rows further down.
+# Left and right lines are apart in this row. The first position shows two rows lower.
 CROSSED = 111
 line = partial(Run, (6, 14), width=1)
 LINE_RUNS = Runs(
@@ -313,7 +345,7 @@ RESERVE = Bounds(200, LIVES, value=Gauge(8, 6, 2, of=ICONS))
 ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
 
 LYSSA = figure(BRIDE_COLORS, FIELD, shapes=Shape(w=(5, 8), h=(8, 17)))
-GREY = 142, 142, 142
+GRAY = 142, 142, 142
 GAME = Game(
     name="Krull",
     rom=ROM,
@@ -321,7 +353,12 @@ GAME = Game(
     decode=decode,
     categories=(
         Category(
-            "Player", PLAYER, rgb=(213, 130, 74), needs=("Hour_Glass",), doc="Colwyn; or both mares"
+            "Player",
+            PLAYER,
+            rgb=(213, 130, 74),
+            needs=("Hour_Glass",),
+            role="player",
+            doc="Colwyn; or both mares",
         ),
         Category("Lyssa", LYSSA, rgb=(84, 138, 210), doc="the bride"),
         Category(
@@ -343,7 +380,7 @@ GAME = Game(
             needs=("Window",),
             doc="in the spider's place",
         ),
-        Category("Line", LINE_RUNS, count=6, rgb=GREY, needs=("Window",), doc="of the web, move"),
+        Category("Line", LINE_RUNS, count=6, rgb=GRAY, needs=("Window",), doc="of the web, move"),
         Category(
             "Fire_Mare",
             ride((56, 238), (8, 145, 160, 154)),
@@ -372,8 +409,8 @@ GAME = Game(
             doc="only while a game is played",
         ),
         display("Sun", Bounds(14, (8, 2, 120, 12)), attributes=(), doc="the time of day"),
-        display("Score", Bounds(238, (55, 176, 103, 183), value=SCORE), doc="points"),
-        display("Life_HUD", RESERVE, count=3, doc="in reserve; value: one more"),
+        display("Score", Bounds(238, (55, 176, 103, 183), value=SCORE), role="score", doc="points"),
+        display("Life_HUD", RESERVE, count=3, role="lives", doc="in reserve; value: one more"),
         display("Weapon_HUD", Bounds(200, ARMS), count=3, attributes=(), doc="weapons left"),
     ),
 )

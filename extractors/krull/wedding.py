@@ -1,39 +1,41 @@
-"""When Krull's figures of the wedding are drawn, and the beam as it switches the shot.
+"""Timing of the wedding in Krull: when figures are drawn, and where the beam switches the shot.
 
-The display program ($B300 and $B400 of the first half) draws two rows of each sprite a turn. One
-sprite shows the bride, while she is free, and the Slayers; the other one the player and the bride
-that is taken. Both show their figures from the top down, and each figure waits until the one before
-it is drawn and the next one is set up. So figures whose rows are too close are drawn further down,
-the last one perhaps not at all.
+The display program ($B300 and $B400 of the first half) draws two rows of each sprite per turn. One
+sprite shows the bride, while she is free, and the Slayers. The other one shows the player and the
+captured bride. Both sprites show their figures from the top down. Each figure waits until the one
+before is drawn and the next one is set up. If the rows of two figures are too close, the lower one
+is drawn further down; the last figure may disappear.
 
-The shot is switched on in a turn of the second sprite and off in one of the first, in a column that
-depends on what else the program does in that turn. These columns are counted in its cycles.
+The shot is switched on in a turn of the second sprite and off in a turn of the first. The column of
+a switch depends on the other work of the program in that turn. The columns below are counted in
+cycles.
 """
 
+import itertools
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, pick
+from ocjax.authoring import lookup, match, pick
 from ocjax.extractors.krull.ram import ROM, Ram, Scene
 
-TALLEST = 24  # rows of a figure; the bytes that are no figures may say more
+TALLEST = 24  # rows of a figure; bytes that are no figures may give more
 SECOND = 256  # the first picture of the second page
 RECORDS = np.arange(8)
 FEW = 6  # records of the first sprite
-SETUP = 5  # turns before a figure, after the one before it
-PAUSE_TURN = 72  # the turn, or the next free one, in which the game changes the ground's color
+SETUP = 5  # turns to set up the next figure
+PAUSE_TURN = 72  # the game changes the ground's color in this turn, or in the next free one
 LAST = 80  # turn
-NEVER = 255  # instead of a turn
-# Records from the top down, the first turn with a figure, and that with a pause.
+NEVER = 255  # no turn
+# Records from the top down, the first turn with a figure, and the turn with a pause.
 SPRITES = ((range(FEW - 1, -1, -1), 6, PAUSE_TURN), ((7, 6), 22, NEVER))
 
 
 class Record(NamedTuple):
-    """Which record is a person's."""
+    """The record of a person."""
 
-    elsewhere: int  # in other scenes than the wedding
+    elsewhere: int  # in scenes other than the wedding
     taken: int  # at the wedding when the bride is taken
     free: int  # before that
 
@@ -59,23 +61,23 @@ def person_of(m: Ram, y: jax.Array, record: Record) -> Person:
     return Person(*here)
 
 
-class State:  # of a sprite; from `ENDED` on, four turns after a figure
+class State:  # of a sprite; `ENDED` and above: four turns after a figure
     WAITS = 0  # for a row
     BEGINS = 1
     DRAWS = 2
-    ENDED = 3  # or has no more to draw
+    ENDED = 3  # or nothing is left to draw
     PLACES = 5  # the next figure
 
 
 OFF_COLUMNS = (61, 94, 4, 82, 95, 0, 115, 136)  # by the first sprite's state
-ON_COLUMNS = (73, 106, 4, 94, 116, 0, 115, 115)  # likewise, the second one's
-# The column while a figure is placed, by its x: the loop before it takes 15 columns a step.
+ON_COLUMNS = (73, 106, 4, 94, 116, 0, 115, 115)  # by the second sprite's state
+# The column while a figure is placed, by its x: the loop before it takes 15 columns per step.
 CODES = ROM.bytes(0x81E, 160)
 PLACED_AT = np.where(CODES & 1, 22, 52 + 15 * (CODES >> 1 & 7))
 
 
 def _figure(page: int, code: int) -> np.ndarray:
-    """The rows of a figure, after their number; the game draws two a turn, the upper one last."""
+    """The rows of a figure, stored after their number; a turn draws the lower of two rows first."""
     height = min(int(ROM.bytes(page | code, 1)[0]) & ~1, TALLEST)
     return ROM.rows(page | code + 1, height).reshape(-1, 2)[:, ::-1].ravel()
 
@@ -87,7 +89,7 @@ FIGURE_TURNS = np.array([len(rows) // 2 for rows in FIGURE_ROWS])
 def turns(
     x: jax.Array, y: jax.Array, picture: jax.Array, slayers: jax.Array, taken: jax.Array
 ) -> jax.Array:
-    """When the figures of the eight records are drawn.
+    """When the figures of the eight records are drawn, in turns of the display program.
 
     Args:
         x, y, picture: of the records, int32 `[8]`.
@@ -101,26 +103,31 @@ def turns(
     first = RECORDS < FEW
     there = jnp.where(first, slayers + 1 - taken > RECORDS, (RECORDS == FEW) | (taken == 1))
     length = lookup(FIGURE_TURNS, picture + np.where(first, SECOND, 0)) + 1
+
+    def after(before: tuple[jax.Array, jax.Array, int], i: int) -> tuple[jax.Array, jax.Array, int]:
+        _, ready, pause = before
+        soon = jnp.maximum(y[i], ready)
+        late = jnp.maximum(y[i], jnp.maximum(ready, pause) + 1)
+        begin = jnp.where(soon < pause, soon, late)
+        shown = jnp.where(there[i] & (begin < LAST), begin, NEVER)
+        return shown, jnp.where(there[i], begin + length[i] + SETUP, ready), pause
+
     starts = {}
     for group, ready, pause in SPRITES:
-        ready = jnp.int32(ready)
-        for i in group:
-            start = jnp.maximum(y[i], ready)
-            late = jnp.maximum(y[i], jnp.maximum(ready, pause) + 1)
-            start = jnp.where(start < pause, start, late)
-            starts[i] = jnp.where(there[i] & (start < LAST), start, NEVER)
-            ready = jnp.where(there[i], start + length[i] + SETUP, ready)
+        at_first = jnp.int32(NEVER), jnp.int32(ready), pause
+        _, *figures = itertools.accumulate(group, after, initial=at_first)
+        starts.update(zip(group, (shown for shown, _, _ in figures), strict=True))
     start = jnp.stack([starts[i] for i in RECORDS.tolist()])
     return jnp.stack([start, start + length, lookup(PLACED_AT, x)])
 
 
 def on_at(turn: jax.Array, figures: jax.Array) -> jax.Array:
-    """The column that the beam has passed when the shot is switched on; figures are `turns`."""
+    """The beam's column when the shot is switched on; `figures` is the result of `turns`."""
     return _beam(turn, figures[:, FEW:], ON_COLUMNS, SPRITES[1][1])
 
 
 def off_at(turn: jax.Array, figures: jax.Array) -> jax.Array:
-    """The same when it is switched off."""
+    """The beam's column when the shot is switched off."""
     return _beam(turn, figures[:, :FEW], OFF_COLUMNS, SPRITES[0][1])
 
 

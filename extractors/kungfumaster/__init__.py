@@ -1,27 +1,27 @@
 """Kung Fu Master: five floors of a temple, with henchmen, knife throwers, beasts and masters.
 
-Screen: the eight columns at the left edge are blanked by the beam. Walls, pillars, lamps, stairs
-and the names of the bars are scenery. Rows 88 to 94 hide what falls from the ceiling. The mark of
-the present floor blinks.
+Screen: the eight columns at the left edge are blank. Walls, pillars, lamps, stairs and the names of
+the bars are scenery. Rows 88 to 94 hide objects that fall from the ceiling. The mark of the current
+floor blinks.
 
-Slots: one sprite draws all enemies, up to three equal ones side by side: places in the group. When
-one of a group is hit, those behind it take the places before it.
+Slots: one sprite draws all enemies, up to three equal ones side by side; their slots are the
+positions in the group. After a hit, the enemies behind the victim move up a slot.
 
-RAM: ALE's source (score, lives), OCAtari (what some bytes are), and the ROM's code. The rules of
-the game (f04d, second bank) run after the vertical sync, and the first bank draws at f1b0, so that
-the RAM has what is on the screen. Three loops draw the lower part of figures: f556 with what was
-thrown, f5bc with enemies that stretch arms and legs, f611 with what is at any height. A dragon and
-snakes come out of balls. What bursts is still a Red_Ball, and the ball of a snake is a Snake.
+RAM: ALE's source (score, lives), OCAtari (meaning of some bytes), and the ROM's code. The rules of
+the game (f04d, second bank) run after the vertical sync, and the first bank draws at f1b0, so the
+RAM matches the screen. Three loops draw the lower part of figures: f556 with thrown objects, f5bc
+with enemies that stretch arms and legs, f611 with figures at any height. A dragon and snakes come
+out of balls. A bursting Red_Ball keeps this category, and the ball of a snake is a Snake.
 
 Covered: the first floor in play, the others by writing RAM, with their beasts and masters, lost
-lives, the end of the game. There is one mode. The value of Lives is ALE's, one more than the number
-on the screen; without a number it is not valid.
+lives, the end of the game. The game has one mode. The value of Lives is ALE's, one more than the
+number on the screen; without a number it is not valid.
 
-Not exact: the boxes of enemies behind the player are whole, also where he hides a part of them.
+Not exact: the boxes of enemies behind the player are complete, even if he hides a part of them.
 
-VEM: where figures overlap, it may miss an edge of one of them, and beside a master, a whole figure.
-It misses the last columns of figures at the edges of the screen, heads of small enemies that
-somersault, and parts of balls in the ceiling.
+VEM: where figures overlap, it may miss an edge of one of them, and beside a master, a complete
+figure. It misses the last columns of figures at the edges of the screen, heads of small enemies
+that somersault, and parts of balls in the ceiling.
 """
 
 import functools
@@ -30,12 +30,27 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, match, when
-from ocjax.console.registers import signed_nibble
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    ByColor,
+    Category,
+    Cells,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    match,
+    palette,
+    signed_nibble,
+    when,
+)
 from ocjax.extractors.kungfumaster.extents import (
     AIRBALL,
     DRAGON,
@@ -61,15 +76,12 @@ from ocjax.extractors.kungfumaster.vision import (
     Upright,
     Whites,
 )
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge
-from ocjax.vision.shapes import Shape
 
 VIEW = (8, 72, 160, 162)
-SCREEN_X = 49  # positions less columns
-GROUND = 161  # row of the lowest row of a figure that stands
-CEILING = 175  # row of the lowest row of what floats, plus `enemy_y`
-HIDDEN = (88, 95)  # rows in which nothing floats
+SCREEN_X = 49  # offset of positions from columns
+GROUND = 161  # lowest row of a standing figure
+CEILING = 175  # lowest row of a floating figure, plus `enemy_y`
+HIDDEN = (88, 95)  # rows that hide floating figures
 COPY = 16  # columns from one copy of an enemy to the next
 
 FONT = ROM.font(0xF00, rows=7, stride=8)
@@ -84,20 +96,21 @@ FLOORS = 28 + 8 * np.arange(5)  # columns of the marks of the floors
 THROWN_X = 50
 THROWN_ROW = 157  # row of a thrown object's first line, plus `thrown_y`
 THROWN_VIEW = (126, 158)
-BEAM = 100  # column at which the beam is where the program sets a line's move and whether it shows
+BEAM = 100  # column of the beam when the program sets a line's move and visibility
 
 GREEN = 204
 RED = 66
 BLUE = 134
 YELLOW = 28
 PINK = 68
-GREY = 2
-FIRE = 0x40  # dragon's, with four shades
-SPELL = 0x18  # of the master who casts spells, likewise
+GRAY = 2
+FIRE = 64  # dragon's, with four shades
+SPELL = 24  # of the master who casts spells, with four shades
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    group, thrown = _group_boxes(m), _thrown_boxes(m)
+    group = _group_boxes(m)
+    thrown = _thrown_boxes(m)
     return {
         "Player": _player_box(m),
         "Henchmen": group.where(m.kind == Kind.HENCHMEN),
@@ -119,7 +132,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _single_enemies(m: Ram) -> dict[str, Box]:
-    """The enemies of which there is one at a time."""
+    """The enemies that appear alone."""
     enemy = _enemy_box(m)
     is_dragon = m.kind == Kind.DRAGON
     bursting = m.kind == Kind.RED_BALL
@@ -137,12 +150,12 @@ def _single_enemies(m: Ram) -> dict[str, Box]:
 
 
 def _compass(right: jax.Array) -> jax.Array:
-    """The compass point; 1 stands for something that looks to the right."""
+    """The compass point; 1 is right."""
     return jnp.where(right == 1, EAST, WEST)
 
 
 def _player_box(m: Ram) -> Box:
-    """The player; in a jump, his picture begins further down in the ROM the higher he is."""
+    """The player; a jump moves his picture's address down by his height."""
     jump = POSE_ADDRESSES[Pose.JUMP]
     rise = jnp.where(m.picture_page == jump >> 8, (jump & 255) - m.picture_low, 0)
     pictures = [(p >> 8, p & 255) for p in POSE_ADDRESSES]
@@ -153,52 +166,56 @@ def _player_box(m: Ram) -> Box:
     pose = match(*poses, otherwise=Pose.IN_AIR)
     shifted_right = among(m.shifts, [address & 255 for address in FIRST_SHIFTS[1::2]])
     index = 4 * pose + 2 * m.looks_right + when(shifted_right, 1)
-    x, y = m.x - SCREEN_X, GROUND - rise
+    x = m.x - SCREEN_X
+    y = GROUND - rise
     orientation = _compass(m.looks_right)
     return extent_box(POSE_EXTENTS, index, x, y, orientation=orientation).clip(*VIEW)
 
 
 def _enemy_box(m: Ram, place: int | np.ndarray = 0) -> Box:
-    """The enemy, or its copies at some places; rows that the ceiling hides are cut off."""
+    """The enemy, or its copies at some positions, without the rows that the ceiling hides."""
     floats = m.loop == Loop.FLOATING
     index = 2 * (m.enemy_picture & 0x7FF) + m.enemy_looks_right
     x = m.enemy_x - SCREEN_X + COPY * place
-    y = jnp.where(floats, CEILING - m.enemy_y, GROUND)
+    figure_y = jnp.where(floats, CEILING - m.enemy_y, GROUND)
     right = _compass(m.enemy_looks_right)
-    whole = extent_box(ENEMY_EXTENTS, index, x, y, orientation=right).clip(*VIEW)
+    whole = extent_box(ENEMY_EXTENTS, index, x, figure_y, orientation=right).clip(*VIEW)
     first, end = HIDDEN
-    bottom = whole.y + whole.h
+    whole_bottom = whole.y + whole.h
     top = jnp.where(whole.y >= first, jnp.maximum(whole.y, end), whole.y)
-    bottom = jnp.where(bottom <= end, jnp.minimum(bottom, first), bottom)
+    bottom = jnp.where(whole_bottom <= end, jnp.minimum(whole_bottom, first), whole_bottom)
     seen = top < bottom
-    y, height = jnp.where(seen, top, whole.y), jnp.where(seen, bottom - top, whole.h)
+    y = jnp.where(seen, top, whole.y)
+    height = jnp.where(seen, bottom - top, whole.h)
     return replace(whole, y=y, h=height)
 
 
 def _group_boxes(m: Ram) -> Box:
-    """Up to three equal enemies: the first, and its copies at the two next places."""
+    """Up to three equal enemies: the first, and its copies at the next two positions."""
     place = np.arange(3)
     return _enemy_box(m, place).where((place == 0) | ((m.copies & place) != 0))
 
 
 def _thrown_boxes(m: Ram) -> Box:
-    """What was thrown: up to four lines, each of which may be moved.
+    """The thrown object: up to four lines, each with its own move.
 
-    The program sets a line's move and whether it shows while the beam is at one column. On the
-    right of that column, the line shows a row earlier and has not been moved yet.
+    The program sets a line's move and visibility while the beam is at one column. Right of that
+    column, the line shows a row earlier and without its move.
     """
-    moves, right_of_beam = signed_nibble(m.lines), np.arange(8) >= 4
+    moves = signed_nibble(m.lines)
+    right_of_beam = np.arange(8) >= 4
     moved = m.thrown_x - THROWN_X - jnp.cumsum(moves)
-    x = jnp.concatenate([moved, moved + moves])
+    columns = jnp.concatenate([moved, moved + moves])
     row = THROWN_ROW - m.thrown_y + np.arange(8) - 5 * right_of_beam
-    left = jnp.maximum(x, np.where(right_of_beam, BEAM, VIEW[0]))
-    right = jnp.minimum(x + (1 << m.thrown_width), np.where(right_of_beam, VIEW[2], BEAM))
+    left = jnp.maximum(columns, np.where(right_of_beam, BEAM, VIEW[0]))
+    right = jnp.minimum(columns + (1 << m.thrown_width), np.where(right_of_beam, VIEW[2], BEAM))
     flies = (
         (m.thrown_x > SCREEN_X) & (m.thrown_x < SCREEN_X + VIEW[2]) & (m.loop == Loop.WITH_THROWN)
     )
     shown = jnp.concatenate([m.lines_shown, m.lines_shown]) == 1
     on = shown & (left < right) & (row >= THROWN_VIEW[0]) & (row < THROWN_VIEW[1])
-    x, y = jnp.min(jnp.where(on, left, 255)), jnp.min(jnp.where(on, row, 255))
+    x = jnp.min(jnp.where(on, left, 255))
+    y = jnp.min(jnp.where(on, row, 255))
     width = jnp.max(jnp.where(on, right, 0)) - x
     height = jnp.max(jnp.where(on, row + 1, 0)) - y
     return box(x, y, width, height, flies & (width > 0), color=_thrown_color(m))
@@ -209,7 +226,7 @@ def _thrown_color(m: Ram) -> jax.Array:
     return match(
         (m.thrower >= Thrower.DRAGON, FIRE | shade),
         (m.thrower == Thrower.SPELLS, SPELL | shade),
-        otherwise=GREY,
+        otherwise=GRAY,
     )
 
 
@@ -218,7 +235,7 @@ def _bar_box(energy: jax.Array, row: int) -> Box:
 
 
 def _floor_boxes(m: Ram) -> Box:
-    """The marks of the floors; that of the present one blinks."""
+    """The marks of the floors; the current one blinks."""
     lit = ((m.clock & 32) != 0) | (m.climbs == 1)
     reached = m.floor - when((m.ends == 1) | (m.walks == 1) | ~lit, 1)
     is_red = np.arange(5) < reached
@@ -226,8 +243,8 @@ def _floor_boxes(m: Ram) -> Box:
 
 
 BURST_VIEW = (8, 95, 160, 120)
-FIGURES = (8, 126, 160, 160)  # of those who stand
-FALL = (8, 72, 160, 162)  # of what comes out of the ceiling
+FIGURES = (8, 126, 160, 160)  # of standing figures
+FALL = (8, 72, 160, 162)  # of objects from the ceiling
 HENCHMAN = (98, 170, 100)
 ALL_ROWS = tuple(range(160))
 THROWER_ROWS = (128, 129, 131, 132, 133, 143, 145, 146, 147)
@@ -259,10 +276,10 @@ KNIFE_THROWER = Bounds(
 )
 SMALL = Blobs((62, 50, 200), ROOM, Shape(w=(4, 8), h=(8, 20)), gap=(1, 1), then=(Grown(3, 2),))
 MASTER = Bounds(
-    (GREY, 14, 56, 0),
+    (GRAY, 14, 56, 0),
     (8, 95, 160, 160),
     min_size=(4, 24),
-    filters=(Body((GREY,), ALL_ROWS, JACKET_ROWS),),
+    filters=(Body((GRAY,), ALL_ROWS, JACKET_ROWS),),
 )
 BALLS = Bounds((54, 58, 60), FALL, (4, 2), (8, 12))
 SMOKES = Bounds(
@@ -277,10 +294,10 @@ RED_BALLS = Bounds((64, 66), FALL, (4, 5), (8, 12), ignore=((8, 88, 160, 95),))
 BURSTS = Blobs((10, WHITE, 14), BURST_VIEW, Shape(w=(7, 8), h=(9, 12)), gap=(3, 3), first=10)
 AIRBALLS = Blobs((10, WHITE, 14), ROOM, Shape(w=(2, 4), h=(3, 6), pixels=(8, 20)), first=14)
 SNAKES = Bounds((192, 194, 196), FALL, (2, 4), (8, 13))
-MOTH_SHAPES = Shape(w=(1, 8), h=(4, 5)), Shape(w=3, h=2)  # the second one is hit
+MOTH_SHAPES = Shape(w=(1, 8), h=(4, 5)), Shape(w=3, h=2)  # the second one is a hit moth
 MOTHS = Blobs(64, ROOM, MOTH_SHAPES, gap=(1, 0), then=(Grown(1, 1),))
-KNIVES = Bounds(GREY, ROOM, (4, 2), (5, 3))
-BOOMERANGS = Blobs(GREY, ROOM, Shape(w=3, h=(4, 5), pixels=(8, 9)))
+KNIVES = Bounds(GRAY, ROOM, (4, 2), (5, 3))
+BOOMERANGS = Blobs(GRAY, ROOM, Shape(w=3, h=(4, 5), pixels=(8, 9)))
 SPELLS = Bounds((24, 26, 28, 30), ROOM, (6, 2), (20, 5))
 FLAMES = Bounds((64, 66, 68, 70), ROOM, (10, 2), (20, 5))
 bar_rule = functools.partial(Bounds, value=Gauge(1, full=FULL + 1))
@@ -298,11 +315,18 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        facing("Player", PLAYER, rgb=_rgb(WHITE), otherwise=ENTERING, doc="the kung fu master"),
+        facing(
+            "Player",
+            PLAYER,
+            rgb=_rgb(WHITE),
+            otherwise=ENTERING,
+            role="player",
+            doc="the kung fu master",
+        ),
         facing("Henchmen", HENCHMEN, count=3, rgb=_rgb(170), doc="place in the group"),
         facing("Knife_Throwers", KNIFE_THROWER, rgb=_rgb(10), doc="throws knives, high or low"),
         facing("Small_Enemy", SMALL, rgb=_rgb(50), doc="jumps over the player"),
-        facing("Enemy_Final_Fighter", MASTER, rgb=_rgb(GREY), doc="at the end of a floor"),
+        facing("Enemy_Final_Fighter", MASTER, rgb=_rgb(GRAY), doc="at the end of a floor"),
         Category("Dragon_Balls", BALLS, rgb=_rgb(58), doc="falls, becomes smoke"),
         Category("Dragon_Smoke", SMOKES, rgb=_rgb(14), doc="becomes a dragon, or vanishes"),
         facing("Dragon", DRAGONS, rgb=_rgb(202), doc="breathes fire"),
@@ -314,9 +338,9 @@ GAME = Game(
         Category("Boomerang", BOOMERANGS, doc="of the second floor's master"),
         Category("Spell", SPELLS, doc="of the fourth floor's master"),
         Category("Dragon_Fire", FLAMES, doc="of a dragon"),
-        display("Time", TIME.rule(WHITE), doc="that is left"),
-        display("Score", SCORE.rule(GREEN), doc="points"),
-        display("Lives", LIVES.rule(WHITE, base=1), doc="one more than the number"),
+        display("Time", TIME.rule(WHITE), role="time", doc="that is left"),
+        display("Score", SCORE.rule(GREEN), role="score", doc="points"),
+        display("Lives", LIVES.rule(WHITE, base=1), role="lives", doc="one more than the number"),
         display("Player_Health_Bar", bar_rule(YELLOW, (49, 41, 88, 46)), doc="energy, 0-39"),
         display("Enemy_Health_Bar", bar_rule(PINK, (49, 49, 88, 54)), doc="of the master, 0-39"),
         display(

@@ -1,28 +1,27 @@
 """Extents of Kung Fu Master's figures.
 
-The drawing loop moves a figure's sprite and makes it two dots wide from row to row, for arms and
-legs that are stretched out: in a table beside the picture, the high nibble of each row is a move
-to the left, and a low nibble of 5 doubles the width. Black on the floor's black line is not seen.
+For outstretched arms and legs, the drawing loop moves a figure's sprite and doubles its dots row by
+row. A table beside the picture gives each row's shift: the high nibble is a move to the left, and a
+low nibble of 5 doubles the width. Black pixels on the floor's black line are invisible.
 """
 
+import itertools
 from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
 import numpy as np
-from ocjax.console.boxes import Box, Number, box
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Rom
+from ocjax.authoring import Box, Number, Rom, box, lookup
 
 ROM = Rom("kung_fu_master", "5b92a93b23523ff16e2789b820e2a4c5")
 LOGIC = 0x1000  # offset of the second bank, which has the rules of the game; the first one draws
 
 FIGURE = 36  # rows of a picture
-FEET_ROWS = 4  # lowest rows, which stand before the floor
-BLACK_LINE = 1  # row of the picture, from the bottom, that is before the floor's black line
+FEET_ROWS = 4  # lowest rows, in front of the floor
+BLACK_LINE = 1  # row of the picture, from the bottom, in front of the floor's black line
 WIDE = 5  # in a shift's low nibble
 STILL = 0xDC3E  # shifts of zero
-LEFTMOST = 32  # columns by which extents may begin on the left of the sprite's position
+LEFTMOST = 32  # most columns from an extent's left edge to the sprite's position
 
 
 class Pose:  # of the player
@@ -35,11 +34,11 @@ class Pose:  # of the player
     JUMP = 6
     WALK = 7
     STEP = 8
-    IN_AIR = 9  # a jump that has left the floor's black line
+    IN_AIR = 9  # a jump above the floor's black line
 
 
-CROUCHED = (Pose.KICK_LOW, Pose.CROUCH, Pose.PUNCH_LOW)  # in colours that have no black shoes
-STRETCHED = 5  # poses with shifts: those that come first
+CROUCHED = (Pose.KICK_LOW, Pose.CROUCH, Pose.PUNCH_LOW)  # in colours without black shoes
+STRETCHED = 5  # poses with shifts: the first ones
 
 
 class Look(NamedTuple):
@@ -47,7 +46,7 @@ class Look(NamedTuple):
 
     address: int
     height: int = FIGURE
-    shifts: tuple[int, int] = (STILL, STILL)  # where it looks to the left, and to the right
+    shifts: tuple[int, int] = (STILL, STILL)  # of a look to the left, and to the right
 
 
 # Pictures of the enemies
@@ -62,13 +61,12 @@ AIRBALL = 0xDE3F
 
 
 def _words(low: int, high: int, count: int) -> list[int]:
-    """Addresses whose low and high bytes are in two tables of the rules' bank."""
-    lows, highs = (ROM.bytes(LOGIC + table, count) for table in (low, high))
-    return (lows + 256 * highs).tolist()
+    """Addresses from tables of low and high bytes in the rules' bank."""
+    return (ROM.bytes(LOGIC + low, count) + 256 * ROM.bytes(LOGIC + high, count)).tolist()
 
 
 POSE_ADDRESSES = _words(0xF3B, 0xEE2, 9)
-FIRST_SHIFTS = _words(0xF6F, 0xF79, 10)  # of the poses that come first: to the left, to the right
+FIRST_SHIFTS = _words(0xF6F, 0xF79, 10)  # of the first poses: to the left, to the right
 PAIRS = tuple(zip(FIRST_SHIFTS[::2], FIRST_SHIFTS[1::2], strict=True))
 
 STANDING = (  # at a fixed height; without the row above the last three
@@ -94,7 +92,7 @@ FLOATING = (  # at any height
     Look(0xDECE, 39),
     Look(0xD854, 39),
     Look(RED_BALL, 13),
-    Look(0xDE6E, 12),  # that bursts
+    Look(0xDE6E, 12),  # a bursting one
     Look(0xDE7A, 13),
     Look(0xDE87, 12),
     Look(AIRBALL, 11),
@@ -125,7 +123,7 @@ class Dots(NamedTuple):
 
 
 def _columns(line: Dots) -> tuple[int, int]:
-    """First column of a row's dots, and the one after the last; wide dots begin a column later."""
+    """First column of a row's dots, and the column after them; wide dots begin a column later."""
     used = [i for i in range(8) if line.dots >> (7 - i) & 1]
     start = line.column + line.zoom - 1
     return start + line.zoom * used[0], start + line.zoom * (used[-1] + 1)
@@ -138,20 +136,24 @@ def _packed_extent(lines: Iterable[Dots]) -> int:
         return 0
     lefts, rights = zip(*(_columns(line) for line in inked), strict=True)
     rows = [line.row for line in inked]
-    left, top = min(lefts), min(rows)
-    width, height = max(rights) - left, max(rows) - top + 1
+    left = min(lefts)
+    top = min(rows)
+    width = max(rights) - left
+    height = max(rows) - top + 1
     return left + LEFTMOST | width << 6 | top + FIGURE + 3 << 12 | height << 18
 
 
 def _picture_lines(address: int, height: int, shifts: int, *, mirrored: bool) -> list[Dots]:
-    """The rows of a picture from the top; the lowest is row 0, and those above it less than 0."""
-    out, column = [], 0
-    for y in reversed(range(height)):
-        shift, dots = (int(ROM.data[(base & 0xFFF) + y]) for base in (shifts, address))
-        column -= (shift >> 4 ^ 8) - 8
-        dots = int(f"{dots:08b}"[::-1], 2) if mirrored else dots
-        out.append(Dots(column, -y, dots, 2 if shift & 7 == WIDE else 1))
-    return out
+    """The rows of a picture from the top; the lowest is row 0, rows above it are negative."""
+    rows = range(height - 1, -1, -1)
+    codes = [int(ROM.data[(shifts & 0xFFF) + y]) for y in rows]
+    lefts = itertools.accumulate(8 - (code >> 4 ^ 8) for code in codes)
+    stored = (int(ROM.data[(address & 0xFFF) + y]) for y in rows)
+    dots = (int(f"{byte:08b}"[::-1], 2) if mirrored else byte for byte in stored)
+    return [
+        Dots(left, -y, ink, 2 if code & 7 == WIDE else 1)
+        for left, y, ink, code in zip(lefts, rows, dots, codes, strict=True)
+    ]
 
 
 def _pose_extent(pose: int, *, right: bool, shifted_right: bool) -> int:
@@ -164,7 +166,7 @@ def _pose_extent(pose: int, *, right: bool, shifted_right: bool) -> int:
 
 
 def _standing_extent(look: Look, *, right: bool) -> int:
-    """The extent of an enemy whose last three rows are one row further up."""
+    """The extent of an enemy with its last three rows one row further up."""
     lines = _picture_lines(look.address, look.height, STILL, mirrored=right)
     upper = [line for line in lines if -line.row >= FEET_ROWS]
     feet = [line._replace(row=line.row - 1) for line in lines if -line.row < FEET_ROWS - 1]
@@ -181,14 +183,15 @@ def _floating_extent(look: Look, *, right: bool) -> int:
 
 
 def _enemies() -> np.ndarray:
-    """Extents of enemies by page and low byte of their picture, and by where they look."""
-    out = np.zeros((PAGES, 256, 2), np.int32)
+    """Extents of enemies by page and low byte of their picture, and by direction."""
     kinds = (_standing_extent, STANDING), (_fighting_extent, FIGHTING), (_floating_extent, FLOATING)
-    for extent, looks in kinds:
-        for look in looks:
-            place = look.address >> 8 & PAGES - 1, look.address & 255
-            out[place] = [extent(look, right=right) for right in SIDES]
-    return out.ravel()
+    by_address = {
+        look.address & 256 * PAGES - 1: [extent(look, right=right) for right in SIDES]
+        for extent, looks in kinds
+        for look in looks
+    }
+    extents = [by_address.get(address, (0, 0)) for address in range(256 * PAGES)]
+    return np.array(extents, np.int32).ravel()
 
 
 POSE_EXTENTS = np.array(
@@ -205,7 +208,7 @@ ENEMY_EXTENTS = _enemies()
 def extent_box(
     extents: np.ndarray, index: jax.Array, x: Number, y: Number, **fields: Number
 ) -> Box:
-    """Tight boxes of pictures; one that is not known makes a box that is not valid.
+    """Tight boxes of pictures; an unknown picture gives an invalid box.
 
     Args:
         extents: packed.
@@ -214,5 +217,6 @@ def extent_box(
         fields: `valid` and others of the box.
     """
     packed = lookup(extents, index)
-    left, width, top, height = (packed >> shift & 63 for shift in (0, 6, 12, 18))
-    return box(x + left - LEFTMOST, y + top - FIGURE - 3, width, height, **fields)
+    left = x + (packed & 63) - LEFTMOST
+    top = y + (packed >> 12 & 63) - FIGURE - 3
+    return box(left, top, packed >> 6 & 63, packed >> 18 & 63, **fields)

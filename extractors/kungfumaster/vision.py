@@ -1,7 +1,7 @@
-"""How VEM tells Kung Fu Master's figures apart, which share colours and touch each other.
+"""How VEM separates Kung Fu Master's figures, which share colours and touch each other.
 
-A figure's row has one colour. So a figure is found by the rows of its own colours; its hat, face,
-belt and shoes, which others have as well, count only where they are above, below or beside these.
+A figure's row has one colour, so VEM finds a figure by the rows of its own colours. Hat, face, belt
+and shoes have shared colours. They count only above, below or beside the figure's own colours.
 """
 
 import functools
@@ -9,12 +9,9 @@ from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.vision import bitmap as bm
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.steps import Context, Step
+from ocjax.authoring import Context, Detected, Step, bitmaps, boxes, materialize
 
-TOP = 95  # rows where figures are
+TOP = 95  # rows with figures
 BOTTOM = 162
 ROOM = (8, TOP, 160, BOTTOM)
 WHITE = 12
@@ -24,17 +21,17 @@ JACKET_ROWS = (134, 143)
 SMOKE_ROWS = (153, 158)  # at its foot
 WHITE_ROWS = (128, 143, 144, 145, 146, 147, 150)  # of throwers, masters
 BRIM_ROWS = (128, 129)  # of hats
-BRIM_SHIFT = 13  # rows, to where a player who stands or crouches has white
+BRIM_SHIFT = 13  # rows down to the white of a standing or crouching player
 
 
 @dataclass(frozen=True)
 class Body:
-    """The pixels of a body's own colours, and in some rows others above, below or beside it.
+    """Pixels of a body's own colours, and, in some rows, other pixels above, below or beside it.
 
     Args:
         colors: of the body.
-        rows: where other colours of the rule count.
-        chest: first and last row, exclusive, in which the body's columns are looked for.
+        rows: other colours of the rule count in these rows.
+        chest: first and last row, exclusive, of the search for the body's columns.
         reach: columns beside the body where a pixel still begins a run that counts.
     """
 
@@ -43,71 +40,72 @@ class Body:
     chest: tuple[int, int] = (134, 158)
     reach: int = 0
 
-    def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
-        """The pixels that count, in the room alone."""
-        shown, own = _in_room(mask), bm.color_mask(_in_room(planes), self.colors)
+    def __call__(self, mask: bitmaps.Bitmap, planes: jax.Array) -> bitmaps.Bitmap:
+        """The pixels that count, only in the room."""
+        shown = _in_room(mask)
+        own = bitmaps.color_mask(_in_room(planes), self.colors)
         others = shown & _row_words(self.rows)
         inner = others & _columns_with(own, self.chest, self.reach)
-        return _on_screen(shown & (own | (others & bm.spread(inner))), mask)
+        return _on_screen(shown & (own | (others & bitmaps.spread(inner))), mask)
 
 
 @dataclass(frozen=True)
 class Whites:
-    """The player's white: not that of others, which is in rows between those of their colours.
+    """The player's white. White between the rows of other figures' colours does not count.
 
-    The brim of his hat counts too, which may be wider. It counts further down, because the white
-    tells where he begins.
+    The brim of his hat counts too, and may be wider. It counts in lower rows, because the white
+    marks his first row.
     """
 
-    def __call__(self, mask: bm.Bitmap, planes: jax.Array) -> bm.Bitmap:
-        """The pixels that count, in the room alone."""
+    def __call__(self, mask: bitmaps.Bitmap, planes: jax.Array) -> bitmaps.Bitmap:
+        """The pixels that count, only in the room."""
         shown = _in_room(mask)
         own = materialize(_own_white, planes)
         below = _columns_with(own, (TOP, BOTTOM))
         rows = slice(BRIM_ROWS[0] - TOP, BRIM_ROWS[-1] + 1 - TOP)
-        hat = shown[:, rows] & ~bm.color_mask(_in_room(planes)[:, :, rows], (WHITE,))
-        brim = hat & bm.spread(hat & below) & ~below
+        hat = shown[:, rows] & ~bitmaps.color_mask(_in_room(planes)[:, :, rows], (WHITE,))
+        brim = hat & bitmaps.spread(hat & below) & ~below
         begin = rows.start + BRIM_SHIFT
         lower = jnp.pad(brim, ((0, 0), (begin, BOTTOM - TOP - begin - len(BRIM_ROWS)), (0, 0)))
         return _on_screen(own | lower, mask)
 
 
-def _own_white(planes: jax.Array) -> bm.Bitmap:
-    """White pixels of the room that are not a thrower's, a master's or the smoke's."""
+def _own_white(planes: jax.Array) -> bitmaps.Bitmap:
+    """White pixels of the room without those of throwers, masters and smoke."""
     own = _in_room(planes)
-    jackets = _columns_with(bm.color_mask(own, JACKET_COLORS), JACKET_ROWS, reach=1)
-    smoke = _columns_with(bm.color_mask(own, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
-    return bm.color_mask(own, (WHITE,)) & ~((jackets & _row_words(WHITE_ROWS)) | smoke)
+    jackets = _columns_with(bitmaps.color_mask(own, JACKET_COLORS), JACKET_ROWS, reach=1)
+    smoke = _columns_with(bitmaps.color_mask(own, (SMOKE_COLOR,)), SMOKE_ROWS, reach=1)
+    return bitmaps.color_mask(own, (WHITE,)) & ~((jackets & _row_words(WHITE_ROWS)) | smoke)
 
 
-def _in_room(bitmap: jax.Array) -> jax.Array:
+def _in_room(pixels: jax.Array) -> jax.Array:
     """The rows of the room."""
-    return bitmap[..., TOP:BOTTOM, :]
+    return pixels[..., TOP:BOTTOM, :]
 
 
-def _on_screen(pixels: bm.Bitmap, like: bm.Bitmap) -> bm.Bitmap:
-    """Pixels of the room's rows, at their place on the screen."""
+def _on_screen(pixels: bitmaps.Bitmap, like: bitmaps.Bitmap) -> bitmaps.Bitmap:
+    """Pixels of the room's rows, in their rows of the screen."""
     return jnp.pad(pixels, ((0, 0), (TOP, like.shape[1] - BOTTOM), (0, 0)))
 
 
-def _columns_with(mask: bm.Bitmap, rows: tuple[int, int], reach: int = 0) -> bm.Bitmap:
-    """The columns that have pixels in some rows of the screen, and some beside them: one row."""
-    used = bm.or_rows(mask[:, rows[0] - TOP : rows[1] - TOP])[:, None]
-    return functools.reduce(lambda columns, _: bm.spread(columns), range(reach), used)
+def _columns_with(mask: bitmaps.Bitmap, rows: tuple[int, int], reach: int = 0) -> bitmaps.Bitmap:
+    """Columns with pixels in some rows of the screen, widened by `reach`: one row."""
+    used = bitmaps.or_rows(mask[:, rows[0] - TOP : rows[1] - TOP])[:, None]
+    return functools.reduce(lambda columns, _: bitmaps.spread(columns), range(reach), used)
 
 
 def _row_words(rows: tuple[int, ...]) -> jax.Array:
-    """Whole rows of the screen in the room, one column of words."""
-    return jnp.asarray(bm.areas(BOTTOM, ((0, y, 160, y + 1) for y in rows))[:, TOP:])
+    """Complete rows of the screen in the room, one column of words."""
+    return jnp.asarray(bitmaps.areas(BOTTOM, ((0, y, 160, y + 1) for y in rows))[:, TOP:])
 
 
 @dataclass(frozen=True)
 class Grown(Step):
-    """Boxes reach some rows further up and down than the colours of their rule.
+    """Boxes extended above and below the rows of their rule's colours.
 
     Args:
         above, below: rows.
-        floor: row in which no box ends that does not end below it anyway.
+        floor: the extension below stops at this row.
     """
 
     above: int
@@ -116,14 +114,15 @@ class Grown(Step):
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
-        y, end = found.y - self.above, found.y + found.h
-        end = jnp.maximum(end, jnp.minimum(end + self.below, self.floor))
+        y = found.y - self.above
+        found_end = found.y + found.h
+        end = jnp.maximum(found_end, jnp.minimum(found_end + self.below, self.floor))
         return found._replace(box=boxes(found.x, y, found.w, end - y, found.valid))
 
 
 @dataclass(frozen=True)
 class Upright(Step):
-    """Boxes of figures that stand: from the hat to the shoes."""
+    """Boxes of standing figures: from the hat to the shoes."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""

@@ -1,24 +1,24 @@
 """Montezuma's Revenge: an explorer in the rooms of a pyramid, with keys, monsters and traps.
 
-Screen: Platform are ledges; Disappearing_Platform, bridges, and the steps of room 8; Wall, rock,
-and bars that close rooms; Ladder, also those in the bricks; Pole, a rope in the rocks' colour.
-Ceilings, bricks with their floors and fire pits are scenery. In the dark (rooms 16 and up) there
-are only bridges, skulls, spiders and the explorer.
+Screen: Platform has ledges; Disappearing_Platform bridges, and the steps of room 8; Wall rock, and
+bars that close rooms; Ladder also the ladders in the bricks; Pole a rope in the rocks' colour.
+Ceilings, bricks with their floors and fire pits are scenery. In the dark (rooms 16 and up) only
+bridges, skulls, spiders and the explorer are visible.
 
-Slots: a room has things or monsters of one kind in up to three copies, which are its slots; the
-last slot of Skull is the one that rolls in rooms 1, 5 and 18.
+Slots: a room has things or monsters of one kind in up to three copies, which are its slots. The
+last slot of Skull is the rolling one in rooms 1, 5 and 18.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code: things and
-skulls move at F8C0-F9F0 of the first bank, before a room is drawn (second bank, table at F352), the
-explorer after it, at F159-F75D, which `_explorer_box` takes back. His picture is chosen in between,
-for the next frame.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code. Things and
+skulls move at F8C0-F9F0 of the first bank, before a room is drawn (second bank, table at F352). The
+explorer moves after the drawing, at F159-F75D; `_explorer_box` undoes this. The game chooses his
+picture in between, for the next frame.
 
 Covered: all rooms of the three pyramids (by writing RAM), lit and dark, traps, the end.
 
-Not exact, because it is not in the RAM: whether a wall stopped a step, where he caught a ladder or
-rope, his last picture but one, the room that he has just left.
+Not exact, because the RAM does not have it: whether a wall stopped a step, where the explorer
+caught a ladder or rope, his last picture but one, the room that he has just left.
 
-VEM: it misses what he hides, spiders before ladders, ropes in other colours.
+VEM: it misses objects that he hides, spiders in front of ladders, and ropes in other colours.
 """
 
 import functools
@@ -27,11 +27,28 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console import registers
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    LoneRuns,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    lookup,
+    match,
+    pick,
+    registers,
+    when,
+)
 from ocjax.extractors.montezumarevenge.ram import (
     ROM,
     Dark,
@@ -51,11 +68,6 @@ from ocjax.extractors.montezumarevenge.rooms import (
     RULES,
     room_parts,
 )
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import LoneRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xC08, rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=104, top=6, digits=6)
@@ -64,13 +76,13 @@ D000 = 0x1000  # offset of the bank at this address
 FC00 = 0x1C00
 
 BONUS = 15  # room without a picture
-HIDDEN = 19  # from this room on, things are dark
+HIDDEN = 19  # things are dark in this room and the following ones
 LONG_BEAMS = 12  # room
-TORCH_BIT = 128  # from here on, `things` have one
+TORCH_BIT = 128  # least `things` with a torch
 LOWER_ROOMS = (0, 7, 12, 17, 18)  # rooms that begin a row later
 SKULL_ROOMS = (1, 5, 18)
 SKULL_BASES = (0, 406, 0, 0, 0, 358, 309)  # row of a skull with `skull_y` 0, by room; last: 18
-FAR_ROOM = 18  # where a rolling skull's columns are counted from the left
+FAR_ROOM = 18  # a rolling skull's columns are counted from the left here
 ROPE_ROOMS = (1, 5, 8, 14)
 ROPES = ((112, 96, 113, 135), (41, 97, 42, 122), (80, 96, 81, 147), (71, 96, 72, 144))
 BEAM_ROOMS = (0, 7)
@@ -81,14 +93,14 @@ BEAM_ENDS = (93, 90, 91, 92)
 SHORT = ~((BEAM_X > 44) & (BEAM_X < 112))
 IS_LONG = (BEAM_X > 16) & (BEAM_X < 140)
 
-SCREEN_BASE = 308  # y of the screen where `y` is 0
-LADDER_TOP = 254  # `y` from which no ladder leads further up
-LADDER_FOOT = 134  # `y` from which no ladder leads further down
-TOP_FLOOR = 235  # least `y` on the floor of a room that has doors
-NO_JUMP = 128  # from here on, `jump` is none
+SCREEN_BASE = 308  # row of the screen for `y` 0
+LADDER_TOP = 254  # `y` at the top of all ladders
+LADDER_FOOT = 134  # `y` at the foot of all ladders
+TOP_FLOOR = 235  # least `y` on the floor of a room with doors
+NO_JUMP = 128  # least `jump` without a jump
 DOOR_ROOMS = (1, 17)
 DOOR_SIDES = np.array((14, 24, 130, 140))  # `x` west and east of each door
-BLOCKS_EAST = np.array((True, False, True, False))  # which of them stop him on his way east
+BLOCKS_EAST = np.array((True, False, True, False))  # sides that stop him on his way east
 WESTS = ROM.bytes(0x1F56, 12).tolist()  # the floors' limits
 EASTS = ROM.bytes(0x1F62, 12).tolist()
 ARC = [v - 256 if v > 127 else v for v in ROM.bytes(FC00 + 0x247, 20).tolist()]  # of a jump
@@ -110,7 +122,7 @@ OFFSETS = {  # of the things' pictures
 
 
 def _rows_of(offset: int) -> np.ndarray:
-    """Rows of a picture, which a row without dots ends."""
+    """Rows of a picture up to the first empty row."""
     rows = ROM.rows(offset, 20, top_first=True)
     return rows * (np.cumsum(rows == 0) == 0)
 
@@ -118,29 +130,31 @@ def _rows_of(offset: int) -> np.ndarray:
 THINGS = Pictures.of(_rows_of(OFFSETS[p]) if p in OFFSETS else NOTHING for p in range(256))
 ROLLS = ROM.bytes(FC00 + 0x1A3, 16, step=2)
 ROLLING = Pictures.of(_rows_of(D000 + 0x200 + p) if p in ROLLS else NOTHING for p in range(256))
-SINKS = ROM.bytes(D000 + 0x2F1, 16).tolist()  # rows by which a rolling skull is lower
+SINKS = ROM.bytes(D000 + 0x2F1, 16).tolist()  # rows down of a rolling skull
 POSES = (  # the explorer's pictures
     *(0x03E, 0x075, 0x07B, 0x0A5, 0x000),
-    *(0x03E, 0x052),  # from here on, two by turns
+    *(0x03E, 0x052),  # pairs of alternating pictures
     *(0x07B, 0x090),
     *(0x000, 0x02A),
     *(0x0BA, 0x0C9),
     *(0x0E7, 0x0FD),
     *(0x2C8, 0x2DD),
 )
-UPRIGHT = 4  # the picture of a dead explorer, whatever `picture` says
+UPRIGHT = 4  # the picture of a dead explorer, whatever `picture` is
 FIRST_PAIR = 5
 FIRSTS = {low & 255: i if i < FIRST_PAIR else (i - 1) // 2 * 2 + 1 for i, low in enumerate(POSES)}
 PAIR = [FIRSTS.get(low, 0) for low in range(256)]  # the first picture, by low byte
 SECOND = tuple(p & 255 for p in POSES[6::2])  # low bytes of the others
-LIFTS = ROM.bytes(0xFEF, len(POSES)).tolist()  # how much lower they are
+LIFTS = ROM.bytes(0xFEF, len(POSES)).tolist()  # rows down of each
 EXPLORERS = Pictures.of(_rows_of(D000 + p) if p != Picture.GONE else NOTHING for p in POSES)
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    drawn, torch = m.dark != Dark.BLANK, m.things >= TORCH_BIT
+    drawn = m.dark != Dark.BLANK
+    torch = m.things >= TORCH_BIT
     lit = drawn & ((m.room < BONUS) | (torch & (m.room != BONUS)))
-    copies, carried = _thing_boxes(m), _carried_boxes(m)
+    copies = _thing_boxes(m)
+    carried = _carried_boxes(m)
     thing = copies.where(drawn & ((m.room < HIDDEN) | torch))
     return {
         "Player": _explorer_box(m).where(drawn),
@@ -166,7 +180,8 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _thing_boxes(m: Ram) -> Box:
     """The thing or monster of the room, in up to three copies."""
-    number, copy = registers.copies(m.copies), np.arange(3)
+    number = registers.copies(m.copies)
+    copy = np.arange(3)
     x = registers.wrap(m.thing_x - 1 + copy * registers.spacing(m.copies))
     base = match(
         (m.room == 1, 353),
@@ -184,7 +199,7 @@ def _skulls(m: Ram, copies: Box) -> Box:
 
 
 def _rolling_skull(m: Ram) -> Box:
-    """The skull that rolls in some rooms."""
+    """The rolling skull of some rooms."""
     x = m.skull_x + jnp.where(m.room == FAR_ROOM, -1, 32)
     y = pick(m.room, SKULL_BASES) - m.skull_y + pick(m.roll, SINKS)
     there = (m.rolling != Picture.GONE) & among(m.room, SKULL_ROOMS)
@@ -197,8 +212,9 @@ def _rope_boxes(m: Ram) -> Box:
 
 
 def _beams(m: Ram) -> Box:
-    """The beams, which are lit on every fourth row; by the columns of all rooms."""
-    long, phase = m.room == LONG_BEAMS, m.left_door - Picture.FIRST_BEAM
+    """The beams, lit on every fourth row; by the columns of all rooms."""
+    long = m.room == LONG_BEAMS
+    phase = m.left_door - Picture.FIRST_BEAM
     columns = jnp.where(long, IS_LONG, among(m.room, BEAM_ROOMS) & SHORT)
     top = pick(phase + when(long, 4), (*BEAM_TOPS, *LONG_TOPS))
     bottom = pick(phase, BEAM_ENDS) + when(long, 1)
@@ -206,7 +222,7 @@ def _beams(m: Ram) -> Box:
 
 
 def _carried_boxes(m: Ram) -> Box:
-    """What the explorer carries, from the left, by bit of `things`."""
+    """The objects that the explorer carries, from the left, by bit of `things`."""
     bit = (m.things >> np.arange(7, -1, -1)) & 1
     rank = jnp.cumsum(bit) - bit
     keys = (Thing.KEY,) * 4
@@ -227,15 +243,15 @@ def _explorer_box(m: Ram) -> Box:
     """The explorer, before the step that he has taken after the room was drawn."""
     stick = Stick(*((m.stick >> bit & 1) == 0 for bit in range(4)))
     y = m.y - _rows_up(m, stick)
-    x = m.x - _columns_east(m, stick)
-    x = x + _carried_west(m, x)
+    walked_x = m.x - _columns_east(m, stick)
+    x = walked_x + _carried_west(m, walked_x)
     pose = _drawn_pose(m)
     top = SCREEN_BASE + when(among(m.room, LOWER_ROOMS), 1) - y + pick(pose, LIFTS)
     return EXPLORERS.box(pose, x - 1, top, mirrored=m.mirrored == 1)
 
 
 def _rows_up(m: Ram, stick: Stick) -> jax.Array:
-    """Rows by which the step has lifted him."""
+    """Rows that the step has lifted him."""
     falls = (m.state == State.FALLS) & (m.pose != Pose.STRIDES)
     return match(
         (_in_mid_air(m), pick(m.jump + 1, ARC)),
@@ -255,7 +271,7 @@ def _has_landed(m: Ram) -> jax.Array:
 
 
 def _climbs(m: Ram, stick: Stick) -> jax.Array:
-    """Whether he has climbed a row; at the ends of a ladder he stands still."""
+    """True if he has climbed a row; at the ends of a ladder he stands still."""
     on_ladder = (m.state == State.PLAYS) & among(m.pose, (Pose.CLIMBS, Pose.SWINGS))
     aside = stick.left | stick.right | (m.jump < NO_JUMP)
     free = jnp.where(stick.up, m.y != LADDER_TOP, stick.down & (m.y != LADDER_FOOT))
@@ -264,7 +280,8 @@ def _climbs(m: Ram, stick: Stick) -> jax.Array:
 
 def _columns_east(m: Ram, stick: Stick) -> jax.Array:
     """Columns that he has walked, leapt or drifted to the east."""
-    plays, falls = m.state == State.PLAYS, m.state == State.FALLS
+    plays = m.state == State.PLAYS
+    falls = m.state == State.FALLS
     strides = (m.pose == Pose.STRIDES) & (stick.left | stick.right)
     leaps = plays & _in_mid_air(m) & (m.leap == Leap.ASIDE)
     walks = (plays | falls) & strides & (m.jump >= NO_JUMP)
@@ -278,7 +295,7 @@ def _at_floor_end(m: Ram) -> jax.Array:
 
 
 def _at_door(m: Ram, leaps: jax.Array) -> jax.Array:
-    """Whether a shut door stops him: the left one stands for both."""
+    """True if a shut door stops him; the left door's state counts for both."""
     shut = among(m.room, DOOR_ROOMS) & (m.left_door == Picture.DOOR) & (m.y >= TOP_FLOOR)
     towards = jnp.where(BLOCKS_EAST, m.west == 0, m.west == 1) | leaps
     return shut & jnp.any((m.x == DOOR_SIDES) & towards)
@@ -296,24 +313,24 @@ def _even_frame(m: Ram) -> jax.Array:
 
 
 def _drawn_pose(m: Ram) -> jax.Array:
-    """The picture that was drawn: of two that alternate, the one of the frame before."""
+    """The drawn picture. Two pictures alternate in most poses; then it is the previous one."""
     first = jnp.where(m.tune == Tune.JUST_DIED, UPRIGHT, lookup(PAIR, m.picture))
     alternate = (first >= FIRST_PAIR) & ((m.pose >= Pose.CLIMBS) | among(m.picture, SECOND))
     return first + when(alternate, (m.clock - 1) >> 2 & 1)
 
 
 def _no_lone_runs(mask: Bitmap, planes: jax.Array) -> Bitmap:
-    """The pixels but for single rows: doors consist of such rows, in the key's colour.
+    """The pixels without single rows: doors consist of such rows, in the key's colour.
 
-    Otherwise each row is searched for a key, and a frame takes 43 us instead of 31.
+    Without this filter, VEM searches each row for a key, and a frame takes 43 us instead of 31.
     """
     return mask & ~LoneRuns()(mask, planes)
 
 
 SUIT = 70
 SKIN = 250
-GREY = 8
-EXPLORER = Bounds((*EXPLORER_COLORS, GREY), (0, 53, 160, 197), exclude=("Amulet",))
+GRAY = 8
+EXPLORER = Bounds((*EXPLORER_COLORS, GRAY), (0, 53, 160, 197), exclude=("Amulet",))
 on_ground = functools.partial(Blobs, region=(0, 53, 160, 181), shapes=Shape(w=(5, 8), h=(7, 15)))
 treasure = functools.partial(Blobs, GOLD, (56, 28, 104, 43))
 RAYS = Bounds(FORCE_COLOR, tuple((x, 54, x + 4, 94) for x in BEAM_X.tolist()), min_size=(4, 5))
@@ -325,7 +342,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", EXPLORER, rgb=(200, 72, 72), doc="the explorer"),
+        Category("Player", EXPLORER, rgb=(200, 72, 72), role="player", doc="the explorer"),
         Category("Skull", on_ground(14), count=3, doc="hopping, or rolling (the last slot)"),
         Category("Snake", on_ground(10), count=3, doc="snakes"),
         Category("Spider", on_ground(200), doc="a spider"),
@@ -344,8 +361,9 @@ GAME = Game(
         display(
             "Life",
             RESERVE.rule((SKIN, SUIT), (56, 15, 104, 20), single=2),
+            role="lives",
             doc="one more than the icons",
         ),
-        display("Score", SCORE.rule(14), doc="points"),
+        display("Score", SCORE.rule(14), role="score", doc="points"),
     ),
 )

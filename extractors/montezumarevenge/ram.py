@@ -1,7 +1,6 @@
-"""Montezuma's Revenge's RAM."""
+"""The RAM of Montezuma's Revenge."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
 
@@ -14,7 +13,7 @@ class State:  # of `Ram.state`
 
 class Pose:  # of `Ram.pose`
     STANDS = 8
-    CLIMBS = 10  # or more: on a ladder or a rope
+    CLIMBS = 10  # at least: on a ladder or a rope
     SWINGS = 14
     STRIDES = 18
 
@@ -22,7 +21,7 @@ class Pose:  # of `Ram.pose`
 class Picture:  # low byte of the picture of the explorer, the rolling skull or a door
     GONE = 0x75
     DOOR = 0x7C
-    FIRST_BEAM = 0xA3  # the first of four, in a door's place
+    FIRST_BEAM = 0xA3  # the first of four, in place of a door
     JUMP = 0xA5
 
 
@@ -57,9 +56,9 @@ class Ram(RamMap):
     dark = byte(4)  # frames without a picture
     score = bcd((19, 20, 21))
     thing = byte(22)  # low byte of its picture's address
-    rolling = byte(24)  # likewise, of the rolling skull
-    left_door = byte(26)  # likewise, of the left door or the beams
-    right_door = byte(28)  # likewise
+    rolling = byte(24)  # low byte, of the rolling skull
+    left_door = byte(26)  # low byte, of the left door or the beams
+    right_door = byte(28)  # low byte, of the right door
     picture = byte(30)  # low byte of the explorer's next one
     x = byte(42)  # x + 1
     y = byte(43)
@@ -69,16 +68,16 @@ class Ram(RamMap):
     skull_y = byte(46)
     west = bits(52, first=6)
     mirrored = bits(52, first=3)
-    drifts = bits(52, first=2)  # on in a fall
+    drifts = bits(52, first=2)  # he still moves on in a fall
     pose = byte(53)
-    lives = byte(58)  # less the one in play
+    lives = byte(58)  # without the current one
     turned = byte(61)  # of the rolling skull
     roll = bits(62, count=4)
     things = byte(65)  # carried; the highest bit: a torch
-    off = byte(83)  # frames until bridges are there again
+    off = byte(83)  # frames until the bridges return
     copies = bits(84, count=3)  # of the thing, as in NUSIZ1
-    jump = byte(86)  # rest of a jump
+    jump = byte(86)  # remaining steps
     leap = byte(87)  # kind of a jump
     floor = byte(96)
     stick = bits(102, first=4, count=4)  # up, down, left, right; 1: not pressed
-    tune = byte(108)  # counts the steps of one
+    tune = byte(108)  # steps of a tune

@@ -1,22 +1,22 @@
-"""What never moves in the rooms of Montezuma's Revenge's pyramid.
+"""The fixed parts of the rooms of Montezuma's Revenge's pyramid.
 
-Each room has drawing code of its own in the ROM, so the table of parts was read off the screen. REM
+Each room has its own drawing code in the ROM, so the table of parts was read off the screen. REM
 looks up the boxes of the room's parts. VEM finds a part by a run of pixels in one of its rows.
 """
 
+import itertools
 from functools import partial
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, BoxTable
+from ocjax.authoring import Box, BoxTable, Run, Runs
 from ocjax.extractors.montezumarevenge.ram import ROM, Picture, Ram
-from ocjax.vision.rules import Run, Runs
 
 ROOM_COUNT = 24
-BRIDGES_GO = 0  # `clock` modulo 128 on the frame after whose drawing the bridges disappear
-BRIDGES_COME = 36  # and on the one after whose drawing they come back
+BRIDGES_GO = 0  # `clock` modulo 128: the bridges disappear after the drawing of this frame
+BRIDGES_COME = 36  # the bridges come back after the drawing of this frame
 
 # Colours, by depth and pyramid.
 ROCK_COLORS, RUNG_COLORS = ROM.bytes(0x1DFF, 12).reshape(2, 6).tolist()
@@ -26,7 +26,7 @@ FORCE_COLOR = 138
 
 
 class Mark(NamedTuple):
-    """A run of pixels in one row of a part; over its whole width if none is given."""
+    """A run of pixels in one row of a part; without a width, it spans the part."""
 
     colors: tuple[int, ...]
     row: int
@@ -35,7 +35,7 @@ class Mark(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A part of some rooms: its box, and the marks by any of which VEM knows it."""
+    """A part of some rooms: its box, and its marks; VEM finds it by any of them."""
 
     rooms: tuple[int, ...]
     left: int
@@ -61,13 +61,13 @@ _force = partial(Mark, (FORCE_COLOR,))
 
 
 def _bridge(rooms: tuple[int, ...], top: int, row: int) -> Part:
-    """The bridge over a pit, known by any of its first three planks."""
+    """The bridge over a pit, found by any of its first three planks."""
     planks = _plank(row, 36, 8), _plank(row, 44, 8), _plank(row, 52, 8)
     return _in_rooms(rooms, 36, top, 88, 6, *planks)
 
 
 def _steps(top: int) -> tuple[Part, Part]:
-    """The left and the right step of room 8 at a row, known by their inner two thirds."""
+    """The left and the right step of room 8 at a row, found by their inner two thirds."""
     row = top + 1
     left = _in_rooms((8,), 4, top, 12, 4, _plank(row, 8, 4), _plank(row, 12, 4))
     right = _in_rooms((8,), 144, top, 12, 4, _plank(row, 144, 4), _plank(row, 148, 4))
@@ -138,7 +138,7 @@ BRIDGES = (
     *(step for top in (103, 113, 123, 133, 153, 163) for step in _steps(top)),
 )
 
-PARTS_BY_CATEGORY = {  # and how many marks one row of the screen may have
+PARTS_BY_CATEGORY = {  # and the most marks in one row of the screen
     "Platform": (LEDGES, 4),
     "Wall": (WALLS, 4),
     "Ladder": (LADDERS, 3),
@@ -163,13 +163,13 @@ def _run_of(part: Part, mark: Mark) -> Run:
 
 
 def _rule(parts: tuple[Part, ...], most: int) -> Runs:
-    """How VEM finds parts: by their marks, from the top row down."""
+    """VEM's rule for parts: their marks, from the top row down."""
     runs = {mark[1:]: _run_of(part, mark) for part in parts for mark in part.marks}
     return Runs(tuple(runs[place] for place in sorted(runs)), most)
 
 
 def _by_room(parts: tuple[Part, ...]) -> np.ndarray:
-    """The boxes of each room's parts, `[rooms, slots, 4]`; zeros where it has fewer."""
+    """The boxes of each room's parts, `[rooms, slots, 4]`; zeros in unused slots."""
     rooms = [
         [(p.left, p.top, p.width, p.height) for p in parts if room in p.rooms]
         for room in range(ROOM_COUNT)
@@ -184,23 +184,31 @@ SLOT_COUNT = sum(places.shape[1] for places in PLACES_BY_CATEGORY.values())
 ALL_PLACES = BoxTable(np.hstack(list(PLACES_BY_CATEGORY.values())).reshape(-1, 4))
 
 
+def _ranges_of_slots() -> dict[str, slice]:
+    """Each category's range in a room's slots."""
+    counts = [places.shape[1] for places in PLACES_BY_CATEGORY.values()]
+    ends = itertools.accumulate(counts)
+    slots = (slice(end - count, end) for end, count in zip(ends, counts, strict=True))
+    return dict(zip(PLACES_BY_CATEGORY, slots, strict=True))
+
+
+SLOTS_BY_CATEGORY = _ranges_of_slots()
+
+
 def room_parts(m: Ram, drawn: jax.Array, lit: jax.Array) -> dict[str, Box]:
-    """The parts of the room by category, while the room is drawn, and lit."""
+    """The parts of the room by category; most of them are valid only while it is lit."""
     every = ALL_PLACES.at(SLOT_COUNT * m.room + np.arange(SLOT_COUNT), valid=m.room < ROOM_COUNT)
     shut = jnp.stack([m.left_door, m.right_door]) == Picture.DOOR
-    there = dict.fromkeys(PARTS_BY_CATEGORY, lit)
-    there["Barrier"] = lit & shut
-    there["Disappearing_Platform"] = drawn & _bridged(m)  # these are lit in the dark, too
-    boxes, start = {}, 0
-    for name, places in PLACES_BY_CATEGORY.items():
-        end = start + places.shape[1]
-        boxes[name] = _in_slots(every[start:end].where(there[name]), RULES[name].slots)
-        start = end
-    return boxes
+    # Bridges are lit in the dark, too.
+    there = {"Barrier": lit & shut, "Disappearing_Platform": drawn & _bridged(m)}
+    return {
+        name: _in_slots(every[slots].where(there.get(name, lit)), RULES[name].slots)
+        for name, slots in SLOTS_BY_CATEGORY.items()
+    }
 
 
 def _in_slots(some: Box, slots: int) -> Box:
-    """Boxes in the first of so many slots."""
+    """Boxes padded with invalid ones to `slots`."""
     missing = slots - len(some.x)
     return jax.tree.map(lambda v: jnp.pad(v, (0, missing)) if v.ndim else v, some)
 

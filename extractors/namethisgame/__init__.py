@@ -1,26 +1,26 @@
 """Name This Game: a diver guards a treasure from an octopus and a shark.
 
-Screen: the octopus, its tentacles, the bars and the ink are drawn by the playfield. The ink, which
-the octopus spreads over the diver and the treasure when a tentacle has reached the ground, hides
-what it covers. The black marks at the left edge and the maker's name are scenery. The shark swims
-behind the octopus to the left and before it to the right, and with it the shot and the pipe. Its
-box holds what the body leaves of it, or all of it where it is hidden.
+Screen: the playfield draws the octopus, its tentacles, the bars and the ink. When a tentacle has
+reached the ground, the octopus spreads the ink, which hides the diver and the treasure. The black
+marks at the left edge and the maker's name are scenery. The shark swims behind the octopus to the
+left and in front of it to the right, and so do the shot and the pipe. The shark's box excludes the
+parts behind the body, or has the complete shark if all of it is hidden.
 
-Slots: of Tentacle, tentacle * 10 + row, the lowest row first: a tentacle has one piece a row.
+Slots: Tentacle has tentacle * 10 + row, the lowest row first: a tentacle has one piece per row.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code. What the
-game has changed since the frame was drawn is in `drawn.py`: the shot's place follows from
-the counter that the drawing loop has left, the score from the pointers to its digits. The value of
-Treasure is ALE's lives, that of a bar its steps of 8 pixels.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code. `drawn.py`
+undoes the changes since the frame was drawn. The counter that the drawing loop leaves gives the
+shot's position, and the pointers to its digits give the score. The value of Treasure is ALE's
+lives, a bar's value its steps of 8 pixels.
 
-Covered: all modes, both difficulties, lanes and pictures of the shark, all ways to lose a life,
-the end of the game, the title, the dark screen after nine minutes without the joystick.
+Covered: all modes, both difficulties, lanes and pictures of the shark, all ways to lose a life, the
+end of the game, the title, the dark screen after nine minutes without the joystick.
 
-Not exact, because it is not in the RAM: whether the diver has just moved by a column or turned
+Not exact, because the RAM does not have it: whether the diver has just moved by a column or turned
 (a third of his boxes are a column off), and the column of a shark that has just been shot. On the
-first frame after a lost life the boat is not valid, nor is the shark, and the bars are full.
+first frame after a lost life, the boat and the shark are not valid, and the bars are full.
 
-VEM: it does not see a shot behind the octopus.
+VEM: it misses shots behind the octopus.
 """
 
 import functools
@@ -29,11 +29,36 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.ops import among, div, lookup, match, pick, when
-from ocjax.console.rom import Rom
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Context,
+    Detected,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Rom,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    Step,
+    among,
+    box,
+    boxes,
+    choose,
+    display,
+    div,
+    lookup,
+    match,
+    pick,
+    when,
+)
 from ocjax.extractors.namethisgame.drawn import (
     LAUNCHED,
     SHIFTS,
@@ -50,12 +75,6 @@ from ocjax.extractors.namethisgame.ram import (
     Ram,
     State,
 )
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge, Run, Runs
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Step
 
 ROM = Rom("name_this_game", "36306070f0c90a72461551a7a4f3a209")
 FONT = ROM.font(0xC00, rows=8)
@@ -77,8 +96,8 @@ PIECE_TOPS = 126 - 7 * ROW_OF
 
 OCTOPUS = (20, 29, 140, 62)
 LANE_TOPS = (119, 105, 91, 77, 63, 49, 35)  # of the shark, the lowest lane first
-POINTS = (100, 80, 60, 40, 30, 20)  # of sharks in these lanes, and 10 in the highest one
-BEHIND_LANE = 5  # from this lane on, the octopus hides parts of the shark
+POINTS = (100, 80, 60, 40, 30, 20)  # of sharks in these lanes; the highest lane gives 10
+BEHIND_LANE = 5  # the octopus hides parts of the shark from this lane up
 NARROW_LOOKS = (8, 16)  # values of `lane` for pictures without the last column
 SHOT_TURNS = (19, 32)  # last turns of the drawing loop in its upper parts
 PIPE_TOP = 23
@@ -99,14 +118,16 @@ Extent = tuple[int, int, int, int]  # first column and row of a figure of 16 col
 
 
 def _caught_extent(phase: int, color: int) -> Extent:
-    """Of what the shark that carries the diver, or he, is when he is eaten, by its colour."""
+    """Extent of the diver, or of the shark that carries him away, by its colour."""
     table = ROM.bytes(0xD00 + 8 * phase, 8)
     pointers = (table[::2] + 256 * table[1::2]) & 0xFFF
     left_half, right_half, *colors = ROM.rows(pointers.tolist(), 20)
-    rows = np.where(colors[0] == color, left_half, 0) << 8
-    rows |= np.where(colors[1] == color, right_half, 0)
-    used, ink = np.flatnonzero(rows), int(np.bitwise_or.reduce(rows))
-    left, right = 16 - ink.bit_length(), 17 - (ink & -ink).bit_length()
+    left_rows = np.where(colors[0] == color, left_half, 0)
+    rows = left_rows << 8 | np.where(colors[1] == color, right_half, 0)
+    used = np.flatnonzero(rows)
+    ink = int(np.bitwise_or.reduce(rows))
+    left = 16 - ink.bit_length()
+    right = 17 - (ink & -ink).bit_length()
     return left, int(used[0]), right - left, int(np.ptp(used)) + 1
 
 
@@ -115,7 +136,7 @@ BITING = tuple(_caught_extent(phase, GRAY) for phase in range(4))
 
 
 def _body_columns(upper: int, lower: int) -> np.ndarray:
-    """Which columns the octopus covers in a lane, bool `[12, 176]`, by the registers' values."""
+    """Columns of a lane behind the octopus, bool `[12, 176]`, from the two registers' values."""
     left = np.unpackbits(ROM.rows(upper, 13).astype(np.uint8)[:, None], axis=1)
     right = np.unpackbits(ROM.rows(lower, 13).astype(np.uint8)[:, None], axis=1, bitorder="little")
     half = np.repeat(np.concatenate([np.zeros((13, 4), int), left, right], 1), 4, 1)
@@ -123,7 +144,7 @@ def _body_columns(upper: int, lower: int) -> np.ndarray:
 
 
 def _shark_pieces(look: int, body: np.ndarray) -> list[int]:
-    """What the octopus leaves of the shark in each column, packed: x, y, width, height."""
+    """The shark's part outside the octopus by column, packed: x, y, width, height."""
     pointers = ROM.bytes(0xB1D + look, 4)
     halves = ROM.rows(((pointers[::2] + 256 * pointers[1::2]) & 0xFFF).tolist(), 13)[:, :12]
     dots = np.unpackbits(halves.T.astype(np.uint8), axis=1) > 0
@@ -146,7 +167,7 @@ BAR_STEP = 8
 METER_ROWS = (179, 191)
 TIMER_ROWS = (175, 179)
 
-SHARK_LEFT = 4  # `shark_x` of a shark that comes
+SHARK_LEFT = 4  # `shark_x` of a shark that enters
 SHARK_RIGHT = 144
 
 
@@ -168,7 +189,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _on(m: Ram) -> jax.Array:
-    """Whether anything is drawn."""
+    """True if anything is drawn."""
     return m.idle < 128
 
 
@@ -177,11 +198,13 @@ def _compass(leftward: jax.Array) -> jax.Array:
 
 
 def _caught_box(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
-    """What the shark, or the diver in its mouth, looks like now."""
+    """The current look of the shark, or of the diver in its mouth."""
     phase = m.clock >> 3 & 3
-    left, top, width, height = (pick(phase, side) for side in zip(*extents, strict=True))
-    left = jnp.where(m.faces_right == 1, left, 16 - left - width)
-    return box(drawn.x + left, DIVER_TOP + top, width, height)
+    lefts, tops, widths, heights = zip(*extents, strict=True)
+    inset = pick(phase, lefts)
+    width = pick(phase, widths)
+    left = jnp.where(m.faces_right == 1, inset, 16 - inset - width)
+    return box(drawn.x + left, DIVER_TOP + pick(phase, tops), width, pick(phase, heights))
 
 
 def _diver_box(m: Ram, drawn: Drawn) -> Box:
@@ -209,7 +232,7 @@ def _shark_box(m: Ram, drawn: Drawn) -> Box:
 def _swimming(
     look: jax.Array, lane: jax.Array, x: jax.Array, leftward: jax.Array
 ) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
-    """First column and row, width and height of what is seen of the shark."""
+    """First column and row, width and height of the shark's visible part."""
     index = (2 * ((look >> 2) - 1) + lane - BEHIND_LANE) * 160 + jnp.clip(x, 0, 159)
     seen = lookup(LEFT_OVER.reshape(-1), index)
     narrow = among(look, NARROW_LOOKS)
@@ -223,15 +246,17 @@ def _swimming(
 
 
 def _shot_box(m: Ram, drawn: Drawn) -> Box:
-    x, y = m.shot_x - 2, drawn.shot_y
-    top, bottom = _switched(y, x), _switched(y + 1, x + 3)
+    x = m.shot_x - 2
+    y = drawn.shot_y
+    top = _switched(y, x)
+    bottom = _switched(y + 1, x + 3)
     return box(x, top, 1, bottom - top, drawn.shot_there & _on(m))
 
 
 def _switched(turn: jax.Array, x: jax.Array) -> jax.Array:
-    """Row from which column x shows what a turn of the drawing loop switches on.
+    """Row of column x that first shows an object switched on in a turn of the drawing loop.
 
-    The beam is further right in the loop's later parts, between which are single rows.
+    The beam is further right in the loop's later parts. Single rows separate these parts.
     """
     low = turn > SHOT_TURNS[1]
     row = turn + match(
@@ -275,18 +300,19 @@ def _bar(rows: tuple[int, int], steps: jax.Array, valid: jax.Array) -> Box:
 
 
 class InLane(Step):
-    """The shark below the octopus has all rows, also where a tentacle hides some."""
+    """Extend the shark below the octopus to all rows; a tentacle may hide some."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
         top = LANES[1] + 14 * div(jnp.maximum(found.y - LANES[1], 0), 14)
         swims = (found.y > OCTOPUS[3]) & (found.y < LANES[3])
-        y, h = jnp.where(swims, top, found.y), jnp.where(swims, 12, found.h)
+        y = jnp.where(swims, top, found.y)
+        h = jnp.where(swims, 12, found.h)
         return found._replace(box=boxes(found.x, y, found.w, h, found.valid))
 
 
 class FirstRow(Step):
-    """The diver's first row, which at the left does not have his colour yet."""
+    """Add the diver's first row, which does not have his colour yet at the left."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
@@ -300,8 +326,9 @@ def _meter(color: int, rows: tuple[int, int]) -> Bounds:
 
 
 def _piece(tentacle: int, row: int) -> Area:
-    """Where a piece of a tentacle may be."""
-    left, top = 16 + 16 * tentacle, 126 - 7 * row
+    """Area of a piece of a tentacle."""
+    left = 16 + 16 * tentacle
+    top = 126 - 7 * row
     return left, top, left + 16, top + 6
 
 
@@ -315,12 +342,12 @@ FISH = Blobs(
     GRAY, SEA, Shape(w=(3, 18), h=(2, 13)), gap=(8, 2), filters=(ShortRuns(13),), then=(InLane(),)
 )
 BULLET = Bounds((GRAY, VIOLET), WATER, max_size=(1, 3), exclude=("Shark",), filters=(ShortRuns(3),))
-# The end of the pipe has the colour, too.
+# The end of the pipe has the same colour.
 DIVER = Bounds(GREEN, ZONE, ignore=((0, 144, 160, 146),), then=(FirstRow(),))
 HEAP = Bounds(GOLD, (72, 163, 88, TREASURE_END), value=Gauge(2, side="h"))
 BOAT = Bounds((MAUVE, VIOLET, DARK_GREEN), (0, BOAT_TOP, 160, PIPE_TOP))
 
-# Letters in its place begin further left and are wider.
+# Letters that replace it begin further left and are wider.
 POINTS_SHOWN = replace(SCORE.rule(WHITE, required=True), max_size=(46, 8))
 
 GAME = Game(
@@ -329,7 +356,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", DIVER, attributes=("orientation",), doc="the diver"),
+        Category("Player", DIVER, attributes=("orientation",), role="player", doc="the diver"),
         Category("Shark", FISH, attributes=("orientation",), doc="in a lane, or with the diver"),
         Category("Shot", BULLET, doc="the diver's"),
         Category("Octopus", Bounds(BLACK, OCTOPUS), needs=("Oxygen_Boat",), doc="its body"),
@@ -346,7 +373,7 @@ GAME = Game(
         Category("Oxygen_Pipe", Runs(PIPES, most=1), rgb=GRAY_RGB, doc="hangs from the boat"),
         Category("Treasure", HEAP, attributes=("value",), doc="a heap; value: lives"),
         display("Oxygen_Meter", _meter(ORANGE, METER_ROWS), doc="oxygen, 0-16"),
-        display("Timer", _meter(DARK_GREEN, TIMER_ROWS), doc="rest of the wave, 0-16"),
-        display("Score", POINTS_SHOWN, doc="points"),
+        display("Timer", _meter(DARK_GREEN, TIMER_ROWS), role="time", doc="rest of the wave, 0-16"),
+        display("Score", POINTS_SHOWN, role="score", doc="points"),
     ),
 )

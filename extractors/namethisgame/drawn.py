@@ -1,4 +1,4 @@
-"""What Name This Game's state was when the frame was drawn.
+"""Name This Game's state when the frame was drawn.
 
 The game moves the boat, the shark and the tentacles before it draws a frame (F02A-F298), and the
 diver, the shot, the bars and the ink after it (F61D-FA0F). The display of the score comes last in
@@ -10,27 +10,27 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, match, when
+from ocjax.authoring import among, match, when
 from ocjax.extractors.namethisgame.ram import TENTACLE_OF, Clock, Ram, State
 
-# Of each tentacle, as the chip's registers have it:
+# Layout of each tentacle in the chip's registers:
 SHIFTS = np.array((4, 0, 0, 4, 4, 4, 0, 0))[TENTACLE_OF]  # lowest bit of its columns
 TO_LEFT = np.array((1, 1, 0, 0, 0, 1, 1, 0))[TENTACLE_OF] == 1  # higher bits are further left
 
-LEFT_END = 19  # `x` of the diver where he stops
+LEFT_END = 19  # leftmost `x` of the diver
 RIGHT_END = 125
 BOAT_LEFT = 11  # `boat_x` on the frame on which the boat has turned
 BOAT_RIGHT = 134
 NO_INK = 21  # `ink`
 NO_TREASURE_INK = 7  # `treasure_ink`
 SHOT_ROWS = 92  # turns of the drawing loop, which counts `shot_rows` down
-LAUNCHED = 89  # `shot_y` on the frame on which a shot was launched
+LAUNCHED = 89  # `shot_y` on the frame of a shot's launch
 DROPPED = 95  # `pipe_time` on the frame on which the pipe was dropped
 FULL_BAR = 16  # steps
 
 
 class Drawn(NamedTuple):
-    """What has changed since the frame was drawn, as it was then."""
+    """The changed values, as they were when the frame was drawn."""
 
     x: jax.Array  # of the diver
     pipe_x: jax.Array
@@ -40,7 +40,7 @@ class Drawn(NamedTuple):
     score: jax.Array
     oxygen: jax.Array  # steps
     time: jax.Array
-    ink: jax.Array  # rows that are covered
+    ink: jax.Array  # covered rows
     treasure_ink: jax.Array
     lives: jax.Array
 
@@ -75,7 +75,7 @@ def _shown_score(m: Ram) -> jax.Array:
 
 
 def _diver_step(m: Ram) -> jax.Array:
-    """Columns to the right that the diver has probably moved: on, unless he has come to an end."""
+    """Columns to the right that the diver has probably moved: one ahead, unless he is at an end."""
     end = jnp.where(m.looks_right == 1, RIGHT_END, LEFT_END)
     free = (m.state == State.PLAYS) & (m.eaten == 0) & (m.stolen == 0) & (m.x != end)
     return when(free & (m.idle == 0), jnp.where(m.looks_right == 1, 1, -1))
@@ -89,7 +89,7 @@ def _boat_step(m: Ram) -> jax.Array:
 
 
 def _just_lost(m: Ram) -> jax.Array:
-    """Whether a life was lost after the frame."""
+    """True if a life was lost after the frame."""
     suffocates = (m.state == State.NO_OXYGEN) & (m.clock == Clock.JUST_FLASHED)
     return suffocates | ((m.state == State.INKED) & (m.treasure_ink == 0))
 

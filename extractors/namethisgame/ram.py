@@ -1,7 +1,7 @@
-"""Name This Game's RAM."""
+"""The RAM of Name This Game."""
 
 import numpy as np
-from ocjax.console.ram import RamMap, bcd, bits, byte
+from ocjax.authoring import RamMap, bcd, bits, byte
 
 TENTACLE_COUNT = 8
 TENTACLE_ROWS = 10
@@ -16,7 +16,7 @@ class State:  # of `Ram.state`
     INKED = 11
     LOST = 12  # one frame
     NO_OXYGEN = 18
-    FLASHES = range(20, 27)  # the meter, by turns
+    FLASHES = range(20, 27)  # the meter flashes
 
 
 class Clock:  # of `Ram.clock`
@@ -26,32 +26,32 @@ class Clock:  # of `Ram.clock`
 
 class Ram(RamMap):
     playfield = byte(*(10 * c + r for c, r in zip(COLUMNS.tolist(), ROW_OF.tolist(), strict=True)))
-    shot_y = byte(50)  # turns of the drawing loop before it; 0: none
+    shot_y = byte(50)  # turns of the drawing loop before it; 0: no shot
     shot_x = byte(51)  # x + 2
-    shot_rows = byte(52)  # what the loop has left of `shot_y`
-    lane = byte(*range(53, 60))  # of the shark: its picture, 0: none; the lowest lane first
+    shot_rows = byte(52)  # the rest of `shot_y` after the loop
+    lane = byte(*range(53, 60))  # the shark's picture by lane, 0: no shark; the lowest lane first
     shark_x = byte(60)  # x + 1
     # One byte:
-    stolen = bits(61, first=1)  # the treasure: the ink spreads
+    stolen = bits(61, first=1)  # the treasure is stolen: the ink spreads
     looks_right = bits(61, first=2)
-    eaten = bits(61, first=3)  # the diver: the shark carries him away
+    eaten = bits(61, first=3)  # the shark carries the diver away
     boat_leftward = bits(61, first=4)
     pipe = bits(61, first=5)
     shark_leftward = bits(61, first=6)
     faces_right = bits(61, first=7)
     clock = byte(63)
-    idle = byte(64)  # 256 frames each since the joystick was moved; from 128 on nothing is drawn
+    idle = byte(64)  # 256 frames each since the joystick was moved; at least 128: dark screen
     state = byte(65)
     score = bcd((68, 69, 70))
     lives = bits(71, count=3)
     oxygen_pace = byte(75)  # mask of `clock`
     pointer = byte(84, 86, 88, 90, 92, 94)  # to the digits on the display, 8 bytes each
-    text = bits(84, count=3)  # not 0: letters stand in their place
-    ink = byte(97)  # rows of the diver's zone that are free
+    text = bits(84, count=3)  # nonzero: letters replace them
+    ink = byte(97)  # rows of the diver's zone without ink
     treasure_ink = byte(98)  # rows of the treasure's
     x = byte(99)  # x + 1
     boat_x = byte(100)  # x + 1
     shark_lane = byte(101)
-    oxygen = byte((112, 113))  # a bit for each step of a bar
+    oxygen = byte((112, 113))  # one bit per step of a bar
     time = byte((114, 115))
     pipe_time = byte(117)  # counts down

@@ -1,29 +1,31 @@
 """Phoenix: two waves of birds, two of bats that hatch from eggs, and a mother ship, block by block.
 
-Screen: what explodes is no object, nor is the ground. The shield is drawn on every other frame, and
-so are bats so low that they shake. While they are not drawn, nor is what is in the rows below.
+Screen: explosions and the ground are scenery. The game draws the shield, and bats so low that they
+shake, on every other frame. On the frames between, it draws nothing in the rows below them either.
 
-Slots: of Phoenix, the four rows from the lowest one, first their left birds, then their right ones;
-of Bat, the seven rows from the lowest one; of Enemy_Projectile, a slot that each shot keeps as it
-falls; of blocks, their places in the whole ship. The blue belt turns: its blocks move from slot to
+Slots: Phoenix has the four rows from the lowest one, first their left birds, then their right ones.
+Bat has the seven rows from the lowest one. A shot keeps its slot of Enemy_Projectile as it falls.
+Blocks have their positions in the complete ship. The blue belt turns: its blocks move from slot to
 slot.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what bytes are), and the ROM's code. The display
-program at D2A1-D538 goes through the rows, highest first; D53B draws the ship. After it, and before
-the emulator returns the RAM, bats move and flap (D943-DB7B, F1DF-F285), as do the player and its
-shield (F099-F1DF). `as_drawn` takes that back. Birds, shots and the ship move before the drawing.
-The program switches shots in the middle of a line, so that one is a line longer or shorter on the
-left of the beam; it begins two lines late where no bird or bat is, and is black in lines 164-165.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of bytes), and the ROM's code. The display
+program at D2A1-D538 draws the rows, highest first; D53B draws the ship. Between the drawing and the
+RAM that the emulator returns, bats move and flap (D943-DB7B, F1DF-F285), and the player and its
+shield move (F099-F1DF). `as_drawn` undoes these moves. Birds, shots and the ship move before the
+drawing. The program switches shots in the middle of a line, so a shot is a line longer or shorter
+left of the beam. It begins two lines late if no bird or bat is in its row, and is black in lines
+164-165.
 
 Covered: all waves, later rounds, half bats, the shield, holes in the ship, deaths, the extra life,
 the end of the game.
 
-Not exact: the RAM does not tell whether the player has moved by a column since it was drawn, unless
-its picture changed; if a shot in flight shows that it moved steadily, it is taken to do so still
-(80 to 90 % of boxes are right). Neither does it tell, where bats become slower near their turning
-points, on which frame they moved last (1 % of boxes), nor the shield's first frame.
+Not exact: the RAM does not record whether the player has moved by a column since it was drawn,
+unless its picture changed. If a shot in flight shows that the player moved steadily, REM assumes
+that it still does (80 to 90 % of boxes are right). The RAM also lacks the frame on which bats near
+their turning points, where they become slower, moved last (1 % of boxes), and the shield's first
+frame.
 
-VEM: a shot that touches a bird or a bat, in whose colours the chip draws it then, is a part of it.
+VEM: a shot that touches a bird or a bat takes the same colours and becomes a part of it.
 """
 
 import functools
@@ -32,11 +34,32 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, div, match, mod, when
-from ocjax.console.registers import packed_position
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Raised,
+    Shape,
+    U,
+    among,
+    any_of,
+    box,
+    color_mask,
+    display,
+    div,
+    match,
+    materialize,
+    mod,
+    or_rows,
+    packed_position,
+    when,
+)
 from ocjax.extractors.phoenix.ram import ROM, Boss, Look, Ram, Shot, Stage, Wing
 from ocjax.extractors.phoenix.ship import (
     BAT_PICTURES,
@@ -61,11 +84,6 @@ from ocjax.extractors.phoenix.ship import (
     line_of,
     place,
 )
-from ocjax.vision.bitmap import Bitmap, U, any_of, color_mask, or_rows
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised
 
 FONT = ROM.font(0xE00, rows=7, stride=8)
 SCORE = NumberDisplay(FONT, right=103, top=5, digits=6)
@@ -80,7 +98,7 @@ BLUE = 148
 RED = 66
 NAVY = 146
 BAT_BLUE = 132
-BALL = 218  # the player's shot, but beside the ship
+BALL = 218  # the player's shot, except beside the ship
 BIRD_COLORS = (PURPLE, ORANGE, 58, BALL)
 BAT_COLORS = (BAT_BLUE, RED, 130, 136, 138, 142, 68, 70, 72, 82, 58)
 
@@ -91,11 +109,11 @@ BLACK_LINES = (164, 166)  # enemies' shots are black there
 
 ROW = np.arange(7)
 FLOCK = 4  # rows of birds
-SHAKING = 0x33  # below this row bats shake
-CEILINGS = (0x99, 0xAD)  # of the highest bat
+SHAKING = 0x33  # bats below this row shake
+CEILINGS = (0x99, 0xAD)  # row of the highest bat
 LAST_BAT_FLOOR = 0x23
-DEPTH = 0x76  # of the other bats' floor below the ceiling
-APART = 24  # rows between enemies' shots, at least
+DEPTH = 0x76  # rows from the ceiling to the floor of the other bats
+APART = 24  # least distance in rows between enemies' shots
 
 
 class Drawn(NamedTuple):
@@ -130,7 +148,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """The state when the frame was drawn; what has moved since is taken back."""
+    """Undo the moves since the frame was drawn."""
     over = (m.begins == 1) & (m.look != Look.GONE) & ((m.stage > 0) | (m.rounds > 0))
     stage = jnp.where(over, jnp.where(m.stage == 0, Stage.SHIP, m.stage - 1), m.stage)
     row_y = _heights(m)
@@ -142,7 +160,7 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def _player_step(m: Ram) -> jax.Array:
-    """How far the player has moved to the right, as far as the RAM tells."""
+    """Columns that the player has moved to the right, as far as the RAM shows them."""
     turned = (m.drawn_look > 0) & ((m.drawn_look == UPRIGHT) != (m.look == 0))
     crossed = jnp.where((m.x & 3) == 0, 1, -1)
     frames = div(jnp.maximum(m.shot_y - Shot.LAUNCH, 0), 6)
@@ -152,14 +170,14 @@ def _player_step(m: Ram) -> jax.Array:
 
 
 def _bat_steps(m: Ram) -> jax.Array:
-    """How far bats have flown to the right. Where it can be either, they rather have not."""
+    """Columns that bats have flown to the right; ambiguous cases count as no move."""
     step = jnp.where(m.heading >> ROW & 1 == 1, 1, -1)
     flew = _flies_aside(m, m.bat_x - step) & (_flies_aside(m, m.bat_x) | ((m.clock & 2) != 0))
     return when(flew & (m.alive >> ROW & 1 == 1), step)
 
 
 def _flies_aside(m: Ram, x: jax.Array) -> jax.Array:
-    """Whether bats at some columns fly to the side on this frame: less often at the edges."""
+    """True if bats at these columns fly sideways on this frame, which is rarer near the edges."""
     beyond = (x < m.most_left) | (x >= m.most_right)
     edge = (x - 3 < m.most_left) | (x + 3 >= m.most_right)
     near = (x - 9 < m.most_left) | (x + 9 >= m.most_right)
@@ -168,13 +186,13 @@ def _flies_aside(m: Ram, x: jax.Array) -> jax.Array:
 
 
 def _heights(m: Ram) -> jax.Array:
-    """Rows of the bats before they moved; those that are low shake by one."""
+    """Rows of the bats before they moved; low bats shake by one row."""
     y = m.row_y - when((m.row_y <= SHAKING) & ((m.row_y & 1) == 0), 1)
     return y - when(_climbs(m, y), jnp.where(m.rises == 1, 2, -2))
 
 
 def _climbs(m: Ram, y: jax.Array) -> jax.Array:
-    """Whether the bats rise or sink on this frame, all of them by two rows."""
+    """True if the bats rise or sink on this frame, all of them by two rows."""
     last = m.enemies == 1
     several = ((6 - m.gone_rows) & 255) >= 5
     ceiling = jnp.where(last | several | (m.rounds == 0), CEILINGS[1], CEILINGS[0])
@@ -188,7 +206,7 @@ def _climbs(m: Ram, y: jax.Array) -> jax.Array:
 
 
 def _wings(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """Pictures of the wings before they changed, which they do every eight frames."""
+    """Pictures of the wings before they changed, as they do every eight frames."""
     changed = (m.clock & 7) == 7
     left = jnp.where(changed, _wing_before(m, m.left), m.left)
     right = jnp.where(changed, _wing_before(m, m.right), m.right)
@@ -196,7 +214,7 @@ def _wings(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _wing_before(m: Ram, wing: jax.Array) -> jax.Array:
-    """The picture before the present one; eggs grow every other time."""
+    """The previous picture of a wing; eggs grow every other time."""
     opens = m.closes >> ROW & 1 == 0
     egg = jnp.where((m.clock & 15) == 7, jnp.where(wing == 0, Wing.LOST, wing - 1), wing)
     wider = match((wing == Wing.OPEN - 1, Wing.OPEN), otherwise=jnp.minimum(wing + 1, Wing.OPEN))
@@ -212,14 +230,15 @@ def _player_box(m: Ram, d: Drawn) -> Box:
 
 
 def _shield_box(m: Ram, d: Drawn) -> Box:
-    """The shield; at the left edge the beam comes too late for its lower rows."""
+    """The shield; near the left edge its lower rows start a line later."""
     just_gone = (m.pause == 4) & ((m.clock & 63) == 1)
     x = d.x - 74
     return box(x, 169, 16, jnp.where(x < 25, 20, 19), (m.shield == 1) | just_gone)
 
 
 def _shot_box(m: Ram, d: Drawn) -> Box:
-    y, x = 198 - m.drawn_shot, m.shot_x - 71
+    y = 198 - m.drawn_shot
+    x = m.shot_x - 71
     top = line_of(d.sky, y, x, SHOT_BEAM)
     end = line_of(d.sky, y - 6, x, SHOT_BEAM)
     return box(x, top, 1, end - top, m.drawn_shot != 0).clip(*AIR)
@@ -234,14 +253,15 @@ def _bird_boxes(m: Ram) -> Box:
 
 
 def _bat_boxes(m: Ram, d: Drawn) -> Box:
-    """Two wings, of which the right one is mirrored."""
+    """Two wings; the right one is mirrored."""
     left, upper, _, height = BAT_PICTURES.extent(d.left)
     right, other, _, other_height = BAT_PICTURES.extent(d.right)
     top = jnp.minimum(upper, other)
     end = jnp.maximum(upper + height, other + other_height)
     there = (m.left <= Wing.LOST) & (m.row_y > 0)
     color = jnp.where(d.stage == Stage.RED_BATS, RED, BAT_BLUE)
-    x, y = d.bat_x - 70 + left, 201 - d.row_y + top
+    x = d.bat_x - 70 + left
+    y = 201 - d.row_y + top
     return box(x, y, 16 - left - right, end - top, there, color=color)
 
 
@@ -254,7 +274,8 @@ def _missile_boxes(m: Ram, d: Drawn) -> Box:
     black, end = BLACK_LINES
     top = jnp.where(among(first, range(black, end)), end, first)
     bottom = jnp.where(among(last - 1, range(black, end)), black, last)
-    own, flies = _own_slots(m), m.missiles >> np.arange(4) & 1 == 1
+    own = _own_slots(m)
+    flies = m.missiles >> np.arange(4) & 1 == 1
     here = [(own[i] == np.arange(8)) & flies[i] for i in range(4)]
 
     def in_slots(v: jax.Array) -> jax.Array:
@@ -265,9 +286,9 @@ def _missile_boxes(m: Ram, d: Drawn) -> Box:
 
 
 def _own_slots(m: Ram) -> jax.Array:
-    """The slot that each shot keeps as it falls: by where a shot of frame 0 would be.
+    """The slot that each shot keeps as it falls: its position as if it had started on frame 0.
 
-    They fall by two rows a frame, but in one of 128, and are more than 24 rows apart.
+    Shots fall by two rows a frame except on one frame in 128, and stay more than 24 rows apart.
     """
     frame = ((m.time - 1) & 255) * 64 + (m.clock & 63)
     start = m.missile_top + 2 * (frame - (frame + 127 >> 7))
@@ -276,19 +297,20 @@ def _own_slots(m: Ram) -> jax.Array:
 
 def _appears(m: Ram, d: Drawn, x: jax.Array) -> jax.Array:
     """The first line of enemies' shots outside the ship."""
-    offset, line = place(d.sky, m.missile_top), LINE_PLUS_ROW - m.missile_top
+    offset = place(d.sky, m.missile_top)
+    line = LINE_PLUS_ROW - m.missile_top
     beside_player = among(m.missile_top, range(0x18, 0x1D))
     beam = match((m.missile_top >= 0x1E, 76), (beside_player, 31), otherwise=49)  # in the zone
     return match(
         (m.missile_top < ZONE, line + when(x < beam, 1)),
         (offset >= ROW_LINES, line + 2),
-        ((offset == 0) & d.sky.birds, line + jnp.where(x < 58, 3, 2)),  # first black
+        ((offset == 0) & d.sky.birds, line + jnp.where(x < 58, 3, 2)),  # the first line is black
         otherwise=line_of(d.sky, m.missile_top, x, ON_BEAM),
     )
 
 
 def _ship_line(m: Ram, line: jax.Array) -> jax.Array:
-    """The next line, from one of the ship's on, on which the program changes the shot in it."""
+    """The next line of the ship at which the program changes the shot."""
     change = line + when(among(line, (20, 22, 25)), 1)
     return 196 - m.ship_y + match((line < 19, 19), (line >= 43, 44), otherwise=change)
 
@@ -299,7 +321,7 @@ def _block_boxes(m: Ram, blocks: np.ndarray, height: int) -> Box:
 
 
 def _lives(m: Ram) -> Box:
-    """The icons, which the game draws to the right; on the frame a life is lost it still shows."""
+    """The icons, growing to the right; a lost life still shows on the frame of its loss."""
     lost = (m.begins == 1) & (m.look == Look.GONE)
     icon_count = m.lives - 1 + when(lost, 1)
     return CANNONS.box(icon_count, value=m.lives)
@@ -313,7 +335,7 @@ FLYING = Blobs(BIRD_COLORS, (0, TOP_LINE, 160, 165), Shape(w=(5, 8), h=(8, 13)))
 
 
 def _bat_pixels(mask: Bitmap, planes: jax.Array) -> Bitmap:
-    """None on frames with birds, some of whose rows have a colour of bats."""
+    """Clear the mask on frames with birds: some of their rows have a colour of bats."""
     birds = materialize(lambda p: color_mask(p[:, :, TOP_LINE:GROUND], (PURPLE,)), planes)
     return jnp.where(any_of(or_rows(birds)) != 0, U(0), mask)
 
@@ -336,7 +358,8 @@ ICONS = CANNONS.rule(ORANGE, (78, 13, 103, 18), single=2)
 
 def _block_cells(color: int, blocks: np.ndarray, height: int) -> Cells:
     """Blocks below the domes, also behind shots."""
-    x, y = (tuple(blocks[:, i].tolist()) for i in (2, 3))
+    x = tuple(blocks[:, 2].tolist())
+    y = tuple(blocks[:, 3].tolist())
     anchor = GREEN, DOMES_BOTTOM
     return Cells((color, WHITE), x, y, 4, height, floats=True, anchor=anchor)
 
@@ -349,7 +372,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, doc="the cannon"),
+        Category("Player", PLAYER, role="player", doc="the cannon"),
         Category("Shield", SHIELD, doc="around it"),
         Category("Player_Projectile", SHOTS, doc="its shot"),
         Category("Phoenix", FLYING, count=8, rgb=(125, 48, 173), doc="birds: side * 4 + row"),
@@ -359,7 +382,7 @@ GAME = Game(
         Category("Boss_Block_Green", DOMES, count=2, doc="domes of the mother ship"),
         block("Boss_Block_Blue", _block_cells(BLUE, BELT, BELT_ROWS), count=40, doc="its belt"),
         block("Boss_Block_Red", _block_cells(RED, HULL, HULL_ROWS), count=92, doc="its hull"),
-        display("Score", SCORE.rule(LIME), doc="points"),
-        display("Life", ICONS, doc="cannons in reserve; value: one more"),
+        display("Score", SCORE.rule(LIME), role="score", doc="points"),
+        display("Life", ICONS, role="lives", doc="cannons in reserve; value: one more"),
     ),
 )

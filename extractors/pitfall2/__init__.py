@@ -1,30 +1,28 @@
 """Pitfall II: Harry looks for Rhonda, Quickclaw, a rat, a ring and gold in a cavern.
 
 Screen: the cavern has eight columns and 31 floors of 45 lines. The screen shows one column, and
-three to four floors of it, which scroll by lines. Sprite 1 is what lives on each floor, sprite 0
-Harry. A second chip in the cartridge feeds the drawing loop with pictures and colours (`pictures`).
-A balloon that carries Harry is a part of his picture, and an object all the same.
+three to four of its floors, which scroll by lines. Sprite 1 is the creature or treasure of each
+floor, sprite 0 Harry. A second chip in the cartridge feeds the drawing loop with pictures and
+colours (`pictures`). A balloon that carries Harry is a part of his picture, and also an object. The
+ground, walls, ledges, holes, water and waterfall, and the maker's name are scenery. The game has no
+lives: a bitten Harry goes back to the last cross.
 
-Slots: of ladders, gold and beasts, each stands for the floors whose numbers leave the same rest
-when divided by five. There are no lives: whoever is bitten goes back to the last cross.
+Slots: the slot of a ladder, gold or beast is its floor's number modulo five.
 
 RAM: no map of it was known; all was read from the ROM's code. The drawing loop is at $F128-$F60D of
-bank 1. Harry and the scroll move before the frame is drawn, the beasts of every second floor after
-it ($D9D2 of bank 0), which `drawn` takes back.
+bank 1. Harry and the scroll move before the frame is drawn. The beasts of every second floor move
+afterwards ($D9D2 of bank 0); `drawn` undoes this.
 
-Scenery: the ground, walls, ledges, holes, water and waterfall, and the maker's name.
+Covered: random play, and 3,300 frames of all columns and floors, with Harry put there by writing
+RAM. They show all kinds of objects, also eels (130 frames), and balloons (500) alone and with Harry
+below. The treasures were seen in their positions and, except for gold, not taken.
 
-Covered: random play, and 3,300 frames of all columns and floors, to which Harry was put by writing
-RAM. All kinds of objects were among them, also eels (130 frames), and balloons (500) on their own
-and with Harry below. The treasures were seen in their places and not taken, but for gold.
-
-Not exact: on two frames after Harry comes into a column or goes back to a cross, some floors show
-nobody yet, which RAM tells of one of them. A frog or gold of which the view's edge cuts off rows
-keeps rows that are blank. Harry's rows behind the ground count, unless he is on a ladder. An eel's
-colour is that of the next frame.
+Not exact: on two frames after Harry enters a column or goes back to a cross, some floors are still
+empty, and the RAM has only one of them. A frog or gold that the view's edge cuts keeps blank rows.
+Harry's rows behind the ground count, unless he is on a ladder. An eel has the next frame's colour.
 
 VEM: it misses rows of hair and claws on ground of their colour, parts behind Harry, and condors and
-scorpions of which the view's edge leaves few rows.
+scorpions with few rows left at the view's edge.
 """
 
 import functools
@@ -33,17 +31,29 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, match, mod, only, pick
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Raised,
+    Shape,
+    among,
+    box,
+    choose,
+    display,
+    edges,
+    match,
+    mod,
+    only,
+    pick,
+)
 from ocjax.extractors.pitfall2.drawn import SLOT, Drawn, as_drawn, floor_line
 from ocjax.extractors.pitfall2.pictures import CREATURES, CUTS, HARRYS
 from ocjax.extractors.pitfall2.ram import ROM, Balloon, Dead, Kind, Pose, Rail, Ram
 from ocjax.extractors.pitfall2.vision import Above, Between, Completed, Rungs
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised
 
 FONT = ROM.font([0x20F8 - 8 * digit for digit in range(10)], rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=70, top=10, digits=6)
@@ -51,14 +61,14 @@ VIEW_TOP = 32
 VIEW_BOTTOM = 184
 VIEW = (8, VIEW_TOP, 160, VIEW_BOTTOM)
 
-EVERYWHERE = {  # what may live on several floors in view
+EVERYWHERE = {  # kinds that may live on several floors in view
     "Scorpion": (Kind.SCORPION,),
     "Bat": (Kind.BAT,),
     "Condor": (Kind.CONDOR,),
     "Frog": (Kind.FROG,),
     "GoldBar": (Kind.GOLD_BAR, Kind.RIGHT_GOLD_BAR),
 }
-SINGLE = {  # what there is one of in view, at most
+SINGLE = {  # kinds that appear at most once in view
     "Cross": Kind.CROSS,
     "ElectricEel": Kind.EEL,
     "Rat": Kind.RAT,
@@ -68,10 +78,10 @@ SINGLE = {  # what there is one of in view, at most
     "Balloon": Kind.BALLOON,
 }
 START = 4000  # points of a new game
-HARRY_TOP = 11  # line of Harry's first row, less `harry_y`
-BALLOON_TOP = -16  # likewise, of a balloon above him
-BLINKS = 8  # a bit of the clock: whether Harry is hidden while he goes back
-ROOF = 34  # line of a floor where the roof of the next one begins
+HARRY_TOP = 11  # line of Harry's first row, minus `harry_y`
+BALLOON_TOP = -16  # line of the balloon above him, minus `harry_y`
+BLINKS = 8  # a bit of the clock: hides Harry while he goes back
+ROOF = 34  # first line of the next floor's roof
 ROOF_LINES = 7
 NEAR_LADDER = range(72, 82)  # columns of Harry below a hole
 LADDER_TOP = 33  # the first line that may show a ladder
@@ -80,8 +90,8 @@ LADDER_WIDTH = 4
 LADDER_RISE = 1  # lines of a ladder above its floor's first line
 LADDER_ROWS = 26
 RUNG_PITCH = 4  # two rows of a rung and two between them
-TO_RUNG = (0, 0, 2, 1)  # rows down to a rung, by the rows of a pitch that are cut off
-BELOW_RUNG = (2, 0, 0, 1)  # rows below a rung, by the rows of a pitch that are in view
+TO_RUNG = (0, 0, 2, 1)  # rows down to a rung, by the cut rows of a pitch
+BELOW_RUNG = (2, 0, 0, 1)  # rows below a rung, by the visible rows of a pitch
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -96,17 +106,20 @@ def decode(m: Ram) -> dict[str, Box]:
 def _harry_box(m: Ram) -> Box:
     """Harry, who blinks while he goes back to a cross."""
     hidden = (m.dead > Dead.NO) & ((m.clock ^ m.dead) & BLINKS == 0)
-    y, is_mirrored = m.harry_y + HARRY_TOP, m.harry_mirrored == 1
+    y = m.harry_y + HARRY_TOP
+    is_mirrored = m.harry_mirrored == 1
     whole = HARRYS.box(m.pose, m.harry_x, y, mirrored=is_mirrored, valid=~hidden)
     return _below_roofs(m, whole).clip(*VIEW)
 
 
 def _below_roofs(m: Ram, whole: Box) -> Box:
-    """What the roof of a floor leaves of Harry while he climbs a ladder through it."""
+    """Harry's visible part while he climbs a ladder through the roof of a floor."""
     roofs = floor_line(m)[:-1] + ROOF
     ends = roofs + ROOF_LINES
     there = among(m.harry_x, NEAR_LADDER) & (m.rail[1:] == Rail.LADDER)
-    top, right, bottom = whole.y, whole.x + whole.w, whole.y + whole.h
+    top = whole.y
+    right = whole.x + whole.w
+    bottom = whole.y + whole.h
     hides_top = there & (top >= roofs) & (top < ends)
     hides_bottom = there & (bottom > roofs) & (bottom <= ends)
     first = jnp.where(hides_top.any(), only(hides_top, ends), top)
@@ -126,21 +139,24 @@ def _ladder_boxes(m: Ram) -> Box:
 
 
 def _creature_boxes(m: Ram) -> dict[str, Box]:
-    """What lives on the floors, by kind."""
+    """The creatures and treasures of the floors, by kind."""
     drawn = as_drawn(m)
-    boxes, kind = _in_slots(m, _shown(drawn)), _in_slots(m, drawn.kind)
-    out = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
-    out |= {name: _the_one(boxes, kind == its_kind) for name, its_kind in SINGLE.items()}
+    boxes = _in_slots(m, _shown(drawn))
+    kind = _in_slots(m, drawn.kind)
+    many = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
+    those_alone = {name: _the_one(boxes, kind == its_kind) for name, its_kind in SINGLE.items()}
+    by_kind = many | those_alone
     is_bright = ((drawn.kind == Kind.EEL) & drawn.bright).any()
     is_ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
     eel_color = jnp.where(is_bright, WHITE, BLACK)
-    out["ElectricEel"] = replace(out["ElectricEel"], color=eel_color)
-    out["Balloon"] = choose(is_ridden, _ridden_box(m), out["Balloon"])
-    return out
+    return by_kind | {
+        "ElectricEel": replace(by_kind["ElectricEel"], color=eel_color),
+        "Balloon": choose(is_ridden, _ridden_box(m), by_kind["Balloon"]),
+    }
 
 
 def _shown(drawn: Drawn) -> Box:
-    """What shows of creatures in the view."""
+    """The visible part of each creature in the view."""
     y = drawn.y
     above = jnp.clip(VIEW_TOP - y, 0, len(CUTS))
     rows = jnp.clip(VIEW_BOTTOM - y, 1, len(CUTS) + 1)
@@ -151,9 +167,10 @@ def _shown(drawn: Drawn) -> Box:
 
 
 def _ridden_box(m: Ram) -> Box:
-    """The balloon above Harry, which his sprite shows: the picture of a free one, mirrored."""
+    """The balloon above Harry, drawn with his sprite: the picture of a free one, mirrored."""
     top = m.harry_y + BALLOON_TOP
-    zero, there = jnp.zeros_like(top), jnp.ones_like(top, bool)
+    zero = jnp.zeros_like(top)
+    there = jnp.ones_like(top, bool)
     balloon = Drawn(
         kind=zero + Kind.BALLOON,
         x=m.harry_x,
@@ -167,9 +184,12 @@ def _ridden_box(m: Ram) -> Box:
 
 
 def _the_one(boxes: Box, there: jax.Array) -> Box:
-    """The one of the boxes that is there."""
+    """The single box that is there."""
     valid = there & boxes.valid
-    x, y, w, h = (only(valid, part) for part in (boxes.x, boxes.y, boxes.w, boxes.h))
+    x = only(valid, boxes.x)
+    y = only(valid, boxes.y)
+    w = only(valid, boxes.w)
+    h = only(valid, boxes.h)
     return box(x, y, w, h, valid.any())
 
 
@@ -177,7 +197,7 @@ _Slots = TypeVar("_Slots", Box, jax.Array)
 
 
 def _in_slots(m: Ram, parts: _Slots) -> _Slots:
-    """What is given by floor on the screen, by the floor's number instead."""
+    """Reorder values by floor on the screen to values by the floor's number."""
     numbered = mod(m.floor + SLOT, len(SLOT))
     here = numbered[None] == SLOT[:, None]
 
@@ -188,27 +208,27 @@ def _in_slots(m: Ram, parts: _Slots) -> _Slots:
     return jax.tree.map(moved, parts)
 
 
-HAIR = 0x12
-FACES = (0x4A, 0x48)  # the other one below a balloon
-SHIRT = 0xC8
-LEGS = 0xD2
-RUNG = 0x12
-DULL = 0x32  # crosses
-CAT = (0x16, 0x1A, 0x14)
-WHITE = 0x0E
-BAT = 0x04
-BLACK = 0x00
-BLUE = 0x84  # water
-FEATHERS = (0x26, 0x28, 0x2A)
-BEAK = 0x14
-GOLD = 0x1E
-GRAY = 0x0A  # the rat
-FROG = (0xD4, 0xD6)
-DRESS = 0xD8
-GIRL = (DRESS, 0x32, 0x4A, LEGS, 0xD6, 0xD0, 0x14)
-CLOTH = (0x44, 0x42, DRESS, 0x40, 0x08)  # the balloon and its string
+HAIR = 18
+FACES = (74, 72)  # the second one below a balloon
+SHIRT = 200
+LEGS = 210
+RUNG = 18
+DULL = 50  # crosses
+CAT = (22, 26, 20)
+WHITE = 14
+BAT = 4
+BLACK = 0
+BLUE = 132  # water
+FEATHERS = (38, 40, 42)
+BEAK = 20
+GOLD = 30
+GRAY = 10  # the rat
+FROG = (212, 214)
+DRESS = 216
+GIRL = (DRESS, 50, 74, LEGS, 214, 208, 20)
+CLOTH = (68, 66, DRESS, 64, 8)  # the balloon and its string
 RING_LEFT = 72
-INK = 0x0C  # the score
+INK = 12  # the score
 look = functools.partial(Blobs, region=VIEW)
 HARRY = look(
     (SHIRT, LEGS, *FACES, HAIR),
@@ -244,7 +264,7 @@ FROGS = Blobs(
 
 
 def _at(colors: int | tuple[int, ...], x: int, size: tuple[int, int], **options: Any) -> Bounds:
-    """A rule for something that stands in its place."""
+    """A rule for an object with a fixed position."""
     return Bounds(
         colors, (x, VIEW_TOP, x + 8, VIEW_BOTTOM), min_size=size, max_size=(8, 27), **options
     )
@@ -263,7 +283,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", HARRY, rgb=(92, 186, 92), doc="Harry"),
+        Category("Player", HARRY, rgb=(92, 186, 92), role="player", doc="Harry"),
         Category("Ladder", LADDER, count=5, rgb=(105, 105, 15), doc="one a floor"),
         Category("Cross", CROSS, rgb=(163, 57, 21), doc="where Harry begins again"),
         Category("Scorpion", SCORPION, count=5, rgb=(236, 236, 236), doc="on the ground"),
@@ -277,6 +297,6 @@ GAME = Game(
         Category("Quickclaw", QUICKCLAW, rgb=(162, 162, 42), doc="her cat, 10,000 points"),
         Category("DiamondRing", RING, rgb=(252, 252, 84), doc="20,000 points"),
         Category("Balloon", BALLOON_RULE, rgb=(66, 72, 200), doc="takes Harry up"),
-        display("PlayerScore", SCORE.rule(INK, base=-START), doc="points won"),
+        display("PlayerScore", SCORE.rule(INK, base=-START), role="score", doc="points won"),
     ),
 )

@@ -1,32 +1,32 @@
-"""The creatures as the frame shows them: those of every second floor move after it ($D9D2)."""
+"""The creatures as drawn. On every second floor they move after the frame ($D9D2)."""
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, div, match, when
+from ocjax.authoring import among, div, match, when
 from ocjax.extractors.pitfall2.pictures import NEVER, Habits, habits_of
 from ocjax.extractors.pitfall2.ram import SLOTS, Dead, Kind, Loads, Ram, Wait, Water
 
 FLOOR_LINES = 45
-FIRST_LINE = 36  # line of the first floor's beginning
-FIRST_SCROLL = 14  # `scroll` while the first floor's beginning is there
-WRAPS = 160  # column from which on a creature begins anew at the left edge
+FIRST_LINE = 36  # first line of the first floor
+FIRST_SCROLL = 14  # `scroll` while the first line of the first floor is there
+WRAPS = 160  # least column at which a creature restarts at the left edge
 RAT_STAYS = 0x94  # column where the rat stays
-HARRY_LINES = 29  # from `harry_y` to the line that tells his floor
+HARRY_LINES = 29  # from `harry_y` to the line that determines his floor
 FROG_LEFT = 68  # column
 FROG_TURNS = 0x60  # of the clock: halfway between two leaps, it turns round
-LEAP_FRAMES = 64  # of a frog, and then as many until it leaps back
+LEAP_FRAMES = 64  # of a frog's leap, and of the pause before it leaps back
 SINCE_LAST = 2  # frames from a creature's last move to this one
 EEL_STRIDE = 8  # from one picture to the next of the same colour
 EEL_BRIGHT = 16  # from black pictures to white ones
-IN_VIEW = slice(1, 4)  # slots that are in view for sure
+IN_VIEW = slice(1, 4)  # slots that are certainly in view
 SLOT = np.array(SLOTS)
 
 
 class Drawn(NamedTuple):
-    """What lives on each floor."""
+    """The creature or treasure of each floor."""
 
     kind: jax.Array
     x: jax.Array
@@ -38,7 +38,7 @@ class Drawn(NamedTuple):
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Take back what creatures have done since the frame was drawn."""
+    """Undo the creatures' moves since the frame was drawn."""
     kind = jnp.where((m.kind == Kind.BAT) & (m.background == Water.COLOR), Kind.EEL, m.kind)
     habits = habits_of(kind)
     moved = _moves(m) & ((m.clock + SLOT) & 1 == 1)
@@ -58,7 +58,7 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def _lines_below(m: Ram, kind: jax.Array, habits: Habits, moved: jax.Array) -> jax.Array:
-    """Lines from a floor's beginning down to the picture of who lives there."""
+    """Lines from a floor's first line down to its creature's picture."""
     lines = (m.start - m.top & 0xFF) >> 1
     before = m.clock - SINCE_LAST
     lifted = _lift(before, habits, kind) - _lift(m.clock, habits, kind)
@@ -66,19 +66,19 @@ def _lines_below(m: Ram, kind: jax.Array, habits: Habits, moved: jax.Array) -> j
 
 
 def _is_blank(m: Ram, moved: jax.Array) -> jax.Array:
-    """Which floors have nobody yet: one that shows it, or all in view if Harry has just come in."""
+    """True for floors that are still empty: a blank one, or all in view if Harry has just come."""
     blank = ~moved & (m.start == 0) & (m.top == 1)
     return blank | (_moves(m) & blank[IN_VIEW].any())
 
 
 def floor_line(m: Ram) -> jax.Array:
-    """The line where each floor begins."""
+    """The first line of each floor."""
     gone = m.scroll - FIRST_SCROLL + when(m.scroll < FIRST_SCROLL, FLOOR_LINES)
     return FIRST_LINE - gone + FLOOR_LINES * SLOT
 
 
 def _moves(m: Ram) -> jax.Array:
-    """Whether the creatures of some floors have moved after the frame."""
+    """True if the creatures of some floors have moved after the frame."""
     is_bitten = ((m.touched == 1) & among(m.kind, Kind.DEADLY)).any()
     plays = (m.intro == 0) & (m.waits != Wait.FOR_STICK) & ~is_bitten
     goes_back = (m.dead > Dead.NO) & (m.dead < Dead.BITTEN)
@@ -86,14 +86,14 @@ def _moves(m: Ram) -> jax.Array:
 
 
 def _roams(m: Ram, kind: jax.Array) -> jax.Array:
-    """Whether a creature moves: all but a rat that Harry is far from, or that stays at last."""
+    """True if a creature moves; a rat rests if Harry is far away, and in its last column."""
     line = m.harry_y + m.scroll + HARRY_LINES
     here = div(line, FLOOR_LINES) - when(m.scroll >= FIRST_SCROLL, 1)
     return (kind != Kind.RAT) | ((here == SLOT) & (m.x < RAT_STAYS))
 
 
 def _had_second_picture(m: Ram, habits: Habits, kind: jax.Array) -> jax.Array:
-    """Whether a creature had its second picture before a move."""
+    """True if a creature had its second picture before a move."""
     return (m.clock - SINCE_LAST & habits.phases == 0) & _roams(m, kind)
 
 
@@ -110,9 +110,9 @@ def _column_before(m: Ram, kind: jax.Array, habits: Habits) -> jax.Array:
 
 
 def _leap(clock: jax.Array) -> jax.Array:
-    """How far a frog has leaped to the right, in quarters of a column.
+    """Quarters of a column that a frog has leaped to the right.
 
-    It leaps for 64 frames, waits for as many, and then leaps back.
+    It leaps for 64 frames, waits for another 64, and then leaps back.
     """
     way = jnp.minimum(clock & 2 * LEAP_FRAMES - 1, LEAP_FRAMES - 1)
     is_to_right = clock & 2 * LEAP_FRAMES > 0
@@ -120,14 +120,14 @@ def _leap(clock: jax.Array) -> jax.Array:
 
 
 def _lift(clock: jax.Array, habits: Habits, kind: jax.Array) -> jax.Array:
-    """Lines by which a creature's picture is lower."""
+    """Lines that a creature's picture is lower."""
     way = (clock >> 1) & 2 * habits.swings - 2
     swung = jnp.where(way >= habits.swings, way ^ 2 * habits.swings - 2, way)
     return jnp.where(kind == Kind.FROG, _jump(clock), swung) >> 1
 
 
 def _jump(clock: jax.Array) -> jax.Array:
-    """How much lower a frog is than at the top of its leap, in half lines."""
+    """Half lines from the top of a frog's leap down to the frog."""
     way = when(clock & LEAP_FRAMES == 0, clock & LEAP_FRAMES - 1)
     half = LEAP_FRAMES // 2
     up = jnp.where(way >= half, way ^ LEAP_FRAMES - 1, way)

@@ -1,15 +1,14 @@
-"""What the display data of the cartridge's second chip hold.
+"""The display data of the cartridge's second chip.
 
-A creature's picture has a byte of colour and one of dots a row; Harry's have dots alone. Fetchers
-count down through the data, so that the ROM has the byte for a count of 0 last.
+A creature's picture has a byte of colour and a byte of dots per row; Harry's pictures have only
+dots. Fetchers count down through the data, so the ROM has the byte for a count of 0 last.
 """
 
 from typing import NamedTuple
 
 import jax
 import numpy as np
-from ocjax.console.ops import lookup
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Pictures, lookup
 from ocjax.extractors.pitfall2.ram import ROM, Kind
 
 DISPLAY = ROM.bytes(0x2000, 0x800)[::-1]  # by count
@@ -19,28 +18,28 @@ HARRY_POSES = 14
 HARRY_ROWS = 21
 CUTS = range(1, 32)  # rows of a picture above the view, or in it at its lower edge
 
-STARTS = ROM.bytes(0xE03, Kind.KINDS)  # by kind: the count that a fetcher begins with, low byte
+STARTS = ROM.bytes(0xE03, Kind.KINDS)  # by kind: the count at which a fetcher begins, low byte
 HIGHS = ROM.bytes(0xE14, Kind.KINDS) & 7  # and high byte
-ENDS = ROM.bytes(0xE25, Kind.KINDS)  # low byte of the count where the first picture ends
-TOPS = ROM.bytes(0xE36, Kind.KINDS)  # and where it begins
+ENDS = ROM.bytes(0xE25, Kind.KINDS)  # low byte of the count at the end of the first picture
+TOPS = ROM.bytes(0xE36, Kind.KINDS)  # low byte of the count at its beginning
 STRIDES = ROM.bytes(0xE7A, Kind.KINDS)  # from one picture to the next
-PHASES = ROM.bytes(0xEAD, Kind.KINDS)  # of the clock: a kind has its second picture where 0
-STEP_MASKS = ROM.bytes(0xE8B, Kind.KINDS)  # of the clock: it moves where 0; `NEVER`: it does not
-WAYS = ROM.bytes(0xE9C, Kind.KINDS)  # how it moves
-PACE = 3  # bits of `WAYS`: columns a step
+PHASES = ROM.bytes(0xEAD, Kind.KINDS)  # of the clock: a kind has its second picture while 0
+STEP_MASKS = ROM.bytes(0xE8B, Kind.KINDS)  # of the clock: it moves while 0; `NEVER`: it stays
+WAYS = ROM.bytes(0xE9C, Kind.KINDS)  # kind of motion
+PACE = 3  # bits of `WAYS`: columns per step
 LEAPS = 0xFF  # of `WAYS`: a frog
 NEVER = 0xFF  # of `STEP_MASKS`
 SWINGS = np.where((WAYS > 128) & (WAYS != LEAPS), (WAYS & 0x60) >> 1, 1)  # see `Habits`
 
 
 class Habits(NamedTuple):
-    """What a kind does."""
+    """The habits of a kind."""
 
-    phases: jax.Array  # of the clock: it has its second picture where 0
-    steps: jax.Array  # of the clock: it moves where 0; `NEVER`: it does not
-    pace: jax.Array  # columns a step
-    swings: jax.Array  # up and down, over half as many lines
-    top: jax.Array  # low byte of where the first picture begins
+    phases: jax.Array  # of the clock: it has its second picture while 0
+    steps: jax.Array  # of the clock: it moves while 0; `NEVER`: it stays
+    pace: jax.Array  # columns per step
+    swings: jax.Array  # up and down, half lines
+    top: jax.Array  # low byte of the count at the first picture's beginning
 
 
 # All habits of a kind in one number, because a look-up costs more than shifts.
@@ -48,7 +47,7 @@ PACKED_HABITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | 
 
 
 def habits_of(kind: jax.Array) -> Habits:
-    """What some kinds do."""
+    """The habits of some kinds."""
     packed = lookup(PACKED_HABITS, kind)
     return Habits(
         phases=packed & 0xFF,
@@ -68,8 +67,8 @@ def _creature(kind: int, picture: int) -> np.ndarray:
 
 
 def _count_below(pose: int) -> int:
-    low, high = (ROM.bytes(at, HARRY_POSES)[pose] for at in (HARRY_LOWS, HARRY_HIGHS))
-    return int(low) + 256 * int(high)
+    low = int(ROM.bytes(HARRY_LOWS, HARRY_POSES)[pose])
+    return low + 256 * int(ROM.bytes(HARRY_HIGHS, HARRY_POSES)[pose])
 
 
 def _harry(pose: int) -> np.ndarray:
@@ -78,7 +77,7 @@ def _harry(pose: int) -> np.ndarray:
 
 
 def _cut(rows: np.ndarray) -> list[np.ndarray]:
-    """A picture whole, without its first rows, and with its first rows alone."""
+    """A picture complete, without its first rows, and with only its first rows."""
     lower = [np.where(np.arange(len(rows)) < n, 0, rows) for n in CUTS]
     upper = [np.where(np.arange(len(rows)) < n, rows, 0) for n in CUTS]
     return [rows, *lower, *upper]

@@ -1,16 +1,15 @@
-"""Pitfall II's RAM, and what its values mean.
+"""Pitfall II's RAM, and the meaning of its values.
 
-A slot is a floor on the screen, the highest first; the fifth is below it.
+A slot is a floor on the screen, the highest first; the fifth is below the screen.
 """
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("pitfall2", "6d842c96d5a01967be9680080dd5be54")
 SLOTS = range(5)
 
 
-class Kind:  # of `Ram.kind`: what lives on a floor
+class Kind:  # of `Ram.kind`: the creature or thing on a floor
     NONE = 0
     CROSS = 1
     LEFT_LEDGE = 2
@@ -32,22 +31,22 @@ class Kind:  # of `Ram.kind`: what lives on a floor
     DEADLY = (SCORPION, BAT, CONDOR, FROG)
 
 
-class Dead:  # of `Ram.dead`; less than `BITTEN`, Harry goes back to the last cross ($D0C2, bank 0)
+class Dead:  # of `Ram.dead`; below `BITTEN`, Harry goes back to the last cross ($D0C2, bank 0)
     NO = 0
-    BITTEN = 128  # or more: all stands still while it counts down
+    BITTEN = 128  # or more: all stand still while it counts down
 
 
 class Pose:  # of `Ram.pose`
     FLIES = 13  # below a balloon
 
 
-class Loads:  # of `Ram.loads`, while the floors have nobody yet
+class Loads:  # of `Ram.loads`, while the floors are still empty
     FIRST = 2
     LAST = 3
 
 
 class Water:  # of `Ram.background`
-    COLOR = 0x84
+    COLOR = 132
 
 
 class Rail:  # low bytes of `Ram.rail`
@@ -67,14 +66,14 @@ class Ram(RamMap):
     waits = byte(1)
     kind = bits(*range(23, 28), first=4, count=4)
     mirrored = bits(*range(23, 28), first=3)
-    start = byte(*range(18, 23))  # where the fetcher begins that reads the picture, low byte
-    top = byte(*range(33, 38))  # where in it the picture begins
+    start = byte(*range(18, 23))  # count at which the picture's fetcher begins, low byte
+    top = byte(*range(33, 38))  # count at which the picture begins
     x = byte(*range(38, 43))
     rail = byte(*range(43, 48))  # low byte of the address of a floor's ladder or wall
     background = byte(*range(58, 63))
     touched = bits(*range(63, 68), first=7)  # by Harry
     demo = bits(69, first=7)
-    intro = byte(70)  # frames left, in eighths
+    intro = byte(70)  # remaining frames, in eighths
     score = bcd((71, 72, 73))
     scroll = byte(86)  # lines
     balloon = byte(92)

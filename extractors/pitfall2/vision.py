@@ -1,18 +1,15 @@
-"""How VEM tells dots of an object from scenery of the same colour."""
+"""Filters that separate objects from scenery of the same colour."""
 
 from dataclasses import dataclass
 
 import jax
 import jax.numpy as jnp
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.steps import Context, Step
+from ocjax.authoring import Bitmap, Context, Detected, Step, bitmaps, boxes
 
 
 @dataclass(frozen=True)
 class Above:
-    """A filter: of the pixels of one colour, only those count that are just above some others.
+    """A filter that drops pixels of one colour unless other given colours are just below.
 
     Args:
         color: palette index.
@@ -24,13 +21,13 @@ class Above:
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        near = bm.shift_up(bm.color_mask(planes, self.others), 1)
-        return mask & (~bm.color_mask(planes, (self.color,)) | near)
+        near = bitmaps.shift_up(bitmaps.color_mask(planes, self.others), 1)
+        return mask & (~bitmaps.color_mask(planes, (self.color,)) | near)
 
 
 @dataclass(frozen=True)
 class Between:
-    """A filter: only those pixels count that have one colour just above and just below.
+    """A filter that keeps only pixels with one colour just above and just below.
 
     Args:
         color: palette index.
@@ -40,13 +37,13 @@ class Between:
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        around = bm.color_mask(planes, (self.color,))
-        return mask & bm.shift_up(around, 1) & bm.shift_down(around, 1)
+        around = bitmaps.color_mask(planes, (self.color,))
+        return mask & bitmaps.shift_up(around, 1) & bitmaps.shift_down(around, 1)
 
 
 @dataclass(frozen=True)
 class Rungs:
-    """A filter: pixels count that are in no run of more columns than a rung, and not above a face.
+    """A filter that drops pixels above a face, and runs wider than a rung.
 
     Args:
         width: columns of a rung.
@@ -58,18 +55,18 @@ class Rungs:
 
     def __call__(self, mask: Bitmap, planes: jax.Array) -> Bitmap:
         """The pixels that count."""
-        beside = bm.shift_left(mask, self.width) | bm.shift_right(mask, self.width)
-        return mask & ~beside & ~bm.shift_up(bm.color_mask(planes, self.faces), 1)
+        beside = bitmaps.shift_left(mask, self.width) | bitmaps.shift_right(mask, self.width)
+        return mask & ~beside & ~bitmaps.shift_up(bitmaps.color_mask(planes, self.faces), 1)
 
 
 @dataclass(frozen=True)
 class Completed(Step):
-    """Boxes of one height get another row, for dots in the colour of scenery or of other objects.
+    """Extend boxes of one height by a row, which has the colour of scenery or other objects.
 
     Args:
         height: without the row.
-        above: whether it is the first one; otherwise it is the last one.
-        edge: of the view, where boxes that touch it stay as they are.
+        above: whether it is the first row; otherwise it is the last one.
+        edge: of the view; boxes that touch it stay as they are.
     """
 
     height: int

@@ -1,28 +1,28 @@
 """Pooyan: a pig in a lift shoots at wolves that hang on balloons.
 
-Screen: In even rounds, wolves march in at the top and float down; in odd ones, they float up and
-push a rock over the edge. In odd rounds, a frame shows either the rock or the wolves at it. The pig
-at the winch is scenery, as are ropes, what is left of balloons that are popped, and the part of a
-bow beside a balloon.
+Screen: in even rounds, wolves march in at the top and float down. In odd rounds, they float up and
+push a rock over the edge; a frame then shows either the rock or the wolves at it. The pig at the
+winch is scenery, as are ropes, remains of popped balloons, and the part of a bow beside a balloon.
+Left of the beam, the columns of a shot at the left edge show a line later.
 
-Slots: Balloon, and Enemy 0-5, go by the game's records, two of each column. Enemy 6 climbs at the
+Slots: Balloon and Enemy 0-5 have the game's records, two in each column. Enemy 6 climbs at the
 right, 7-9 march or stand, 10 has landed, 11-16 push the rock. Bait may still be in the pig's hand.
-Of a shot at the left edge, the columns left of the beam show a line later.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code: f09d-f3d5 draws, from the score
-down to the lives. Each of the lift's six rows is drawn by one loop of 15 lines, with one sprite for
-the pig and one for a balloon, the climber or the rock: the first of them that the program finds.
+down to the lives. One loop of 15 lines draws each of the lift's six rows. It has one sprite for the
+pig, and one for a balloon, the climber or the rock: the first of these that the program finds.
 
-Covered: all modes, five rounds by writing RAM, the fall of the rock, also in a round in which it
-does not belong (wolves that have landed push it while the pig falls), lost lives, rounds that end.
+Covered: all modes, five rounds by writing RAM, the fall of the rock, also in a round that should
+not have it (wolves that have landed push it while the pig falls), lost lives, rounds that end.
 
 Not exact: when a life is lost or a round ends, the program clears its records before the frame is
-finished, so that balloons, shots, stones and the climber of this frame are not in RAM; nor is where
-wolves march, unless they stand. A climber that has just drawn back is one step too far right for a
-frame. What falls through the row of a balloon hides it, for up to two dozen frames.
+finished. The RAM then lacks the balloons, shots, stones and the climber of this frame, and the
+position of wolves that march, unless they stand. A climber that has just drawn back is one step too
+far right for a frame. Objects that fall through the row of a balloon hide it, for up to two dozen
+frames.
 
-VEM: it cannot tell the number of the fifth, tenth, ... round from a score. It misses stones that
-touch balloons, wolves and the left part of a row, where the beam is a line late.
+VEM: it cannot distinguish the number of the fifth, tenth, ... round from a score. It misses stones
+that touch balloons, wolves or the left part of a row, where the beam is a line late.
 """
 
 from typing import Any
@@ -30,11 +30,24 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, match, only, pick, when
-from ocjax.console.registers import packed_position, wrap
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Pictures,
+    among,
+    box,
+    choose,
+    display,
+    match,
+    only,
+    packed_position,
+    pick,
+    when,
+    wrap,
+)
 from ocjax.extractors.pooyan.drawn import Drawn, as_drawn, column
 from ocjax.extractors.pooyan.ram import LAST_ROW, ROM, Kind, Ram
 from ocjax.extractors.pooyan.screen import (
@@ -57,18 +70,17 @@ from ocjax.extractors.pooyan.screen import (
     WOLF_WIDTH,
 )
 from ocjax.extractors.pooyan.vision import ARROW, BAIT, BALLOON, PIG, ROCK_RULE, STONE, WOLVES_RULE
-from ocjax.vision.displays import IconRow, NumberDisplay
 
 SCORE = NumberDisplay(ROM.font(0xF00, rows=9, stride=10), right=103, top=3, digits=6)
 LIVES = IconRow(left=37, top=206, width=2, height=6, pitch=4)
-MOST_LIVES = 4  # that are shown
+MOST_LIVES = 4  # most icons
 
 BALLOON_COLORS = ROM.bytes(0xFC0, 6) & 0xFE
 
-LINES = 15  # that show sprites
+LINES = 15  # of a row that show sprites
 MISSILE_SHIFT = 47  # columns
 SHOT_ON = 28  # column of the beam when shots are switched on and off
-SHOT_CUT = 97  # when they are switched off, in the last line
+SHOT_CUT = 97  # column of the beam when they are switched off in the last line
 STONE_ON = 52
 STONE_CUT = 106
 DELAY = 15  # columns of the beam, in the line below a balloon
@@ -88,7 +100,7 @@ CLIMBS = ROM.bytes(0xFE1, 3)
 BALLOONS = Pictures.of(
     [ROM.rows(0xE00 + low, LINES)[:BALLOON_LINES] & 0xFC for low in FLIGHTS.tolist()],
 )
-# Each also without its last line, in which sprites are switched off before the right column.
+# Each also without its last line: sprites are switched off in it before the right column.
 WOLVES = Pictures.of(
     [
         np.where(np.arange(LINES) >= BALLOON_LINES, ROM.rows(0xE00 + low, LINES), 0)[:end]
@@ -103,7 +115,7 @@ PIGS = Pictures.of([ROM.rows(0xE00 + low, LINES)[:-1] for low in range(256)])
 WALKS = tuple(ROM.rows(0xF00 + low, 16) for low in (0x64, 0x74))
 
 
-# Columns of a wolf that are not behind a cliff at its left or right, as bits.
+# Columns of a wolf outside the cliffs at its left or right, as bits.
 SIGHTS = [0xFF >> n for n in range(WOLF_WIDTH)] + [0xFF << n & 0xFF for n in range(1, WOLF_WIDTH)]
 TOP_WALKS = Pictures.of([rows[1:] for rows in WALKS])
 BOTTOM_WALKS = Pictures.of(
@@ -143,7 +155,7 @@ def _pig_box(m: Ram, d: Drawn) -> Box:
 
 
 def _colors(m: Ram, d: Drawn) -> jax.Array:
-    """Those of balloons."""
+    """Colours of balloons."""
     return jnp.where(m.boss == np.arange(1, 7), d.flash, BALLOON_COLORS)
 
 
@@ -154,7 +166,7 @@ def _balloon_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
 
 
 def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
-    """Those in the air, the climber, those that march, one that has landed, those at the rock."""
+    """Wolves: six in the air, the climber, three that march, one that has landed, six pushers."""
     in_air = WOLVES.index(kind=jnp.minimum(m.kind, Kind.FALLS), cut=BALLOON_CUTS)
     groups = (
         WOLVES.box(in_air, BALLOON_LEFTS, _line(m.balloon_row), valid=floats),
@@ -186,7 +198,7 @@ def _joined(groups: tuple[Box, ...]) -> Box:
 
 
 def _walker_boxes(m: Ram, d: Drawn) -> Box:
-    """Those that march, at the top or at the bottom, and one that has landed."""
+    """Wolves that march, at the top or at the bottom, and one that has landed."""
     march_x = d.march_x + MARCH_PITCH * MARCHERS
     marches = d.marchers > MARCHERS
     # At the left edge, the beam shows the ear of the second picture a line later.
@@ -204,7 +216,8 @@ def _walker_boxes(m: Ram, d: Drawn) -> Box:
 
 def _bottom_boxes(d: Drawn, x: jax.Array) -> Box:
     """Wolves that walk between the cliffs."""
-    left, right = CLIFFS[0] - x, x + WOLF_WIDTH - CLIFFS[1]
+    left = CLIFFS[0] - x
+    right = x + WOLF_WIDTH - CLIFFS[1]
     hidden = match((left > 0, left), (right > 0, right + WOLF_WIDTH - 1), otherwise=0)
     there = (left < WOLF_WIDTH) & (right < WOLF_WIDTH)
     index = BOTTOM_WALKS.index(stride=d.stride, hidden=hidden)
@@ -212,7 +225,7 @@ def _bottom_boxes(d: Drawn, x: jax.Array) -> Box:
 
 
 def _beside(m: Ram, row: jax.Array) -> jax.Array:
-    """Which balloon or wolf is drawn in a row."""
+    """True for the balloon or wolf that is drawn in a row."""
     drawn = (m.balloon_row == row) & (row != m.hides) & (row != m.rock_row)
     return drawn & (jnp.cumsum(drawn) == 1)
 
@@ -228,20 +241,20 @@ def _missile_box(
     late: jax.Array,
     **fields: Any,
 ) -> Box:
-    """A missile, whose columns left of the beam show a line later.
+    """A missile; its columns left of the beam show a line later.
 
     Args:
-        x, width, row: where it is.
+        x, width, row: its position.
         first, height: its lines in the row.
         on: column of the beam when missiles are switched on and off.
-        off: column from which on they do not show in the row's last line.
+        off: first column without missiles in the row's last line.
         late: whether a balloon in the row delays the beam in the line below it.
         fields: of the box.
     """
     end = first + height
     top = first + when(x + width <= on + when(late & (first == BALLOON_LINES), DELAY), 1)
-    bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)
-    bottom = jnp.minimum(bottom, LINES - when(x >= off, 1))
+    usual_bottom = end + when(x < on + when(late & (end == BALLOON_LINES), DELAY), 1)
+    bottom = jnp.minimum(usual_bottom, LINES - when(x >= off, 1))
     return box(x, _line(row) + top, width, bottom - top, among(row, ROWS), **fields)
 
 
@@ -268,7 +281,7 @@ def _stone_box(m: Ram, d: Drawn) -> Box:
 
 
 def _last_color(m: Ram, d: Drawn) -> jax.Array:
-    """Of what is drawn last above a stone: a stone has no colour of its own."""
+    """Color of the last object drawn above a stone; a stone takes this color."""
     wolf_rows = jnp.append(m.balloon_row, d.climber_row)
     wolf_above = jnp.max(when(wolf_rows <= m.stone_row, wolf_rows))
     rock_above = when(m.rock_row <= m.stone_row, m.rock_row)
@@ -297,7 +310,7 @@ GAME = Game(
     decode=decode,
     screen=(220, 160),
     categories=(
-        Category("Player", PIG, doc="the pig in the lift"),
+        Category("Player", PIG, role="player", doc="the pig in the lift"),
         Category("Balloon", BALLOON, count=6, doc="two of each column"),
         Category(
             "Enemy",
@@ -310,7 +323,12 @@ GAME = Game(
         Category("Bait", BAIT, doc="the pig's meat"),
         Category("Stone", STONE, doc="a wolf's"),
         Category("Rock", ROCK_RULE, doc="that wolves push"),
-        display("PlayerScore", SCORE.rule(WHITE, step=5), doc="points"),
-        display("Lives", LIVES.rule(0, (37, 206, 53, 212), single=2), doc="pigs in reserve"),
+        display("PlayerScore", SCORE.rule(WHITE, step=5), role="score", doc="points"),
+        display(
+            "Lives",
+            LIVES.rule(0, (37, 206, 53, 212), single=2),
+            role="lives",
+            doc="pigs in reserve",
+        ),
     ),
 )

@@ -1,4 +1,4 @@
-"""Pooyan's moving things as they were drawn.
+"""Pooyan's moving things as drawn.
 
 After the frame is drawn, wolves walk ($F9C6), the climber moves ($F950), and the clock counts on
 ($FCDF). When a life is lost, the records are cleared ($F52D).
@@ -10,36 +10,35 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup, match, when
-from ocjax.console.registers import packed_position
+from ocjax.authoring import lookup, match, packed_position, when
 from ocjax.extractors.pooyan.ram import LAST_ROW, Copies, March, Ram, Reach, State
 
 INTRO_TUNE = 0x8B  # low byte of the address, after the first note
-FIRST_NOTE = 8  # frames that it lasts
+FIRST_NOTE = 8  # frames of this note
 LAST_TUNE = 0xA7  # after the last note
-LAST_NOTE = 23  # frames of it that are left, when play begins
+LAST_NOTE = 23  # remaining frames of this note when play begins
 RESET_FRAME = 2  # the clock's first one
-LOSS = 0xD2  # what `Ram.frames` is set to when a life is lost
+LOSS = 0xD2  # value of `Ram.frames` when a life is lost
 NO_ROPE = 251  # `Ram.rope` when a life is lost
-FIRST_END = 0x20  # `Ram.walked` when another wolf joins those that march
+FIRST_END = 0x20  # `Ram.walked` when another wolf joins the marching ones
 LAST_END = 0x2C  # and when all stand
 STAND_X = LAST_END - 1
-SPAWN_ROWS = (1, 6)  # of wolves that take off; in rounds where they ascend, the second
-LANDINGS = (0x2C, 0x4C, 0x6C)  # columns, by place
+SPAWN_ROWS = (1, 6)  # of wolves that take off; the second one in rounds with wolves from below
+LANDINGS = (0x2C, 0x4C, 0x6C)  # columns, by `landed_column`
 WALK_END = 0x9F  # columns that a wolf has walked when it begins to climb
 CLIMB_START = 6  # row
 REACHES = 0x1F  # `Ram.until_reach` on the first frame
-BITES = 0x4F  # likewise
-GAME_OVER_TINT = 0x62  # what is added to the player's colour
-PALETTE = 0xFE  # colour's bits
+BITES = 0x4F  # `Ram.until_reach` when the climber begins to bite
+GAME_OVER_TINT = 0x62  # added to the player's colour
+PALETTE = 0xFE  # bits of a colour
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """The state when the frame was drawn. Columns are those of sprites of eight columns."""
+    """The state when the frame was drawn. Columns belong to sprites of eight columns."""
 
     shows_round: jax.Array  # instead of the score
-    is_lost: jax.Array  # the life
+    is_lost: jax.Array  # a life
     ascends: jax.Array
     row: jax.Array  # the player's, 0 if it is not shown
     pushers: jax.Array
@@ -55,11 +54,11 @@ class Drawn:
 
 
 class Moment(NamedTuple):
-    """What the program has done after the frame."""
+    """The program's actions after the frame."""
 
     begins: jax.Array  # a round's introduction: records are cleared
     continues: jax.Array  # the frame after that
-    is_lost: jax.Array  # the life, whose round begins again
+    is_lost: jax.Array  # a life, and its round begins again
     ends: jax.Array  # the round before
     is_reset: jax.Array
     plays: jax.Array  # the introduction is over
@@ -86,12 +85,12 @@ def _done_since(m: Ram) -> Moment:
 
 
 def _clock(m: Ram) -> jax.Array:
-    """Eights of frames when the frame was drawn."""
+    """Eighths of the frame count when the frame was drawn."""
     return m.frames - when((m.frame & 7) == 0, 1)
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Takes back what has been done since."""
+    """Undo the program's actions since the frame was drawn."""
     now = _done_since(m)
     march_x, marchers = _parade(m, now)
     strides = now.walks & (((m.walked & 3) == 0) | now.joins)
@@ -127,12 +126,12 @@ def _parade(m: Ram, now: Moment) -> tuple[jax.Array, jax.Array]:
     """Column and number of wolves that march."""
     stand = m.standing > 0
     alone = (m.copies == Copies.ONE) & (m.march == March.COMES) & (m.state != State.INTRO)
-    left = alone & ~stand  # those that stood have all taken balloons
+    left = alone & ~stand  # the standing wolves have all taken balloons
     march = match((m.copies == Copies.THREE, 3), (m.copies == Copies.TWO, 2), otherwise=1)
     marchers = match(
         (now.joins, march - 1),
         (now.begins & stand, 3),
-        (now.begins & now.walks, 0),  # where they were is not known
+        (now.begins & now.walks, 0),  # their position is unknown
         (left & (m.walked == 1) & _takes_off(m), 3),
         otherwise=march,
     )
@@ -149,14 +148,14 @@ def _parade(m: Ram, now: Moment) -> tuple[jax.Array, jax.Array]:
 
 
 def _takes_off(m: Ram) -> jax.Array:
-    """Whether a wolf has taken a balloon in this frame."""
+    """True if a wolf has taken a balloon in this frame."""
     slot = (m.frame - 1) & 7
     row = jnp.where(m.ascends == 1, SPAWN_ROWS[1], SPAWN_ROWS[0])
     return jnp.any((np.arange(6) == slot) & (m.balloon_row == row))
 
 
 def _climber(m: Ram, walks: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The climber's row, 0 if there is none, and its reach."""
+    """The climber's row, 0 without a climber, and its reach."""
     still = (m.until_reach == 0) & (m.until_step == 0) & (m.reach == Reach.IN)
     moved = still & (m.seen_row == m.row)
     march_ends = (m.walked == WALK_END) & (m.march != March.STANDS)

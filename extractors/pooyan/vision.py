@@ -1,11 +1,28 @@
-"""How VEM finds what Pooyan draws: missiles by their shape, the rest by its place."""
+"""VEM's rules for Pooyan: missiles by their shape, other objects by their position."""
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.console.boxes import WIDTH
+from ocjax.authoring import (
+    WIDTH,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Packed,
+    Searched,
+    Shape,
+    SideBySide,
+    all_within,
+    any_within,
+    areas,
+    color_mask,
+    materialize,
+    shift_down,
+    shift_left,
+    shift_right,
+    shift_up,
+)
 from ocjax.extractors.pooyan.screen import (
     BALLOON_LINES,
     CLIFF_COLORS,
@@ -26,26 +43,11 @@ from ocjax.extractors.pooyan.screen import (
     WOLF,
     WOLF_WIDTH,
 )
-from ocjax.vision.bitmap import (
-    Bitmap,
-    all_within,
-    any_within,
-    areas,
-    color_mask,
-    shift_down,
-    shift_left,
-    shift_right,
-    shift_up,
-)
-from ocjax.vision.filters import Searched
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Packed, SideBySide
 
 SCENERY = (SKY, PINK, *CLIFF_COLORS)  # no stone has these colours
 TOP = FIRST_LINE + PITCH * ROWS.start
 BOTTOM = FIRST_LINE + PITCH * ROWS.stop
-FIRST = TOP - 4  # rows in which shapes are looked for: a stone's more than the lift's
+FIRST = TOP - 4  # rows of the search for shapes: a stone's rows extend beyond the lift's
 END = BOTTOM + 4
 LEFT_FIELD = (0, TOP, 44, BOTTOM)  # left of balloons
 SHOT_FIELD = (0, TOP, 138, BOTTOM)
@@ -67,24 +69,24 @@ CELLS = tuple(
 
 
 def _in_lift(bitmap: Bitmap) -> Bitmap:
-    """The lift's rows, and those around that a shape there depends on."""
+    """The lift's rows, and the rows around them that shapes depend on."""
     return bitmap[..., FIRST:END, :]
 
 
 def _on_screen(pixels: Bitmap, like: Bitmap) -> Bitmap:
-    """Pixels of the lift's rows, at their place on the screen."""
+    """Pixels of the lift's rows, in their rows of the screen."""
     return jnp.pad(pixels, ((0, 0), (FIRST, like.shape[1] - END), (0, 0)))
 
 
 def _balloon_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """Runs of three pixels and what is above and below them."""
+    """Runs of three pixels, and the pixels above and below them."""
     own = _in_lift(mask)
     run = materialize(lambda m: any_within(all_within(m, 3, 1), 3, 1), own)
     return _on_screen(run | (own & (shift_up(run, 1) | shift_down(run, 1))), mask)
 
 
 class Missiles(NamedTuple):
-    """Pixels that are found by their shape, in the lift's rows."""
+    """Pixels of missiles found by their shape, in the lift's rows."""
 
     stones: Bitmap
     arrows: Bitmap
@@ -103,12 +105,12 @@ def _by_shape(planes: jax.Array) -> Missiles:
 
 
 def _fours(drawn: Bitmap) -> tuple[Bitmap, Bitmap]:
-    """The first pixels of runs of four pixels that are drawn, and of four that are not."""
+    """The first pixels of runs of four drawn pixels, and of four other pixels."""
     return all_within(drawn, 4, 1), all_within(~drawn, 4, 1)
 
 
 def _lone_corners(drawn: Bitmap, free: Bitmap) -> Bitmap:
-    """Those of squares that nothing is above or below."""
+    """The corners of squares without neighbors above and below."""
     corner = all_within(drawn, 1, 4)
     beside = shift_left(corner, 1) | shift_right(corner, 1)
     return corner & shift_down(free, 1) & shift_up(free, 4) & ~beside
@@ -120,7 +122,7 @@ def _runs(mask: Bitmap) -> tuple[Bitmap, Bitmap]:
 
 
 def _lone_starts(mask: Bitmap, run: Bitmap, six: Bitmap) -> Bitmap:
-    """The first pixels of runs of eight pixels and more that nothing is above or below."""
+    """The first pixels of runs of at least eight pixels, without runs above and below."""
     return run & ~shift_right(mask, 1) & ~shift_up(six, 1) & ~shift_down(run, 1)
 
 
@@ -135,13 +137,13 @@ def _pig_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
 
 
 def _arrow_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    """Left of balloons, all pixels are the arrow's."""
+    """The arrow's pixels; left of the balloons, all pixels are the arrow's."""
     left = mask & jnp.asarray(areas(mask.shape[1], [LEFT_FIELD]))
     return _on_screen(missiles.arrows, mask) | left
 
 
 def _bait_pixels(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """The first eight pixels of runs of at least as many, in two rows or more."""
+    """The first eight pixels of runs of at least eight pixels, in at least two rows."""
     start = materialize(lambda m: _meat_corners(m) & ~shift_right(_in_lift(m), 1), mask)
     return _on_screen(any_within(start, 8, 2), mask)
 
@@ -151,13 +153,13 @@ def _stone_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
 
 
 def _wolf_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    """All but stones in front of the climber."""
+    """All pixels except stones in front of the climber."""
     here = jnp.asarray(areas(mask.shape[1], (CLIMBER_FIELD,)))
     return mask & ~(_on_screen(missiles.stones, mask) & here)
 
 
 def _rock_pixels(mask: Bitmap, missiles: Missiles) -> Bitmap:
-    """What is where the rock may be, without stones that have its colour."""
+    """Pixels in the rock's possible areas, without stones of its colour."""
     here = jnp.asarray(areas(mask.shape[1], (ROCK_TOP_FIELD, ROCK_FALL_FIELD)))
     return mask & here & ~_on_screen(missiles.stones, mask)
 

@@ -1,24 +1,25 @@
 """Road Runner: a bird runs from a coyote along desert roads, picks up seed, and shuns trucks.
 
-Screen: it begins with the last two rows of the score. Eight columns at each edge are blanked.
+Screen: it begins with the last two rows of the score. Eight columns at each edge are blank.
 Mountains, dashes of the road, bridges and the sky's frame are scenery.
 
 Slots: seed, steel shot and mines have one slot for each of four lanes, from the bottom.
 
-RAM: OCAtari (what some bytes are), ALE's source (score, lives), and the ROM's code. Bank 0 draws
-the road at f114, bank 3 cannons at f01e, rocks at f310 and the cliff at f430. Bank 2 moves all at
-f01e after the drawing, which `as_drawn` takes back; in scenes 1, 3, 5 and 7 so are the pointers to
-pictures. HMOVE within lines moves seed between lanes. A lost life has the RAM of the new start.
+RAM: OCAtari (meaning of some bytes), ALE's source (score, lives), and the ROM's code. Bank 0 draws
+the road at f114, bank 3 cannons at f01e, rocks at f310 and the cliff at f430. Bank 2 moves
+everything at f01e after the drawing; in scenes 1, 3, 5 and 7 it also changes the pointers to
+pictures. `as_drawn` undoes this. HMOVE within lines moves seed between lanes. After a lost life the
+RAM has the new start.
 
 Covered: all eight scenes (beyond scene 0 by writing RAM), lost lives, the end of the game.
 
-Not exact: the columns of a bird that a truck pushes or that stops where it keeps still while the
-road moves; figures on the frame on which they stop, begin to run or land; a bonus's last frame;
-what an edge cuts; boxes that touch or overlap. Seed has the bird's colour on its line; beyond the
-first scene, REM takes that of his body instead.
+Not exact: the columns of a bird that a truck pushes, or that stops at the column where it keeps
+still while the road moves; figures on the frame on which they stop, begin to run or land; a bonus's
+last frame; objects that an edge cuts; boxes that touch or overlap. Seed has the bird's colour on
+its line; beyond the first scene, REM takes the colour of the bird's body instead.
 
 VEM: a burnt coyote without a bird is Player too. A score with a 0, 3, 5, 6 or 8 before the last two
-digits is unknown, because what shows of these is the same.
+digits is unknown, because the visible rows of these digits are equal.
 """
 
 import functools
@@ -27,14 +28,29 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, pick, when
-from ocjax.console.registers import modulo_screen, wrap
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    lookup,
+    match,
+    modulo_screen,
+    pick,
+    when,
+    wrap,
+)
 from ocjax.extractors.roadrunner.drawn import (
     BODIES,
-    BURNT_GREYS,
+    BURNT_GRAYS,
     REPEATED_LINES,
     VIEW,
     Drawn,
@@ -45,13 +61,10 @@ from ocjax.extractors.roadrunner.drawn import (
     open_road,
 )
 from ocjax.extractors.roadrunner.ram import ROM, Ram, Scene, Scenery
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 
 def _nibbles(address: int) -> list[int]:
-    """A table of the ROM whose nine entries are signed, in the upper four bits."""
+    """A table of the ROM with nine entries, signed, in the upper four bits."""
     return (ROM.bytes(address, 9).astype(np.int8) >> 4).tolist()
 
 
@@ -62,11 +75,11 @@ SCORE = NumberDisplay(FONT, right=103, top=0, digits=6)
 ICONS = IconRow(left=55, top=16, width=6, height=8, pitch=8)
 
 SEED_START_X = 16
-TRUCK_LIMIT = 142  # a truck beyond does not move with the road
+TRUCK_LIMIT = 142  # a truck to the right of it does not move with the road
 JUST_WON = 30  # `bonus_time` before a bonus is shown
 BLANK_DIGIT = 10
 
-SIGN_LINES = (73, 75, 75, 74, 75, 75, 75, 74)  # the first, in each scene
+SIGN_LINES = (73, 75, 75, 74, 75, 75, 75, 74)  # the first line, by scene
 EXITS = (1, 4)  # scenes that are left past a sign
 
 YELLOW = 30
@@ -77,14 +90,14 @@ HUE_ROW = 180  # row that `hues` points at
 HUES = ROM.bytes(0xC00, 512) & 0xFE  # of the bird in scene 0, by row from the bottom
 DRIFTS = _nibbles(0x3FD0)  # columns of the rocks, by `drift`
 MOVES = _nibbles(0xA00)  # columns from lane to lane, by `layout`
-WIDTHS = (0, 5, 4, 10)  # of what lies in the lanes, by `kind`
+WIDTHS = (0, 5, 4, 10)  # of objects in the lanes, by `kind`
 
 
 class Sign:  # of `Ram.sign`
     STANDS = (0, 5)
-    LAST_AT_START = 2  # of scene 0: up to here, a sign stands there
+    LAST_AT_START = 2  # of scene 0: last value with a sign
     EXIT = 16
-    BLANK = 128  # from here on, the screen is blank
+    BLANK = 128  # least `sign` with a blank screen
 
 
 class Kind:  # of `Ram.kind`
@@ -95,7 +108,8 @@ class Kind:  # of `Ram.kind`
 
 def decode(m: Ram) -> dict[str, Box]:
     d = as_drawn(m)
-    pair, lanes = figure_boxes(m, d), _lane_boxes(m, d)
+    pair = figure_boxes(m, d)
+    lanes = _lane_boxes(m, d)
     boxes = {
         "Player": pair[0],
         "Enemy": pair[1],
@@ -117,10 +131,12 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _lane_boxes(m: Ram, d: Drawn) -> Box:
-    """What lies in the lanes: seed and shot are rows that are shifted, and mines are not."""
-    lane, cliff, gap = np.arange(4), m.scenery == Scenery.CLIFFS, m.scenery == Scenery.GAP
+    """Objects in the lanes: seed and shot are shifted rows, mines are not."""
+    lane = np.arange(4)
+    cliff = m.scenery == Scenery.CLIFFS
+    gap = m.scenery == Scenery.GAP
     start = wrap(m.seed_x - d.scrolled)
-    x = match(
+    lane_x = match(
         (gap, start - np.array((1, 1, 15, 1))),
         (cliff, start - 3),
         otherwise=_road_x(m, d),
@@ -131,15 +147,17 @@ def _lane_boxes(m: Ram, d: Drawn) -> Box:
         (cliff, on_cliff),
         otherwise=165 + d.narrow - 14 * lane,
     )
-    there = (m.shown > 0) & (~cliff | (lane == 3)) & (~gap | (lane != 1))
-    there = there & among(m.scenery, (*Scenery.LANED, Scenery.CLIFFS, Scenery.GAP))
-    x, height = x - when(m.kind == Kind.SEED, 3), jnp.where(cliff, 4, 3)
+    shown = (m.shown > 0) & (~cliff | (lane == 3)) & (~gap | (lane != 1))
+    there = shown & among(m.scenery, (*Scenery.LANED, Scenery.CLIFFS, Scenery.GAP))
+    x = lane_x - when(m.kind == Kind.SEED, 3)
+    height = jnp.where(cliff, 4, 3)
     return box(x, y, pick(m.kind, WIDTHS), height, there).clip(*VIEW)
 
 
 def _road_x(m: Ram, d: Drawn) -> jax.Array:
     """Columns on the road, from the bottom lane up."""
-    lane, move = np.arange(4), pick(m.layout, MOVES)
+    lane = np.arange(4)
+    move = pick(m.layout, MOVES)
     late = when(move < 0, 4 * (4 - lane))
     shifted = (3 - lane) * (9 * move + 2)
     return modulo_screen(m.seed_x - d.scrolled + 637 - 9 * move - shifted + late)
@@ -160,13 +178,18 @@ def _crack_boxes(m: Ram, d: Drawn) -> Box:
 
 
 def _rocks(m: Ram, d: Drawn) -> Box:
-    """Rocks fall by twos, a column or more from each other."""
+    """Rocks fall in pairs, a column or more from each other."""
     drift = np.array((2, 3)) * pick(m.drift, DRIFTS) - when(m.fallen < 5, 2)
-    top, bottom = (m.fallen + np.array(rows) for rows in ((94, 107), (104, 118)))
-    top, bottom = (y + when(y >= REPEATED_LINES[Scene.ROCKS], 1) for y in (top, bottom))
+    top = _below_repeated_line(m.fallen + np.array((94, 107)))
+    bottom = _below_repeated_line(m.fallen + np.array((104, 118)))
     there = (m.fallen > 0) & (m.scene == Scene.ROCKS)
     x = modulo_screen(m.sign_x - d.scrolled + 172 - drift)
     return box(x, top, 8, bottom - top, there).clip(VIEW[0], 100, VIEW[2], 179)
+
+
+def _below_repeated_line(y: jax.Array) -> jax.Array:
+    """Lines of rows that the scene's repeated line pushes down."""
+    return y + when(y >= REPEATED_LINES[Scene.ROCKS], 1)
 
 
 def _turret_box(m: Ram, d: Drawn) -> Box:
@@ -181,9 +204,9 @@ def _turret_ball(m: Ram, d: Drawn) -> Box:
 
 
 def _cacti(m: Ram, d: Drawn) -> Box:
-    """The upper and the lower one; where a life is lost, they are back at their start."""
+    """The upper and the lower cactus; after a lost life, they are back at their start."""
     slow = np.array((2, 1))  # cacti move on every fourth and on every other frame
-    way = jnp.maximum(m.seed_x - SEED_START_X, 0) >> slow  # how far they had come
+    way = jnp.maximum(m.seed_x - SEED_START_X, 0) >> slow  # columns that they had come
     moved = (m.clock & (2 * slow - 1)) == 0
     x = m.cactus_x - when(moved, d.scrolled) + when(d.lost, way)
     inset = when(~open_road(m) & (slow == 2), 1)  # the upper one is small
@@ -212,11 +235,11 @@ def _truck_box(m: Ram, d: Drawn) -> Box:
 def _score_box(m: Ram) -> Box:
     digits = jnp.where(m.digits == BLANK_DIGIT, 0, m.digits)
     value = 100 * jnp.sum(digits * np.array((1000, 100, 10, 1)), dtype=jnp.int32)
-    return SCORE.box(jnp.maximum(value, 10), value=value)  # the last two zeros always show
+    return SCORE.box(jnp.maximum(value, 10), value=value)  # the last two zeros are always visible
 
 
 def _bonus(m: Ram) -> Box:
-    """The number below the road: 100 to 1000, and 100 also where the row of seed was broken."""
+    """The number below the road: 100 to 1000, and 100 also if the row of seed was broken."""
     hundreds = jnp.clip(m.bonus - 1, 1, 10)
     x = match((hundreds == 1, 80), (hundreds == 10, 77), otherwise=79)
     shown = among(m.bonus_time, range(1, JUST_WON))
@@ -227,7 +250,7 @@ ROAD_VIEW = (8, 90, 152, 182)
 PLAYER = Bounds(
     PLAYER_COLORS, ROAD_VIEW, min_size=(6, 16), exclude=("Seed", "AcmeMine", "SteelShot", "Turret")
 )
-BURNT = Blobs(BURNT_GREYS, ROAD_VIEW, Shape(w=(6, 14), h=(16, 37)), gap=(1, 2))
+BURNT = Blobs(BURNT_GRAYS, ROAD_VIEW, Shape(w=(6, 14), h=(16, 37)), gap=(1, 2))
 BROWN = functools.partial(Blobs, COYOTE_COLORS, region=ROAD_VIEW, gap=(2, 2))
 COYOTE_SHAPES = (
     Shape(w=(5, 9), h=(13, 36)),
@@ -236,7 +259,7 @@ COYOTE_SHAPES = (
 )
 COYOTE = BROWN(shapes=COYOTE_SHAPES)
 FALLING = BROWN(shapes=(Shape(w=(4, 8), h=(6, 12), pixels=(71, 240)), Shape(w=8, h=(1, 5))))
-CRACK_SHAPES = Shape(w=(9, 13), h=32), Shape(w=(1, 6), h=32)  # whole, cut by the edge
+CRACK_SHAPES = Shape(w=(9, 13), h=32), Shape(w=(1, 6), h=32)  # complete, cut by the edge
 CRACKS = BROWN(region=(8, 124, 152, 156), shapes=CRACK_SHAPES)
 SEED_SHAPES = (
     Shape(w=(4, 5), h=3, pixels=(14, 18)),
@@ -244,9 +267,9 @@ SEED_SHAPES = (
     Shape(w=2, h=3, pixels=12),  # cut by the edge
     Shape(w=1, h=3, pixels=8),
 )
-on_lanes = functools.partial(Blobs, (*PLAYER_COLORS, *BURNT_GREYS), (8, 106, 152, 174), gap=(1, 1))
+on_lanes = functools.partial(Blobs, (*PLAYER_COLORS, *BURNT_GRAYS), (8, 106, 152, 174), gap=(1, 1))
 SEEDS = on_lanes(shapes=SEED_SHAPES)
-SHINE = (134, 136, 138, *BURNT_GREYS)
+SHINE = (134, 136, 138, *BURNT_GRAYS)
 TURRET = Blobs(SHINE, (8, 128, 152, 152), Shape(w=(9, 12), h=8), gap=(1, 1))
 TRUCK = Blobs((254, 54), ROAD_VIEW, Shape(w=(4, 16), h=(8, 18)), gap=(1, 3), first=254)
 SIGN_FIGURE = Blobs((BLACK, 72, 136), (8, 73, 152, 88), Shape(w=(1, 16), h=(8, 15)), gap=(1, 1))
@@ -259,7 +282,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, otherwise=BURNT, doc="the bird"),
+        Category("Player", PLAYER, otherwise=BURNT, role="player", doc="the bird"),
         Category("Enemy", COYOTE, color_row=2, otherwise=BURNT, doc="the coyote"),
         Category("Seed", SEEDS, count=4, color_row=-1, doc="lane"),
         Category("AcmeMine", on_lanes(shapes=Shape(w=4, h=(3, 4), pixels=(19, 99))), 4, doc="lane"),
@@ -271,11 +294,12 @@ GAME = Game(
         Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
         Category("Sign", SIGN_FIGURE, doc="beside the road"),
         Category("Truck", TRUCK, rgb=(198, 108, 58), doc="on the road"),
-        display("Score", POINTS, doc="points"),
+        display("Score", POINTS, role="score", doc="points"),
         display(
             "Lives",
             ICONS.rule((142, 62), (55, 16, 103, 24), single=2),
             aliases=("Bird",),
+            role="lives",
             doc="one more than the icons",
         ),
         display("Bonus", SEED_POINTS, needs=("Score",), doc="for a seed"),

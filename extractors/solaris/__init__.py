@@ -1,52 +1,49 @@
 """Solaris: a ship that jumps from sector to sector, flies in space and over planets.
 
 Screen: space, a planet, or the chart of a quadrant's 48 sectors. Flames of the ship, stars, hills,
-lines of the ground, the planet in a planet's sky, the chart's grid, words, and the streaks that the
-ship flies through while it jumps are scenery.
+lines of the ground, the planet in a planet's sky, the chart's grid, words, and the streaks during a
+jump are scenery.
 
-Files: `ram` has the RAM and what its values mean. `ship`, `records` (all that flies about), `chart`
-and `scanner` give the boxes of REM; `pictures` is the table of pictures that `records` looks up.
-`screens` and `vision` are VEM's: which screen a frame shows, and the colours and shapes on it.
+Files: `ram` has the RAM and the meaning of its values. `ship`, `records` (all flying objects),
+`chart` and `scanner` give the boxes of REM; `records` looks pictures up in the table of `pictures`.
+`screens` and `vision` belong to VEM: the screen of a frame, and the colours and shapes on it.
 
-RAM: a kernel of bank 2 ($F000-$F2C9) draws space, one of bank 3 ($F000-$F283) planets, and another
-part of bank 3 ($F484) the chart. One sprite shows the four records that do not overlap in height,
-from the top down; the other sprite shows the fifth record, the two shots and the ship.
+RAM: a kernel of bank 2 ($F000-$F2C9) draws space, a kernel of bank 3 ($F000-$F283) planets. Another
+part of bank 3 ($F484) draws the chart. One sprite shows four records that do not overlap in height,
+from the top down. The other sprite shows the fifth record, the two shots and the ship.
 
-Warp: a hyper jumper arrives as two lights, one from each side, that fly to each other in the same
+Warp: a hyper jumper arrives as two lights, one from each side. They fly to each other in the same
 row and become the jumper where they meet ($F267 and $F92E of bank 0).
 
-Shots: the two shots are drawn with random dots: $F066 of bank 2 masks each row with bytes from a
-place that depends on how long the last frame took ($F73D of bank 1 reads the timer). That is not in
-RAM when the frame ends, so REM has the box of a shot's whole picture, and VEM that of its visible
-dots; a far shot is a single dot, and hidden on most frames.
+Shots: the two shots are drawn with random dots: $F066 of bank 2 masks each row with bytes from an
+address that depends on the duration of the last frame ($F73D of bank 1 reads the timer). The RAM
+does not keep it until the frame ends, so REM has the box of a shot's complete picture, and VEM the
+box of its visible dots. A far shot is a single dot, and hidden on most frames.
 
 Covered: random play in space, over planets and on the chart, lost lives, the end of a game. Warp,
-Blockader, Raider and Tower were not met in it: their pictures and colours are the ROM's.
+Blockader, Raider and Tower did not appear in it; their pictures and colours are the ROM's.
 
-Not exact: what is behind another picture. The state that a reset returns comes before the ROM has
-derived anything from its records; `Ram` then has what the first frame shows. At the end of a game,
-all records are those of the next one already, beside a frame of the last one.
+Not exact: parts hidden behind another picture. In the state that a reset returns, the ROM has not
+derived anything from its records yet; `Ram` then has the values of the first frame. At the end of a
+game, all records already belong to the next game, while the frame is the last one of the old game.
 
-VEM: it sees pictures that overlap as one, does not tell blockaders of one dot from stars, and
+VEM: it sees overlapping pictures as one, cannot distinguish blockaders of one dot from stars, and
 misses black rows of craters on the ground's black lines.
 """
 
 import functools
 
-from ocjax.console.boxes import Box, box
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import Bounds, Box, Category, Game, Gauge, IconRow, NumberDisplay, box, display
 from ocjax.extractors.solaris import chart, scanner, vision
 from ocjax.extractors.solaris.pictures import BLUE_COLOR_ROW
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Ram
 from ocjax.extractors.solaris.records import flying
 from ocjax.extractors.solaris.scanner import FONT, scanned
 from ocjax.extractors.solaris.ship import COLOR_ROW, ship_box, shot_boxes
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.rules import Bounds, Gauge
 
 SCORE = NumberDisplay(FONT, right=105, top=5, digits=6)
 LIVES = IconRow(left=24, top=192, width=3, height=5, pitch=-4)
-LIVES_AREA = (12, 192, 28, 197)  # of four icons; the ship that flies has none
+LIVES_AREA = (12, 192, 28, 197)  # of four icons; the ship in flight has none
 FUEL_LEFT = 120
 FUEL_RIGHT = 156  # of a full bar
 FUEL_TOP = 192
@@ -77,15 +74,15 @@ def _displays(m: Ram) -> dict[str, Box]:
 
 
 def _fuel_box(m: Ram) -> Box:
-    """The bar of the fuel, which grows to the right; without fuel there is none."""
+    """The fuel bar, which grows to the right; it disappears without fuel."""
     columns = m.fuel >> 3
     width = EMPTY_BAR + columns
     return box(FUEL_LEFT, FUEL_TOP, width, FUEL_HEIGHT, m.fuel > 0, value=columns)
 
 
-LIVES_RULE = LIVES.rule(0x8E, LIVES_AREA, single=2)
+LIVES_RULE = LIVES.rule(142, LIVES_AREA, single=2)
 FUEL_AREA = (FUEL_LEFT, FUEL_TOP, FUEL_RIGHT, FUEL_TOP + FUEL_HEIGHT)
-FUEL_RULE = Bounds(0x1A, FUEL_AREA, value=Gauge(1, EMPTY_BAR, 0))
+FUEL_RULE = Bounds(26, FUEL_AREA, value=Gauge(1, EMPTY_BAR, 0))
 
 of_records = functools.partial(Category, count=RECORDS)
 hud = functools.partial(display, attributes=())
@@ -101,6 +98,7 @@ GAME = Game(
             vision.SHIP,
             otherwise=vision.GROUND_SHIP,
             color_row=COLOR_ROW,
+            role="player",
             doc="the ship, without its flames",
         ),
         Category(
@@ -140,8 +138,8 @@ GAME = Game(
             doc="what is in the chart's sectors, by symbol",
         ),
         valued("JumpTimer", chart.TIMER_RULE, doc="time left to choose a sector"),
-        display("Score", SCORE.rule(0x1E), doc="points"),
-        display("Lives", LIVES_RULE, doc="ships, this one included"),
+        display("Score", SCORE.rule(30), role="score", doc="points"),
+        display("Lives", LIVES_RULE, role="lives", doc="ships, this one included"),
         display("Fuel", FUEL_RULE, doc="fuel, in columns of its bar"),
         hud(
             "Scanner",

@@ -5,13 +5,10 @@ from dataclasses import replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box
-from ocjax.console.ops import lookup
+from ocjax.authoring import Box, Cells, NumberDisplay, lookup
 from ocjax.extractors.solaris.ram import ROM, Ram
 from ocjax.extractors.solaris.scanner import FONT
 from ocjax.extractors.solaris.screens import ON_CHART
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Cells
 
 SECTORS_ACROSS = 6
 SECTORS_DOWN = 8
@@ -19,18 +16,18 @@ SECTORS = SECTORS_ACROSS * SECTORS_DOWN
 SECTOR_X = 36 + 16 * np.tile(np.arange(SECTORS_ACROSS), SECTORS_DOWN)  # of each sector's symbol
 SECTOR_Y = 46 + 13 * np.repeat(np.arange(SECTORS_DOWN), SECTORS_ACROSS)
 SYMBOL_SIZE = 8  # pixels each way
-EMPTY = 0  # symbol of a sector that has nothing
+EMPTY = 0  # symbol of an empty sector
 SYMBOL_PICTURES = ROM.pictures([0x1100 + SYMBOL_SIZE * symbol for symbol in range(16)], SYMBOL_SIZE)
 
-BRIGHTEST = 0x0E  # of a hue
+BRIGHTEST = 14  # of a hue
 SYMBOL_COLORS = ROM.bytes(0x37F0, 16) | BRIGHTEST  # by quadrant
-TIMER_COLORS = SYMBOL_COLORS - BRIGHTEST + 0xC8 & 0xFE  # likewise
+TIMER_COLORS = SYMBOL_COLORS - BRIGHTEST + 0xC8 & 0xFE  # by quadrant
 TIMER = NumberDisplay(FONT, right=105, top=152, digits=2, leading_zeros=True)
-JUST_OPENED = 64  # `frame` while the chart is not drawn yet
+JUST_OPENED = 64  # `frame` before the chart is drawn
 
 
 def symbol_boxes(m: Ram) -> Box:
-    """The symbols of the sectors, row by row from the upper left one on."""
+    """The symbols of the sectors, row by row from the upper left one."""
     from_upper_left = m.sectors[::-1]
     symbols = jnp.stack([from_upper_left >> 4, from_upper_left & 15], axis=-1).reshape(-1)
     return SYMBOL_PICTURES.box(

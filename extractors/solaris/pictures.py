@@ -1,78 +1,80 @@
-"""The pictures of Solaris' records, and what the screen shows of each.
+"""The pictures of Solaris' records, and their visible parts.
 
-A kernel of bank 2 draws space, one of bank 3 draws planets. Both draw a picture from its first row
-down until the panel, and shift some pictures by the moves that a table holds for each row. Large
-pictures have wide dots. Here, both are followed row by row for every picture and every place at an
-edge of the view, and `shown_of` has the result.
+A kernel of bank 2 draws space, a kernel of bank 3 draws planets. Both draw a picture from its first
+row down to the panel. They shift some pictures row by row; a table holds the moves. Large pictures
+have wide dots. This module follows both kernels row by row for every picture and every position at
+an edge of the view. `shown_of` looks the results up.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import lookup
+from ocjax.authoring import lookup
 from ocjax.extractors.solaris.ram import ROM, Picture
 
-VIEW_TOP = 23  # the first row in which the kernel can draw an object
+VIEW_TOP = 23  # the kernel draws objects from this row
 VIEW_BOTTOM = 168  # the row below the last one
 MOST_ROWS = 28  # of the largest picture
+ALL_ROWS = range(MOST_ROWS)
 CUTS = 2 * MOST_ROWS + 1  # see `cut_at`
 UNUSED = (0x11, 0x12, 0x13, 0x30, 0x31)  # numbers without a picture
-BLUE_COLOR_ROW = 6  # of blue planets: their colour is there, where they are bright
+BLUE_COLOR_ROW = 6  # row of blue planets with their colour, in their bright part
 
-GROUND = 0x62  # colour
+GROUND = 98  # colour
 GROUND_TOP = 85  # row of a planet's ground; the rows above are black, as craters are
 
 BANK_SIZE = 4096
 BIT_7 = 0x80
-MIDDLE = -4  # columns from a record's place to the left edge of a picture that is around it
-WIDE_FROM = 0x1B  # of the low bytes of moves: the pictures of these have wide dots
-SIZE_COLUMNS = {5: 2, 7: 4}  # of a dot, by the chip's NUSIZ; 1 by all others
+MIDDLE = -4  # columns from a record's position to the left edge of a picture centered on it
+WIDE_FROM = 0x1B  # least low byte of moves of pictures with wide dots
+SIZE_COLUMNS = {5: 2, 7: 4}  # of a dot, by the chip's NUSIZ; 1 for all others
 
 
 class Row(NamedTuple):
     """A row of a picture."""
 
-    x: int  # column of its eight dots, from the record's place
+    x: int  # column of its eight dots, relative to the record's position
     dot: int  # columns of a dot
-    dots: int  # a bit each, the leftmost one highest
+    dots: int  # one bit each, the leftmost one highest
     color: int
 
     @property
     def left(self) -> int:
-        """The first column that it fills."""
+        """The first filled column."""
         return self.x + self.dot * (8 - self.dots.bit_length())
 
     @property
     def right(self) -> int:
-        """The column after the last one that it fills."""
+        """The column right of the last filled one."""
         return self.x + self.dot * (9 - (self.dots & -self.dots).bit_length())
 
 
 class Shown(NamedTuple):
-    """What the screen shows of pictures; a width of 0 is nothing."""
+    """The visible parts of pictures; a width of 0 means nothing is visible."""
 
-    left: jax.Array  # from the record's place
-    top: jax.Array  # from the picture's first row
+    left: jax.Array  # relative to the record's position
+    top: jax.Array  # relative to the picture's first row
     width: jax.Array
     height: jax.Array
     color: jax.Array
 
 
 class Bits(NamedTuple):
-    """Where a number is in a packed one: a look-up costs more than shifts, so there is one."""
+    """Position of a number in a packed one: one look-up with shifts is faster than several."""
 
     first: int
     size: int
 
     def pack(self, number: int) -> int:
-        """The number in its place."""
+        """Return the number shifted to its bits."""
         return number << self.first
 
     def of(self, packed: jax.Array) -> jax.Array:
-        """The number in a packed one."""
+        """Extract the number from a packed one."""
         return packed >> self.first & (1 << self.size) - 1
 
 
@@ -80,14 +82,14 @@ LEFT_BITS = Bits(0, 7)  # plus `LEFTMOST`, which makes it positive
 FIRST_ROW_BITS = Bits(7, 5)
 WIDTH_BITS = Bits(12, 6)
 HEIGHT_BITS = Bits(18, 5)
-COLOR_BITS = Bits(23, 7)  # without its lowest bit, which the chip does not have
+COLOR_BITS = Bits(23, 7)  # without its lowest bit, which the chip ignores
 LEFTMOST = 32
 
 
 def shown_of(picture: jax.Array, on_planet: jax.Array, cut: jax.Array) -> Shown:
-    """What the screen shows of pictures that are cut so."""
-    picture = jnp.minimum(picture, Picture.NONE - 1)
-    packed = lookup(TABLE, (on_planet * Picture.NONE + picture) * CUTS + cut)
+    """Visible parts of pictures, by their cuts from `cut_at`."""
+    known = jnp.minimum(picture, Picture.NONE - 1)
+    packed = lookup(TABLE, (on_planet * Picture.NONE + known) * CUTS + cut)
     return Shown(
         left=LEFT_BITS.of(packed) - LEFTMOST,
         top=FIRST_ROW_BITS.of(packed),
@@ -98,9 +100,9 @@ def shown_of(picture: jax.Array, on_planet: jax.Array, cut: jax.Array) -> Shown:
 
 
 def cut_at(y: jax.Array) -> jax.Array:
-    """How the view cuts pictures whose first rows are at `y` on the screen.
+    """Cuts of pictures with their first rows at `y` on the screen.
 
-    From 0 to MOST_ROWS, so many rows are above the panel; from there on, so many further rows are
+    0 to MOST_ROWS: the number of rows above the panel. Larger: MOST_ROWS plus the number of rows
     above the view.
     """
     above = VIEW_TOP - y
@@ -109,14 +111,14 @@ def cut_at(y: jax.Array) -> jax.Array:
 
 
 def _all_shown() -> np.ndarray:
-    """What is shown of each picture, packed: `[screen, picture, cut]`, flat."""
+    """The visible part of each picture, packed: `[screen, picture, cut]`, flat."""
     pictures = range(Picture.NONE)
     packed = [_all_cuts(picture, planet) for planet in (False, True) for picture in pictures]
     return np.array(packed, np.int32).ravel()
 
 
 def _all_cuts(picture: int, planet: bool) -> list[int]:
-    """What is shown of a picture by `cut_at`."""
+    """The visible part of a picture for each cut."""
     rows = _rows_of(picture, planet)
     seen = [i for i, row in enumerate(rows) if _differs(row, picture, planet)]
     is_blue = Picture.PLANET <= picture < Picture.RED_PLANET
@@ -133,27 +135,27 @@ def _all_cuts(picture: int, planet: bool) -> list[int]:
 
 
 def _rows_of(picture: int, planet: bool) -> list[Row]:
-    """The rows of a picture; none of planets over a planet."""
+    """The rows of a picture; planets have none over a planet."""
     if picture in UNUSED or (planet and picture >= Picture.PLANET):
         return []
     return _rows_on_planet(picture) if planet else _rows_in_space(picture)
 
 
 def _differs(row: Row, picture: int, planet: bool) -> bool:
-    """Whether a row differs from what is behind it: craters are dark, other dark rows are gaps."""
+    """True if a row differs from the background. Craters are dark; other dark rows are gaps."""
     is_crater = planet and picture >= Picture.RINGED_PLANET
     behind = GROUND if planet else None
     return row.dots > 0 and (is_crater or row.color > 1) and row.color & ~1 != behind
 
 
 def _started(rows: Sequence[Row], above: int) -> list[Row]:
-    """The rows as the kernel draws them when so many are above the view."""
+    """The rows as the kernel draws them when `above` rows are above the view."""
     moved = rows[above].x - rows[0].x if above < len(rows) else 0
     return [row._replace(x=row.x - moved) for row in rows]
 
 
 def _tight_box(rows: Sequence[Row], seen: Sequence[int], color_row: int) -> int:
-    """The tight box around the rows that are seen, and their colour; 0 without any."""
+    """The tight box around the visible rows, and their colour; 0 without rows."""
     if not seen:
         return 0
     left = min(rows[i].left for i in seen)
@@ -169,50 +171,65 @@ def _tight_box(rows: Sequence[Row], seen: Sequence[int], color_row: int) -> int:
 
 
 def _rows_in_space(picture: int) -> list[Row]:
-    """Rows in bank 2's kernel: every one may move the next one ($F1E0)."""
+    """Rows in bank 2's kernel: every row may move the next one ($F1E0)."""
     page = _at(2, 0xFA3F + picture) << 8
-    first, color, move = (_at(2, start + picture) for start in (0xF918, 0xF978, 0xFA9F))
+    first = _at(2, 0xF918 + picture)
+    color = _at(2, 0xF978 + picture)
+    move = _at(2, 0xFA9F + picture)
     wide = move >= WIDE_FROM
-    rows, x = [], _space_offset(picture) + wide
-    for row in range(MOST_ROWS):
-        dots = _at(2, page + first - 2 - row)
-        if not dots:
-            break
-        rows.append(Row(x, 1 + wide, dots, _at(2, page + color - 2 - row)))
-        x += _columns(_at(2, 0xF300 + move - 2 - row - (not wide)))
-    return rows
+    dots = list(itertools.takewhile(bool, (_at(2, page + first - 2 - row) for row in ALL_ROWS)))
+    moves = [_columns(_at(2, 0xF300 + move - 2 - row - (not wide))) for row in range(len(dots))]
+    lefts = itertools.accumulate(moves[:-1], initial=_space_offset(picture) + wide)
+    return [
+        Row(x, 1 + wide, ink, _at(2, page + color - 2 - row))
+        for row, (x, ink) in enumerate(zip(lefts, dots, strict=False))  # a picture may be empty
+    ]
 
 
 def _space_offset(picture: int) -> int:
-    """Columns from a record's place to its picture's first row, in space ($F996, $F9D6)."""
+    """Columns from a record's position to its picture's first row, in space ($F996, $F9D6)."""
     if Picture.EXPLOSION <= picture < Picture.RINGED_PLANET:
         return _signed(_at(0, 0xFFE1 + (picture & 7)))
     return MIDDLE if _at(0, 0xF080 + picture) & BIT_7 else 0
 
 
 def _rows_on_planet(picture: int) -> list[Row]:
-    """Rows in bank 3's kernel: every other one may have odd colours, which move and widen it."""
+    """Rows in bank 3's kernel; every other row may have an odd colour: a move and a dot width."""
     page = _at(3, 0xF848 + picture) << 8
-    first, colors, size = (_at(3, start + picture) for start in (0xF800, 0xF8D7, 0xF91F))
-    rows, move, color, x = [], 0, 0, _planet_offset(picture)
-    dot = _columns_a_dot(size)
-    for row in range(MOST_ROWS):
-        dots, code = _at(3, page + first - 2 - row), _at(3, page + colors - 2 - row)
-        is_even = row % 2 == 0
-        if is_even and not dots:
-            break
-        if is_even and code & 1:
-            move, dot = _columns(code), _columns_a_dot(code)
-            x += move
-        else:
-            x += move * (row > 0)
-            color = code
-        rows.append(Row(x + (dot > 1), dot, dots, color))
-    return rows
+    first = _at(3, 0xF800 + picture)
+    colors = _at(3, 0xF8D7 + picture)
+    dots = [_at(3, page + first - 2 - row) for row in ALL_ROWS]
+    height = next((row for row in ALL_ROWS[::2] if not dots[row]), MOST_ROWS)
+    codes = ((row, _at(3, page + colors - 2 - row)) for row in range(height))
+    size = _columns_a_dot(_at(3, 0xF91F + picture))
+    begin = Place(_planet_offset(picture), move=0, dot=size, color=0)
+    _, *places = itertools.accumulate(codes, _next_place, initial=begin)
+    return [
+        Row(place.x + (place.dot > 1), place.dot, ink, place.color)
+        for place, ink in zip(places, dots[:height], strict=True)
+    ]
+
+
+class Place(NamedTuple):
+    """Start of a row of a planet's picture, and the way it is drawn."""
+
+    x: int
+    move: int  # columns to the right for the next rows
+    dot: int  # columns per dot
+    color: int
+
+
+def _next_place(above: Place, row_code: tuple[int, int]) -> Place:
+    """The position of a row, from the row above and the code of its colour."""
+    row, code = row_code
+    if row % 2 == 0 and code & 1:
+        move = _columns(code)
+        return Place(above.x + move, move, _columns_a_dot(code), above.color)
+    return above._replace(x=above.x + above.move * (row > 0), color=code)
 
 
 def _planet_offset(picture: int) -> int:
-    """Columns from a record's place to its picture's first row, over planets ($F9B2)."""
+    """Columns from a record's position to its picture's first row, over planets ($F9B2)."""
     if picture >= Picture.RINGED_PLANET:
         return _signed(_at(0, 0xF2E7 + picture))
     return MIDDLE if _at(0, 0xFC2F + picture) & BIT_7 else 0
@@ -223,7 +240,7 @@ def _columns_a_dot(size: int) -> int:
 
 
 def _columns(byte: int) -> int:
-    """Columns to the right by which the chip moves a sprite that has a byte as its move."""
+    """Columns to the right that the chip moves a sprite for a byte of motion."""
     return -(_signed(byte) >> 4)
 
 

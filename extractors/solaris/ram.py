@@ -1,28 +1,27 @@
-"""Solaris' RAM, and what its values mean."""
+"""Solaris' RAM, and the meaning of its values."""
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ram import RamMap, bcd, bits, byte, low
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, low
 
 ROM = Rom("solaris", "e72eb8d4410152bdcb69e7fba327b420")
 
-RECORDS = 5  # of what flies about: one that the ship's sprite shows, then four from the lowest up
+RECORDS = 5  # of flying objects: the one in the ship's sprite, then four from the lowest up
 
 
-class Picture:  # of `Ram.picture`: eight times a kind, and a size from 0 to 7, the smallest one
+class Picture:  # of `Ram.picture`: eight times a kind, plus a size from 0 to 7 (smallest)
     DARTER = 0x14
     EXPLOSION = 0x38
     RINGED_PLANET = 0x40
     PLANET = 0x48  # the largest of twelve blue ones
     RED_PLANET = 0x54  # the largest of twelve
-    NONE = 0x60  # or more: beside the screen, or there is nothing
+    NONE = 0x60  # or more: beside the screen, or no object
 
 
-class Kind:  # of `Ram.kind`, in space; the first two, shots and explosions over planets, too
+class Kind:  # of `Ram.kind`, in space; FIGHTER, PIRATE, shots and explosions over planets, too
     FIGHTER = 0
     PIRATE = 1
-    WARP = 2  # or a darter, from `Picture.DARTER` on
+    WARP = 2  # a darter if at least `Picture.DARTER`
     JUMPER = 3
     KILLER = 4
     BLOCKADER = 5
@@ -46,7 +45,7 @@ class ShipPicture:  # of `Ram.ship_picture`; a ship that leaves, lands or crashe
     BANKED_LEFT = 0xFF
 
 
-# What the first frame after power-on shows. The ROM derives it from the depths, which are there,
+# Values of the first frame after power-on. The ROM derives them from the depths, which are there,
 # but only after the state that a reset returns ($F6DE of bank 1).
 FIRST_SHIP_POINTER = 0xBA
 FIRST_SHIP_AT = 0x22
@@ -56,8 +55,8 @@ FIRST_Y = (2, 17, 43, 61, 76)
 
 
 class Ram(RamMap):
-    sleeps = bits(13, first=0)  # the joystick was still for 65,536 frames ($F8DE, bank 1)
-    waits = bits(13, first=1)  # play stands still, as after the ship is lost ($F857, bank 1)
+    sleeps = bits(13, first=0)  # the joystick did not move for 65,536 frames ($F8DE, bank 1)
+    waits = bits(13, first=1)  # play stands still, as after the loss of the ship ($F857, bank 1)
     jumps = bits(13, first=4)  # the ship flies through streaks
     on_chart = bits(13, first=5)
     on_planet = bits(13, first=6)
@@ -65,45 +64,45 @@ class Ram(RamMap):
     jump_timer = bcd((16,))
     quadrant = low(17)
     frame = byte(30)  # counted on since the frame was drawn
-    made_ship_pointer = byte(33)  # 0: nothing has been derived yet
-    shot_pointer = byte(34, 35)  # of the shots' pictures, less `shot_y`
+    made_ship_pointer = byte(33)  # 0: the ROM has not derived anything yet
+    shot_pointer = byte(34, 35)  # of the shots' pictures, minus `shot_y`
     made_picture = byte(36, 37, 38, 39, 40)
-    way_out_picture = byte(41)  # of the point for which the ship heads while it jumps
+    way_out_picture = byte(41)  # of the point that the ship flies to during a jump
     made_ship_at = byte(42)
-    shot_at = byte(43, 44)  # codes of their columns, as of `ship_at`
+    shot_at = byte(43, 44)  # codes of their columns, as in `ship_at`
     x = byte(45, 46, 47, 48, 49)  # of the records
     way_out_x = byte(50)
-    ship_y = byte(51)  # lines above the panel, as of all others; 0: there is no ship
+    ship_y = byte(51)  # lines above the panel, as for all others; 0: no ship
     shot_y = byte(52, 53)
     made_y = byte(54, 55, 56, 57, 58)
     shot_depth = byte(60, 61)
     depth = byte(62, 63, 64, 65, 66)  # of the records
     way_out_depth = byte(67)
-    announces = bits(77, first=6, count=2)  # "SCANNER" is in the place of the score ($F5BB)
+    announces = bits(77, first=6, count=2)  # "SCANNER" replaces the score ($F5BB)
     ship_x = byte(79)  # moved on since the frame was drawn
     heads_out = bits(83, first=5)  # the ship jumps
     departs = bits(83, first=7)  # the ship leaves, lands or crashes
     lives = low(89)
     made_target = byte(90)
-    fuel = byte(91)  # eight a column of the bar
+    fuel = byte(91)  # eight per column of the bar
     score = bcd((94, 93, 92))  # tens of points
-    sectors = byte(*range(100, 124))  # the chart's symbols from the lower right one on, two a byte
+    sectors = byte(*range(100, 124))  # the chart's symbols from the lower right one, two per byte
     ship_speed = byte(118)  # to the right, eighths of a column
-    ship_part = byte(119)  # of a column, 256 a column
+    ship_part = byte(119)  # of a column, in 1/256
 
     @property
     def starts(self) -> jax.Array:
-        """Whether the ROM has not derived anything from its records yet."""
+        """True if the ROM has not derived anything from its records yet."""
         return self.made_ship_pointer == 0
 
     @property
     def flies(self) -> jax.Array:
-        """Whether the screen shows space or a planet."""
+        """True if the screen shows space or a planet."""
         return (self.jumps == 0) & (self.on_chart == 0)
 
     @property
     def ship_pointer(self) -> jax.Array:
-        """Low byte of the address of the ship's picture, less `ship_y`."""
+        """Low byte of the address of the ship's picture, minus `ship_y`."""
         return jnp.where(self.starts, FIRST_SHIP_POINTER, self.made_ship_pointer)
 
     @property
@@ -118,7 +117,7 @@ class Ram(RamMap):
 
     @property
     def ship_at(self) -> jax.Array:
-        """Code of the ship's column: for `sprite_column`."""
+        """Code of the ship's column, for `sprite_column`."""
         return jnp.where(self.starts, FIRST_SHIP_AT, self.made_ship_at)
 
     @property
@@ -133,13 +132,13 @@ class Ram(RamMap):
 
     @property
     def is_darter(self) -> jax.Array:
-        """Which records are darters."""
+        """True for records that are darters."""
         darts = (self.kind == Kind.WARP) & (self.picture >= Picture.DARTER)
         return darts & (self.on_planet == 0)
 
     @property
     def y(self) -> jax.Array:
-        """Lines above the panel of the records' first rows."""
+        """Lines from the panel up to the records' first rows."""
         return jnp.where(self.starts, jnp.array(FIRST_Y), self.made_y)
 
     @property

@@ -1,14 +1,13 @@
-"""What flies about in Solaris: enemies, their shots, explosions, planets and craters.
+"""Flying objects in Solaris: enemies, their shots, explosions, planets and craters.
 
-Five records hold it: a picture, x, y and depth each. The kind of the picture says of which category
-a record is. The low bits of the picture are its size, which the ROM makes from the depth.
+Each of five records holds a picture, x, y and depth. The kind of the picture gives the record's
+category. The low bits of the picture are its size, which the ROM computes from the depth.
 """
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose, edges
-from ocjax.console.ops import among, lookup, match, when
+from ocjax.authoring import Box, among, box, choose, edges, lookup, match, when
 from ocjax.extractors.solaris.pictures import (
     GROUND_TOP,
     VIEW_BOTTOM,
@@ -20,27 +19,28 @@ from ocjax.extractors.solaris.ram import RECORDS, ROM, GroundKind, Kind, Picture
 
 VIEW = (8, VIEW_TOP, 160, VIEW_BOTTOM)  # the kernel leaves the first columns black
 FIRST_Y = 170  # of a record on the screen, plus its `y`
-ABOVE_VIEW = 0x99  # `y` from which a record is above the view
+ABOVE_VIEW = 0x99  # least `y` of a record above the view
 IN_SHIP_SPRITE = np.arange(RECORDS) == 0  # the first record; the other sprite shows the others
-DARTER_SHIFT = 4  # columns to the right, of darters that the ship's sprite shows
+DARTER_SHIFT = 4  # columns to the right, for darters in the ship's sprite
 
-# Sizes of pictures by a step: half the depth, over planets a quarter of it ($FDA2 of bank 0). Those
-# of planets are in the high nibble, all others that depth alone gives in the low one.
+# Sizes of pictures by a step: half the depth, over planets a quarter of it ($FDA2 of bank 0). The
+# high nibble has sizes of planets, the low nibble all other sizes that follow from depth alone.
 SIZES_BY_STEP = ROM.bytes(0xDA2, 20)
-SINGLE_LOOK = 9  # step from which sizes are 1 or more; nearer, 0 to 2 are looks that take turns
-SMALL_DARTER = 16  # step from which darters are of sizes 6 and 7, not 4 and 5 ($F926)
+SINGLE_LOOK = 9  # least step of sizes from 1; nearer, sizes 0 to 2 are alternating looks
+SMALL_DARTER = 16  # least step of darters of sizes 6 and 7 instead of 4 and 5 ($F926)
 LARGEST_SHOT = 2  # size ($FDB6)
 
 
 def flying(m: Ram) -> dict[str, Box]:
-    """The boxes of all categories that are records."""
+    """The boxes of all categories that have records."""
     shown = _records_shown(m)
     return {**_enemies(m, shown), **_worlds(m, shown)}
 
 
 def _enemies(m: Ram, shown: Box) -> dict[str, Box]:
-    """Enemies, what they leave, and what stands on the ground."""
-    space, ground = shown.where(m.on_planet == 0), shown.where(m.on_planet == 1)
+    """Enemies, their remains, and objects on the ground."""
+    space = shown.where(m.on_planet == 0)
+    ground = shown.where(m.on_planet == 1)
     return {
         "Fighter": shown.where(m.kind == Kind.FIGHTER),
         "Pirate": shown.where(m.kind == Kind.PIRATE),
@@ -60,7 +60,8 @@ def _enemies(m: Ram, shown: Box) -> dict[str, Box]:
 
 def _worlds(m: Ram, shown: Box) -> dict[str, Box]:
     """Planets and craters. A planet in the ship's sprite is the middle of a ringed one."""
-    space, ground = m.on_planet == 0, m.on_planet == 1
+    space = m.on_planet == 0
+    ground = m.on_planet == 1
     planets = shown.where(among(m.kind, Kind.PLANETS) & ~IN_SHIP_SPRITE)
     is_on_ground = shown.y >= GROUND_TOP
     return {
@@ -72,10 +73,10 @@ def _worlds(m: Ram, shown: Box) -> dict[str, Box]:
 
 
 def _ringed(m: Ram, shown: Box) -> Box:
-    """Rings, with the planet that the ship's sprite shows in the middle of one of them.
+    """Rings, one of them with the planet that the ship's sprite shows in its middle.
 
     That planet counts as new (`_is_new`) unless it is tiny, because the ROM overwrites its depth
-    ($F951). No larger one has been seen to reach beyond its rings.
+    ($F951). In all frames seen, larger planets stayed within their rings.
     """
     body = shown[0]
     is_its_ring = body.valid & (m.x == m.x[0]) & among(m.kind[0], Kind.PLANETS)
@@ -91,7 +92,7 @@ def _ringed(m: Ram, shown: Box) -> Box:
 
 
 def _records_shown(m: Ram) -> Box:
-    """What the screen shows of each record."""
+    """The visible part of each record."""
     y = FIRST_Y - m.y
     look = shown_of(m.picture, m.on_planet, cut_at(y))
     x = m.x + look.left + when(m.is_darter & IN_SHIP_SPRITE, DARTER_SHIFT)
@@ -101,14 +102,15 @@ def _records_shown(m: Ram) -> Box:
 
 
 def _is_new(m: Ram) -> jax.Array:
-    """Which records have been filled since the frame was drawn: they still lack their size.
+    """True for records filled since the frame was drawn; they still lack their size.
 
-    The ROM gives each kind its size in its own way ($F801-$F9A4 of bank 0); a size that does not
-    come about in this way is the one that a record begins with.
+    The ROM gives each kind its size by a rule ($F801-$F9A4 of bank 0). A size that the rule cannot
+    give is the initial one.
     """
     step = jnp.minimum(m.depth >> 1 + m.on_planet, len(SIZES_BY_STEP) - 1)
     sizes = lookup(SIZES_BY_STEP, step)
-    size, space = m.picture & 7, m.on_planet == 0
+    size = m.picture & 7
+    space = m.on_planet == 0
     is_red = m.picture >= Picture.RED_PLANET
     planet_size = m.picture - jnp.where(is_red, Picture.RED_PLANET, Picture.PLANET)
     return match(

@@ -1,4 +1,4 @@
-"""Which screen a frame of Solaris shows, and the pixels that count on it."""
+"""The screen that a frame of Solaris shows, and the pixels that count on it."""
 
 import functools
 from dataclasses import dataclass
@@ -6,14 +6,11 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax._xla.kernels import materialize
-from ocjax.console.ops import match
+from ocjax.authoring import Bitmap, Searched, color_mask, match, materialize
 from ocjax.extractors.solaris.pictures import GROUND, VIEW_BOTTOM, VIEW_TOP
-from ocjax.vision.bitmap import Bitmap, color_mask
-from ocjax.vision.filters import Searched
 
 
-class Screen:  # what `_which_screen` tells
+class Screen:  # values of `_which_screen`
     SPACE = 0
     PLANET = 1
     CHART = 2
@@ -32,13 +29,15 @@ BAR_RIGHT = Pixel(130, 50)
 BAR_BELOW = Pixel(30, 120)
 BESIDE_BAR = Pixel(20, 50)
 ON_GROUND = (Pixel(12, 140), Pixel(12, 160), Pixel(12, 120))  # lines may cover some of them
-JUMP_STARS = (Pixel(69, 16), Pixel(125, 23), Pixel(157, 27), Pixel(21, 30))  # still during a jump
+JUMP_STARS = (Pixel(69, 16), Pixel(125, 23), Pixel(157, 27), Pixel(21, 30))  # fixed during a jump
 BESIDE_STAR = -9  # columns
 
 
 def _which_screen(planes: jax.Array) -> jax.Array:
-    """Which screen a frame shows: int32 `[B]`."""
-    left, right, below = (_bits_at(planes, at) for at in (BAR_LEFT, BAR_RIGHT, BAR_BELOW))
+    """The screen that a frame shows: int32 `[B]`."""
+    left = _bits_at(planes, BAR_LEFT)
+    right = _bits_at(planes, BAR_RIGHT)
+    below = _bits_at(planes, BAR_BELOW)
     bars_are_alike = jnp.all(left == right, axis=0) & jnp.all(left == below, axis=0)
     is_chart = bars_are_alike & _differ(left, _bits_at(planes, BESIDE_BAR))
     is_jump = functools.reduce(jnp.logical_and, [_is_star(planes, at) for at in JUMP_STARS])
@@ -72,12 +71,12 @@ def _is(pixel: jax.Array, color: int) -> jax.Array:
 
 
 def in_space(planes: jax.Array) -> jax.Array:
-    """Which frames show space: bool `[B]`."""
+    """True for frames that show space: bool `[B]`."""
     return _which_screen(planes) == Screen.SPACE
 
 
 def on_planet(planes: jax.Array) -> jax.Array:
-    """Which frames show a planet: bool `[B]`."""
+    """True for frames that show a planet: bool `[B]`."""
     return _which_screen(planes) == Screen.PLANET
 
 
@@ -95,10 +94,10 @@ ON_CHART = Searched(_which_screen, _On(Screen.CHART))
 
 
 class Look(NamedTuple):
-    """What one search finds: colours that count in space and over planets, or on all screens.
+    """The colours of one search, in space and over planets, or on all screens.
 
-    What is in space and what is over planets are never on one frame. They share a search if their
-    parts are joined alike (`Blobs.gap`).
+    No frame shows objects of both space and planets. Objects of the two share a search if their
+    parts are joined by the same rule (`Blobs.gap`).
     """
 
     space: tuple[int, ...] = ()
@@ -110,7 +109,7 @@ class Look(NamedTuple):
 class Looks:
     """A search for the pixels of several looks in the view, in one pass over the frames.
 
-    A pass for each takes three times as long, because every one reads all bits of all pixels.
+    One pass per look takes three times as long, because every pass reads all bits of all pixels.
     """
 
     looks: tuple[Look, ...]
@@ -126,7 +125,7 @@ class Looks:
         return tuple(_looked_at(look, view, screen) for look in self.looks)
 
     def of(self, look: Look) -> Searched:
-        """The filter that lets the pixels of one look count."""
+        """The filter that selects the pixels of one look."""
         return Searched(self, _Of(look), whole=True)
 
 
@@ -141,7 +140,7 @@ def _looked_at(look: Look, view: jax.Array, screen: jax.Array) -> Bitmap:
 
 @dataclass(frozen=True)
 class _Of:
-    """The pixels of one look, of those of all looks."""
+    """Select the pixels of one look from the pixels of all looks."""
 
     look: Look
 

@@ -1,7 +1,7 @@
-"""How VEM finds what flies in Solaris: colours, shapes, and the rules made of both.
+"""VEM's colours, shapes and rules for flying objects in Solaris.
 
-Most pictures have several colours, and share them with others; sizes and numbers of pixels tell
-those apart.
+Most pictures have several colours, and share them with other pictures. Sizes and numbers of pixels
+distinguish these.
 """
 
 from dataclasses import dataclass
@@ -9,50 +9,57 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Context,
+    Detected,
+    Raised,
+    Shape,
+    ShortRuns,
+    Step,
+    boxes,
+    color_mask,
+)
 from ocjax.extractors.solaris.pictures import GROUND_TOP, VIEW_BOTTOM, VIEW_TOP
 from ocjax.extractors.solaris.records import VIEW
 from ocjax.extractors.solaris.screens import Look, Looks, in_space, on_planet
-from ocjax.vision.bitmap import Bitmap, color_mask
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Raised, Step
 
 GROUND_VIEW = (8, GROUND_TOP, 160, VIEW_BOTTOM)
-SHIP_ROWS = (8, 144, 160, 151)  # its colours are in them; two rows above are dark
+SHIP_ROWS = (8, 144, 160, 151)  # rows with its colours; two rows above are dark
 
 # Colours of the pictures in space.
-SHIP_COLORS = (0x92, 0x76, 0x78, 0x6A, 0x6C)
-SHOT_COLORS = (0x0E, 0x08)  # over planets, too
-ENEMY_SHOT_COLORS = (0x9E, 0x7E, 0x6E)  # over planets, too
-FIGHTER_COLORS = (0x56, 0x58, 0x5A, 0x5C, 0x5E)
-PIRATE_COLORS = (0x14, 0x16, 0x18, 0x1A, 0x1E)
-WARP_COLORS = (0x46, 0x48, 0x8A, 0x8C, 0x8E)
-DARTER_COLORS = (0x40, 0x42, 0x44, 0x46, 0x48)  # of red planets, too
+SHIP_COLORS = (146, 118, 120, 106, 108)
+SHOT_COLORS = (14, 8)  # over planets, too
+ENEMY_SHOT_COLORS = (158, 126, 110)  # over planets, too
+FIGHTER_COLORS = (86, 88, 90, 92, 94)
+PIRATE_COLORS = (20, 22, 24, 26, 30)
+WARP_COLORS = (70, 72, 138, 140, 142)
+DARTER_COLORS = (64, 66, 68, 70, 72)  # of red planets, too
 JUMPER_COLORS = (
-    *(0x42, 0x44, 0x46, 0x48, 0x4C),
-    *(0x84, 0x86, 0x88, 0x8A, 0x8C, 0x8E),
-    *(0xC4, 0xC6, 0xC8, 0xCA),
+    *(66, 68, 70, 72, 76),
+    *(132, 134, 136, 138, 140, 142),
+    *(196, 198, 200, 202),
 )
-KILLER_COLORS = (0xA4, 0xA6, 0xA8, 0xAA, 0xAC, 0xAE)
-BLOCKADER_COLORS = (0x86, 0x88, 0xC6, 0xCA, 0xCC, 0xCE)
-EXPLOSION_COLORS = (0x8E, 0xAA)
-FLASH_COLORS = (0x1E,)  # of the three smallest explosions
-RING_COLORS = (0x66, 0x68, 0xA2)
-BLUE_PLANET_COLORS = (0x86, 0x88, 0x8A, 0x8C, 0x8E)
-BLUE_DOT_COLORS = (0x8A,)  # of a blue planet of one pixel
+KILLER_COLORS = (164, 166, 168, 170, 172, 174)
+BLOCKADER_COLORS = (134, 136, 198, 202, 204, 206)
+EXPLOSION_COLORS = (142, 170)
+FLASH_COLORS = (30,)  # of the three smallest explosions
+RING_COLORS = (102, 104, 162)
+BLUE_PLANET_COLORS = (134, 136, 138, 140, 142)
+BLUE_DOT_COLORS = (138,)  # of a blue planet of one pixel
 
 # Colours of the pictures over planets.
-GROUND_SHIP_COLORS = (0x42, 0x34, 0x26, 0x28, 0x1A, 0x1C)
-GROUND_FIGHTER_COLORS = (0x1A, 0x4E, 0xAC)
-GROUND_PIRATE_COLORS = (0x46, 0x48, 0x4A, 0x4C, 0x5A, 0x6A)
-RAIDER_COLORS = (0x1E, 0x46, 0x48, 0x4A, 0x4C, 0x84, 0x86, 0x88, 0x8A, 0x8C)
-MAN_COLORS = (0x18, 0x1C, 0x46, 0x48, 0x4C, 0x88, 0x8A)
-ZONE_COLORS = (0x46, 0x48, 0x4A, 0x4C, 0x4E)
-TOWER_COLORS = (0x56, 0x58, 0x5A, 0x5C, 0x5E, 0x8C)
-GROUND_EXPLOSION_COLORS = (0xBC, 0x1E)
-CRATER_COLORS = (0x60, 0x00)
+GROUND_SHIP_COLORS = (66, 52, 38, 40, 26, 28)
+GROUND_FIGHTER_COLORS = (26, 78, 172)
+GROUND_PIRATE_COLORS = (70, 72, 74, 76, 90, 106)
+RAIDER_COLORS = (30, 70, 72, 74, 76, 132, 134, 136, 138, 140)
+MAN_COLORS = (24, 28, 70, 72, 76, 136, 138)
+ZONE_COLORS = (70, 72, 74, 76, 78)
+TOWER_COLORS = (86, 88, 90, 92, 94, 140)
+GROUND_EXPLOSION_COLORS = (188, 30)
+CRATER_COLORS = (96, 0)
 
 SHOT = Look(all=SHOT_COLORS)
 ENEMY_SHOT = Look(all=ENEMY_SHOT_COLORS)
@@ -81,17 +88,17 @@ Outline = Shape | tuple[Shape, ...]
 
 
 def _space(look: Look, like: Outline, **more: Any) -> Blobs:
-    """What a look shows in space."""
+    """A rule for a look in space."""
     return Blobs(look.space, VIEW, like, filters=(SEARCHED.of(look),), frames=in_space, **more)
 
 
 def _ground(look: Look, like: Outline, **more: Any) -> Blobs:
-    """What a look shows over planets."""
+    """A rule for a look over planets."""
     return Blobs(look.planet, VIEW, like, filters=(SEARCHED.of(look),), frames=on_planet, **more)
 
 
 def _everywhere(look: Look, like: Outline, **more: Any) -> Blobs:
-    """What a look shows on all screens."""
+    """A rule for a look on all screens."""
     return Blobs(look.all, VIEW, like, filters=(SEARCHED.of(look),), **more)
 
 
@@ -100,13 +107,13 @@ def _pictures(*sizes: tuple[int, int, int]) -> tuple[Shape, ...]:
     return tuple(Shape(w, h, pixels) for w, h, pixels in sizes)
 
 
-# A crater is never as wide as a line of the ground.
+# Craters are narrower than the lines of the ground.
 WITHOUT_LINES = ShortRuns(30, across=True)
 BLACK = (0,)
 
 
 def _no_lines(mask: Bitmap, planes: jax.Array) -> Bitmap:
-    """The pixels of craters that are not in the black lines of the ground."""
+    """The pixels of craters outside the black lines of the ground."""
     found = mask[:, GROUND_TOP:VIEW_BOTTOM]
     lines = found & ~WITHOUT_LINES(found, planes)
     in_black = color_mask(planes[:, :, GROUND_TOP:VIEW_BOTTOM], BLACK)
@@ -181,7 +188,7 @@ DARTERS = _space(DARTER_OR_RAIDER, (Shape(2, 1), Shape(5, 5, 13), Shape(3, 3, 5)
 RAIDERS = _ground(DARTER_OR_RAIDER, _pictures((7, 8, 30), (3, 5, 12)))
 JUMPERS = _space(JUMPER_OR_PIRATE, _pictures((8, 10, 54), (6, 8, 32), (5, 6, 21), (3, 3, 7)))
 MEN = _ground(MAN, (Shape((5, 8), (6, 11), (15, 40)), Shape(3, 5, (7, 9))), gap=(0, 1))
-KILLER_TOPS = (0xA4, 0xA6, 0xA8, 0xAC, 0xAE)  # colours of their first rows
+KILLER_TOPS = (164, 166, 168, 172, 174)  # colours of their first rows
 KILLERS = _space(KILLER_OR_ZONE, (Shape(2, 1), Shape((4, 16), (2, 12))), first=KILLER_TOPS)
 ZONE_SHAPES = _pictures(
     (16, 10, 112),

@@ -1,39 +1,62 @@
 """Tutankham: a man explores four maps of a tomb, shoots creatures and looks for treasures.
 
-Screen: the map scrolls up and down. Walls, floors and the gates that lead to the other side of the
-map are scenery, as is what is left of creatures and of the man when they die. After a lost life,
-figures stand in Score's place for a second; Score has their box then.
+Screen: the map scrolls up and down. Scenery is walls, floors, gates to the other side of the map,
+and the remains of creatures and of the man when they die. After a lost life, figures replace Score
+for a second; Score then has their box.
 
-Slots: of Creature, the game's records; of Treasure, their order in the map. The orientation is the
-side that a picture faces; figures that walk up or down have those of right or left.
+Slots: Creature has the game's records; Treasure has the order in the map. The orientation is the
+side that a picture faces; figures that walk up or down have the picture for right or left.
 
-RAM: ALE's source (score, lives) and the ROM's code; `maps` has its tables. The game has counted its
-clock since it drew the frame, and at times taken a life or turned a figure; positions are as drawn.
-The display program draws bands of four rows, and what it draws has to begin in different bands:
-where two would begin in the same one, one of them is moved, as `_drawn_y` says.
+RAM: ALE's source (score, lives) and the ROM's code; `maps` has its tables. After the drawing, the
+game has counted its clock, and at times taken a life or turned a figure; positions are as drawn.
+The display program draws bands of four rows, and each object has to begin in a different band. If
+two would begin in one band, the program moves one of them; see `_drawn_y`.
 
 Covered: the first map in play, the others by writing RAM; all modes, deaths, flashes, the end.
 
-Not exact, because it is not in the RAM: which way a figure looked that has just turned, so that its
-box is a column off; the creatures of a game's last frame; frames of the last map that the game
-begins a row late. A box that the lower edge cuts off can be wider than the rows that are left.
+Not exact, because the RAM does not have it: the direction of a figure before it turned, so its box
+is a column off; the creatures of a game's last frame; frames of the last map that the game begins a
+row late. A box that the lower edge cuts can be wider than its remaining rows.
 
-VEM: it misses the shot while it touches the man, whose box then contains it, and treasures in the
-walls' colours.
+VEM: it includes a shot that touches the man in his box, and misses treasures in the walls' colours.
 """
 
+import functools
 from dataclasses import replace
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.compass import EAST, WEST
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, lookup, match, when
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    WEST,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Colors,
+    Digits,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    RamMap,
+    Shape,
+    among,
+    bcd,
+    bits,
+    box,
+    byte,
+    choose,
+    display,
+    lookup,
+    match,
+    shift_up,
+    spread,
+    when,
+)
 from ocjax.extractors.tutankham.maps import (
     FIGURE_EXTENTS,
     FIGURE_PICTURES,
@@ -49,24 +72,19 @@ from ocjax.extractors.tutankham.maps import (
     THING_ROWS,
     shapes_of,
 )
-from ocjax.vision.colors import Colors
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import CutOff
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0x800, rows=7, stride=8, top_first=True)
 POINTS = NumberDisplay(FONT, right=71, top=186, digits=4)
 LIFE_ICONS = IconRow(left=12, top=24, width=2, height=6, pitch=16)
 FLASH_ICONS = IconRow(left=108, top=24, width=2, height=6, pitch=16)
-MEN = IconRow(left=40, top=186, width=5, height=7, pitch=8)  # in the score's place
+MEN = IconRow(left=40, top=186, width=5, height=7, pitch=8)  # in place of the score
 
 VIEW = (0, 35, 160, 175)  # of the map
-MAP_ROW = 4  # rows of the screen for one of the map
-STANDS = 4  # the player's look while he does, or more
+MAP_ROW = 4  # rows of the screen per row of the map
+STANDS = 4  # least look of a standing player
 WITH_KEY = 16  # added to the player's look
 FAR = 4 * 256  # behind all figures
-NONE = 255  # y of nothing
+NONE = 255  # y of no object
 RECORDS = np.array((0x86, 0x89, 0x8C, 0x8F))  # addresses of the figures' records
 TAIL = 144  # right edge of the timer
 THING_WORDS = (THING_ROWS | THING_LEFTS << 8 | THING_COLORS << 16 | ORDER << 24).ravel()
@@ -99,17 +117,17 @@ class Ram(RamMap):
     lives = bits(30, count=2)
     flashes = bits(30, first=2, count=2)
     has_key = bits(32, first=7)
-    things = byte(34)  # a bit for each entry, from the highest one on
+    things = byte(34)  # one bit per entry, starting at the highest
     timer = bits(36, first=3, count=5)
     event = byte(38)
     clock = byte(39)  # of frames
     turns = byte(40)  # of the clock
     scene = byte(44)
-    comes = byte(51)  # address of the creature that comes next; it is not shown
+    comes = byte(51)  # address of the next creature to appear; it is not shown
     level = byte(59)
     map = bits(59, count=2)
     first_row = byte(65)  # of the map, on the screen
-    last_row = byte(66)  # the one after it
+    last_row = byte(66)  # the row after it
 
 
 class Things(NamedTuple):
@@ -119,7 +137,7 @@ class Things(NamedTuple):
     listed_y: jax.Array  # when the game listed them, before it scrolled the map
     left: jax.Array
     color: jax.Array
-    there: jax.Array  # not taken, and in the part of the map that was listed
+    there: jax.Array  # not taken, and in the listed part of the map
 
 
 TREASURES = slice(0, 6)
@@ -131,7 +149,8 @@ def decode(m: Ram) -> dict[str, Box]:
     in_play = m.scene != Scene.TITLE
     things = _things_listed(m)
     y = _drawn_y(m, things)
-    thing, figure = _thing_boxes(m, things, y).where(in_play), _figure_boxes(m, y).where(in_play)
+    thing = _thing_boxes(m, things, y).where(in_play)
+    figure = _figure_boxes(m, y).where(in_play)
     return {
         "Player": figure[0:1].where((m.scene != Scene.OVER) & (m.event != Event.DIES)),
         "Creature": figure[1:],
@@ -148,32 +167,35 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _things_listed(m: Ram) -> Things:
     word = lookup(THING_WORDS, PLACES * m.map + np.arange(PLACES))
-    row, left, color, entry = (word >> shift & 255 for shift in (0, 8, 16, 24))
-    y = MAP_ROW * (row - m.first_row)
+    y = MAP_ROW * ((word & 255) - m.first_row)
+    left = word >> 8 & 255
+    color = word >> 16 & 255
+    entry = word >> 24 & 255
     listed_y = y + MAP_ROW * _rows_scrolled(m)
     shown = (listed_y > 0) & (listed_y < MAP_ROW * (m.last_row - m.first_row))
     return Things(y, listed_y, left, color, shown & ((m.things << entry & 128) != 0))
 
 
 def _rows_scrolled(m: Ram) -> jax.Array:
-    """Rows of the map by which it has scrolled down since the game listed what it shows."""
+    """Rows of the map scrolled down since the game listed the shown objects."""
     walks = (m.clock - 1 & 3 == 0) & (m.look[0] < STANDS) & (m.scene == Scene.PLAY)
     return when(walks, match((m.direction[0] == 1, -1), (m.direction[0] == 2, 1), otherwise=0))
 
 
 def _drawn_y(m: Ram, things: Things) -> jax.Array:
-    """Rows below the first one of the screen in which the player and the creatures are drawn.
+    """Drawn rows of the player and the creatures, below the first row of the screen.
 
-    What is drawn begins in different bands. If what comes next begins in the same one, a figure in
-    its upper half is moved up into the band before; else the next figure is moved down into the
-    band after. A figure that is level with a thing is moved up, or down if it walks down.
+    Objects begin in different bands. If the next object would begin in the same band, a figure in
+    the band's upper half moves up into the band before. Otherwise the next figure moves down into
+    the band after. A figure level with a thing moves up, or down if it walks down.
     """
     drawn = _is_drawn(m)
     key = jnp.where(drawn, 4 * m.y + np.arange(4), FAR)
     later = key[None] > key[:, None]
     next_key = jnp.min(jnp.where(later, key[None], FAR), axis=1)
     same_band = drawn & (next_key >> 4 == key >> 4)
-    band, upper = m.y & ~3, (m.y & 3) < 2
+    band = m.y & ~3
+    upper = (m.y & 3) < 2
     pushed = jnp.any((same_band & ~upper)[:, None] & (next_key[:, None] == key[None]), axis=0)
     level = (things.listed_y[None] == m.y[:, None]) & things.there[None]
     blocked = drawn & ~same_band & jnp.any(level, axis=1)
@@ -186,14 +208,14 @@ def _drawn_y(m: Ram, things: Things) -> jax.Array:
 
 
 def _is_drawn(m: Ram) -> jax.Array:
-    """Which figures were drawn on the frame."""
+    """True for figures that were drawn on the frame."""
     even = (m.clock - 1 & 1) == 0
     flickers = jnp.where(even, m.hidden & 1, m.hidden >> 1) == 1
     return (m.y != NONE) & ~flickers & (m.comes != RECORDS)
 
 
 def _thing_boxes(m: Ram, things: Things, figure_y: jax.Array) -> Box:
-    """One that a figure follows in the same band is drawn a row higher."""
+    """Things; a thing is drawn a row higher if a figure follows in the same band."""
     figure = jnp.where(_is_drawn(m), figure_y, -MAP_ROW)[None]
     listed = things.listed_y[:, None]
     higher = jnp.any((figure >= listed) & (figure < listed + MAP_ROW), axis=1)
@@ -236,7 +258,7 @@ def _shot_box(m: Ram) -> Box:
 
 
 def _just_lost(m: Ram) -> jax.Array:
-    """1 if a life was lost after the frame was drawn, else 0."""
+    """1 if a life was lost after the frame was drawn, otherwise 0."""
     return when(among(m.scene, (Scene.LOST, Scene.OVER)) & (m.clock == 0) & (m.turns == 0), 1)
 
 
@@ -246,7 +268,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _timer_box(m: Ram) -> Box:
-    """It gets shorter each time the clock has gone round, after the frame was drawn."""
+    """The timer; it gets shorter after the drawing when the clock wraps."""
     width = m.timer + when((m.clock == 0) & (m.turns > 0), 1 + (m.level >> 4))
     return box(TAIL - width, 197, width, 6, value=m.timer)
 
@@ -267,16 +289,36 @@ def _creature_rule(kind: int, colors: Colors) -> Blobs:
 
 
 BEINGS = (*GREEN, ORANGE, *VIOLET)
-CUT = Shape(w=(3, 8), h=(2, 6))  # by the lower edge of the map
-CUT_ONES = Blobs(BEINGS, VIEW, CUT, gap=(1, 1), filters=(CutOff(VIEW[3] - 1, 6),))
+CUT_ROWS = 6  # most rows of a creature that the lower edge of the map cuts
+CUT = Shape(w=(3, 8), h=(2, CUT_ROWS))
+
+
+def cut_off(mask: Bitmap, _: jax.Array) -> Bitmap:
+    """The pixels that connect down to the map's last row.
+
+    A path moves at most one pixel sideways in each row.
+    """
+    first_row = VIEW[3] - CUT_ROWS
+    own = mask[:, first_row : VIEW[3]]
+    is_last = jnp.arange(CUT_ROWS)[None, :, None] == CUT_ROWS - 1
+
+    def grown(found: Bitmap, _: int) -> Bitmap:
+        """The pixels, and their neighbours in the row above."""
+        return found | (own & spread(found | shift_up(found, 1)))
+
+    found = functools.reduce(grown, range(CUT_ROWS - 1), jnp.where(is_last, own, 0))
+    return jnp.pad(found, ((0, 0), (first_row, mask.shape[1] - VIEW[3]), (0, 0)))
+
+
+CUT_ONES = Blobs(BEINGS, VIEW, CUT, gap=(1, 1), filters=(cut_off,))
 KINDS = (_creature_rule(2, ORANGE), _creature_rule(3, VIOLET), CUT_ONES)
 CREATURES = replace(_creature_rule(1, GREEN), also=KINDS)
 TAKEN = np.flatnonzero((np.arange(PLACES) < TREASURES.stop) & (THING_ROWS < NONE))
 TREASURE_SHAPES = shapes_of(THING_EXTENTS, THING_PICTURES, TAKEN)
 WALLS = {ground + step for ground in INKS[:, 7].tolist() for step in (0, 2, 4, 6)}
 TREASURE_COLORS = tuple(sorted({*THING_COLORS.flat[TAKEN].tolist()} - WALLS))
-OWN_COLORS = tuple(sorted({*TREASURE_COLORS} - {*BEINGS}))  # no creature has them
-PARTS = Blobs(OWN_COLORS, VIEW, Shape(w=(5, 8), h=(3, 4)), gap=(5, 1))  # cut off by an edge
+OWN_COLORS = tuple(sorted({*TREASURE_COLORS} - {*BEINGS}))  # colours of no creature
+PARTS = Blobs(OWN_COLORS, VIEW, Shape(w=(5, 8), h=(3, 4)), gap=(5, 1))  # cut by an edge
 TREASURE = Blobs(TREASURE_COLORS, VIEW, TREASURE_SHAPES, also=(PARTS,))
 KEY_RULE = Blobs(YELLOW, VIEW, Shape(w=8, h=8))
 DOOR_RULE = Blobs((WHITE, YELLOW), VIEW, Shape(w=7, h=12))
@@ -291,7 +333,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER, attributes=("orientation",), doc="the man"),
+        Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the man"),
         Category(
             "Creature", CREATURES, 3, attributes=("orientation",), doc="snakes, bats and others"
         ),
@@ -299,11 +341,14 @@ GAME = Game(
         Category("Treasure", TREASURE, 6, doc="treasures that were not taken"),
         Category("Key", KEY_RULE, doc="the key to the door"),
         Category("Door", DOOR_RULE, doc="the way to the next map"),
-        display("Score", SCORE_RULE, doc="points"),
+        display("Score", SCORE_RULE, role="score", doc="points"),
         display(
-            "Lives", LIFE_ICONS.rule(WHITE, (12, 24, 50, 30)), doc="lives, also the one in play"
+            "Lives",
+            LIFE_ICONS.rule(WHITE, (12, 24, 50, 30)),
+            role="lives",
+            doc="lives, also the one in play",
         ),
         display("Flashes", FLASH_ICONS.rule(WHITE, (108, 24, 146, 30)), doc="flashes left"),
-        display("Timer", TIMER, doc="time left to shoot; value: columns"),
+        display("Timer", TIMER, role="time", doc="time left to shoot; value: columns"),
     ),
 )

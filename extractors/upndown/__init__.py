@@ -3,27 +3,27 @@
 Screen: a row shows one sprite only (`sprites`). Life shows at most four of the five in reserve.
 Roads, trees and explosions are scenery, and the number of the round is not an object.
 
-Slots: the game's own records, three for what is on the roads besides the player, each of which
-holds a car, a flag, a collectable or nothing.
+Slots: the game's own records, three for objects on the roads besides the player. Each holds a car,
+a flag, a collectable or nothing.
 
-Files: `ram` has the RAM and what its values mean, `road` the tables of the roads. `drawn` takes
-back what the game has moved since it drew the frame, and `lost` has the frame of a lost life.
-`sprites` makes boxes of the result.
+Files: `ram` has the RAM and the meaning of its values, `road` the tables of the roads. `drawn`
+undoes the game's moves since it drew the frame, and `lost` has the frame of a lost life. `sprites`
+makes boxes of the result.
 
-RAM: OCAtari and stable-retro (what some bytes are), ALE's source (score, lives), and the ROM's
+RAM: OCAtari and stable-retro (meaning of some bytes), ALE's source (score, lives), and the ROM's
 code. Bank 1 sorts the records and prepares the drawing at f6d2-f8e2, and bank 0 draws the road at
 f000-f3ff.
 
-Covered: round 1, lost lives, the end of the game, all modes and difficulties; the other rounds by
-the ROM's tables alone. The first frame of a start shows none of the cars; that of a lost life, the
+Covered: round 1, lost lives, the end of the game, all modes and difficulties; the other rounds only
+by the ROM's tables. The first frame of a start shows no cars; the frame of a lost life shows the
 old records.
 
-Not exact: a few of the latter; frames on which a car is hit, a flag is collected or a record begins
-anew, because the new state has overwritten the old one; all rows but the player's on some frames on
-which he speeds up or slows down, because the joystick is not kept; the column of a car that
-changes sides in a crossing.
+Not exact: a few of these old records; frames on which a car is hit, a flag is collected or a record
+is reused, because the new state has overwritten the old one; all rows except the player's on some
+frames on which he changes his speed, because the RAM does not keep the joystick; the column of a
+car that changes sides in a crossing.
 
-VEM: it misses cars that touch, some parts of cars of a few rows, and flags in the road's colour.
+VEM: it misses cars that touch, some parts of cars with few rows, and flags in the road's colour.
 """
 
 import functools
@@ -32,29 +32,37 @@ from collections.abc import Iterable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Area, Box, box
-from ocjax.console.ops import among, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Area,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    NumberDisplay,
+    Shape,
+    among,
+    box,
+    display,
+    when,
+)
 from ocjax.extractors.upndown.drawn import as_drawn, life_lost
 from ocjax.extractors.upndown.ram import BANK, ROM, Attract, Kind, Pause, Ram
 from ocjax.extractors.upndown.sprites import VIEW, is_collectable, object_boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(BANK + 0xF01, rows=7, stride=8)
 
 SCORE = NumberDisplay(FONT, right=63, top=6, digits=6)
-WAY_POINTS = 10  # for the way, every 64 frames
+WAY_POINTS = 10  # for the distance, every 64 frames
 START_ROWS = ROM.bytes(BANK + 0xA84, 3)  # `y` of the other cars
-FASTEST = 3  # columns that the player moves in a frame at most
+FASTEST = 3  # most columns that the player moves in a frame
 
 BLACK = 0
-GREY = 10
+GRAY = 10
 CAR_COLORS = (56, 72, 200, 168, 104, 120, 136, 152)
-FLAG_COLORS = (118, 102, 86, 70, 54, 38, 134)  # but for one, which the road has, too
+FLAG_COLORS = (118, 102, 86, 70, 54, 38, 134)  # except one colour that the road has, too
 HUD_LEFTS = (91, 19, 107, 127, 71, 55, 35, 143)  # of the flags to collect, by bit of `collected`
-HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)  # likewise
+HUD_COLORS = (116, 20, 100, 84, 68, 52, 36, 132)  # of the flags to collect
 HUD_TOP = 15
 HUD_SIZE = (5, 11)
 ICON_COLOR = 54  # of the lives
@@ -67,7 +75,8 @@ ICON_SIZE = (4, 8)
 def decode(m: Ram) -> dict[str, Box]:
     d = as_drawn(m)
     objects = object_boxes(m, d).where(~_starts(m))
-    others, kind = objects[1:], d.kind[1:]
+    others = objects[1:]
+    kind = d.kind[1:]
     is_flag = among(kind & ~Kind.GONE, range(Kind.FLAG, Kind.PLAYER))
     is_left = (m.collected >> np.arange(8) & 1) == 0
     lives = m.lives + when(life_lost(m), 1)
@@ -83,7 +92,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _score_box(m: Ram) -> Box:
-    """The score, of which points for the way are not yet on the screen."""
+    """The score without points for the distance that are not yet on the screen."""
     is_new = ((m.counter & 63) == 0) & (m.pause == Pause.RUNNING)
     shown = jnp.maximum(m.score - when(is_new, WAY_POINTS), 0)
     is_text = among(m.pause, Pause.STARTING) & (m.attract == Attract.IDLE) & (m.score == 0)
@@ -91,7 +100,7 @@ def _score_box(m: Ram) -> Box:
 
 
 def _starts(m: Ram) -> jax.Array:
-    """Whether a new start is not on the screen yet: the player's column is still the last one's."""
+    """True if a new start is not on the screen yet: the player's column is still the old one."""
     ready = jnp.all(jnp.abs(m.y - START_ROWS) <= 1)
     return ready & (jnp.abs(m.player_x - m.next_x) > FASTEST)
 
@@ -110,8 +119,8 @@ PLAYER_SHAPES = (  # of parts of the car that no other car has
     Shape(w=14, h=5, pixels=(52, 60)),
     Shape(w=14, h=4, pixels=(38, 40)),
 )
-PLAYER_RULE = in_view((BLACK, GREY), shapes=PLAYER_SHAPES)
-CAR_SHAPES = (  # the higher, the more pixels
+PLAYER_RULE = in_view((BLACK, GRAY), shapes=PLAYER_SHAPES)
+CAR_SHAPES = (  # higher shapes have more pixels
     Shape(w=(14, 16), h=(14, 16), pixels=(140, 256)),
     Shape(w=(12, 16), h=(10, 13), pixels=(106, 208)),
     Shape(w=(10, 16), h=(7, 9), pixels=(70, 144)),
@@ -136,12 +145,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLAYER_RULE, doc="its car"),
+        Category("Player", PLAYER_RULE, role="player", doc="its car"),
         Category("Truck", CARS, count=3, doc="the other cars, by record"),
         Category("Flag", FLAGS, count=3, doc="on the road, by record"),
         Category("Collectable", COLLECTABLES, count=3, doc="by record"),
         display("HUD_Flag", HUD, count=8, attributes=(), doc="the flags still to collect"),
-        display("Score", SCORE.rule(84, required=True), doc="points"),
-        display("Life", ICONS, count=MOST_ICONS, attributes=(), doc="lives in reserve"),
+        display("Score", SCORE.rule(84, required=True), role="score", doc="points"),
+        display(
+            "Life", ICONS, count=MOST_ICONS, attributes=(), role="lives", doc="lives in reserve"
+        ),
     ),
 )

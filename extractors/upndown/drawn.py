@@ -1,43 +1,43 @@
-"""Up'n Down's sprites as they were drawn.
+"""Up'n Down's sprites as drawn.
 
-The game moves all after it has drawn the frame, but before the vertical sync ends (f173-f5ef of
-bank 1). `as_drawn` takes that back: cars take a step where their speed reaches a limit that the
-frame counter makes (f3a9), their columns follow from the road's table (f454), and the road scrolls
-by the player's last step but one (f275).
+The game moves everything between the drawing of the frame and the end of the vertical sync
+(f173-f5ef of bank 1). `as_drawn` undoes this. Cars take a step if their speed reaches a limit that
+the frame counter sets (f3a9). Their columns follow from the road's table (f454), and the road
+scrolls by the player's last step but one (f275).
 """
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, match, when
-from ocjax.console.registers import mirrored
+from ocjax.authoring import among, match, mirrored, when
 from ocjax.extractors.upndown.lost import drawn_records
 from ocjax.extractors.upndown.ram import BACKWARD, GROUND, Attract, Jump, Pause, Ram
 from ocjax.extractors.upndown.road import column_near, course_at
 
-FASTEST = 255  # twice a forward speed less than this is what has to reach the limit
-QUICK_ROWS = 3  # by which a jump within a road falls a frame
+FASTEST = 255  # minus twice the forward speed: this has to reach the limit
+QUICK_ROWS = 3  # per frame of the fall of a jump within a road
 
 
 class Drawn(NamedTuple):
-    """The sprites as they were drawn, the player's first.
+    """The sprites as drawn, the player's first.
 
-    Their rows decide which of them give way to others (`sprites`), so that a row that is wrong here
-    is wrong in the boxes of its neighbours, too. What is wrong in one kind's boxes alone is not.
+    Their rows decide which sprites give way to others (`sprites`), so an error in one row also
+    affects the boxes of its neighbours. An error in one kind's boxes alone does not.
     """
 
     kind: jax.Array
     x: jax.Array
-    y: jax.Array  # 16 less than the row of the screen where a picture begins
-    fine: jax.Array  # rows by which the road had come down
+    y: jax.Array  # 16 less than the first row of the picture on the screen
+    fine: jax.Array  # rows that the road had come down
 
 
 def as_drawn(m: Ram) -> Drawn:
     """The sprites before the last move; on the frame of a lost life, the old ones."""
     scroll = when(m.pause == Pause.RUNNING, _steps(m.speed, _players_limit(m)))
     step = when(m.pause == Pause.RUNNING, _steps(m.speeds, m.limit))
-    lost, old = life_lost(m), drawn_records(m)
+    lost = life_lost(m)
+    old = drawn_records(m)
     kinds = jnp.where(lost, old.kind, m.kinds)
     rows = jnp.where(lost, old.y, m.y - step + scroll)
     return Drawn(
@@ -49,17 +49,17 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def life_lost(m: Ram) -> jax.Array:
-    """Whether a life was lost on this frame: the RAM has the new start, the screen the old one."""
+    """True if a life was lost on this frame: the RAM has the new start, the screen the old one."""
     return (m.pause == Pause.DYING) & among(m.attract, Attract.LIFE_TAKEN)
 
 
 def _players_limit(m: Ram) -> jax.Array:
-    """What the player's speed has to reach: the bits of the last frame's count in reverse order."""
+    """The limit for the player's speed: the last frame's count with its bits in reverse order."""
     return mirrored((m.counter - 1) & 255) & 255
 
 
 def _steps(speed: jax.Array, limit: jax.Array) -> jax.Array:
-    """By how many rows a car moves on a frame: -1, 0 or 1."""
+    """Rows that a car moves on a frame: -1, 0 or 1."""
     is_back = speed >= BACKWARD
     twice = 2 * (speed & 127)
     amount = jnp.where(is_back, twice, FASTEST - twice)
@@ -88,6 +88,6 @@ def _player_row(m: Ram) -> jax.Array:
 
 
 def _height(jump: jax.Array) -> jax.Array:
-    """Rows of the player below the road, less than 0 in a jump."""
+    """Rows of the player below the road, negative in a jump."""
     up = jnp.where(jump >= Jump.RISES, jump - 256, Jump.LOW - 1 - jump)
     return when(jump >= Jump.LOW, up + (up >> 1))

@@ -1,20 +1,20 @@
-"""Up'n Down's records on the frame of a lost life, from what the display program leaves behind.
+"""Up'n Down's records on the frame of a lost life, from the remains of the display program.
 
-The RAM holds the new start already (f224) while the screen shows the old one, but what was made for
-drawing it is still there (f7f8-f8e2, and bank 0).
+The RAM already holds the new start (f224) while the screen shows the old one, but the data made for
+drawing it are still there (f7f8-f8e2, and bank 0).
 
-Sprites: there are four, from the top down: three records, and the player, whose sprite is hidden
-and whose row is known (`GROUND`). Of each, the picture and the rows to the next one are there. The
-display program loses one of these rows where it begins a piece of the road. Whether it does depends
-on a sprite's phase, its row in such a piece. RAM does not hold the phases, so all four phases of
-the first sprite are tried; the others' follow.
+Sprites: four sprites from the top down are three records and the player. His sprite is hidden, but
+its row is known (`GROUND`). The RAM has the picture of each sprite and the rows to the next one.
+The display program loses one of these rows when it begins a piece of the road. This depends on a
+sprite's phase, its row in such a piece. The RAM does not hold the phases, so this module tries all
+four phases of the first sprite; the other sprites' phases follow.
 
-Records: which record is which sprite is tried, too. The records' columns are still there, and all
-have to be on the road.
+Records: it also tries every assignment of records to sprites. The records' columns are still in the
+RAM, and all have to be on the road.
 
-Not exact: where no try fits, nothing is told, and neither is the record of a sprite that is not
-drawn because another one is near. Where several tries fit, the rows may be off by one or two, or
-two records in the same column may be exchanged.
+Not exact: if no try fits, nothing is known. A record is also unknown if its sprite is not drawn
+because another one is near. If several tries fit, the rows may be off by one or two, or two records
+in the same column may be exchanged.
 """
 
 import itertools
@@ -23,15 +23,15 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.ops import among, lookup, match, only, when
+from ocjax.authoring import among, lookup, match, only, when
 from ocjax.extractors.upndown.ram import GROUND, Kind, Ram
 from ocjax.extractors.upndown.road import course_at, is_on_road, piece_places
 
-VIEW_ROWS = 160  # from row 0 to the row where the rows below the last sprite end
+VIEW_ROWS = 160  # from row 0 to the end of the rows below the last sprite
 GAP_ROWS = 2  # that a gap does not count
 PIECES_SHOWN = 42  # pieces of the road on the screen, four rows each
 
-PICTURE_KINDS = {  # by low byte of a picture's address; it holds to the next one
+PICTURE_KINDS = {  # by the first low byte of a picture's address
     0: Kind.HIDDEN,
     16: 0,
     48: 1,
@@ -45,27 +45,27 @@ PICTURE_KINDS = {  # by low byte of a picture's address; it holds to the next on
 }
 FIRST_BYTES = np.maximum.accumulate([i if i in PICTURE_KINDS else 0 for i in range(256)])
 KINDS = [PICTURE_KINDS[i] for i in FIRST_BYTES.tolist()]
-TWO_PAGED = (Kind.COLLECTABLE, Kind.COLLECTABLE + 1)  # two more are in the next page but one
-NEXT_PAGE_BUT_ONE = 2  # bit of `Ram.pages`, and what it adds to the kind
+TWO_PAGED = (Kind.COLLECTABLE, Kind.COLLECTABLE + 1)  # two more kinds are two pages later
+NEXT_PAGE_BUT_ONE = 2  # bit of `Ram.pages`, and its effect on the kind
 
 SPRITE_NUMBERS = np.arange(4)
 FULL = (16, 17)  # `gaps` after a sprite that loses its last rows: 16 if the road takes one, too
-LOST_ROWS = range(18)  # rows that it loses
+LOST_ROWS = range(18)  # lost by such a sprite
 FAR = 512  # rows, more than any
 
 TRIED_PHASES = np.arange(4)  # of the first sprite: the tries
-IMPOSSIBLE = 4  # instead of a fine scroll, which is 0-3
-PLACE_TRIES = np.arange(8).reshape(2, 4)  # numbers of the tries, by the piece's place and phase
+IMPOSSIBLE = 4  # invalid fine scroll; valid ones are 0-3
+PLACE_TRIES = np.arange(8).reshape(2, 4)  # numbers of the tries, by the piece's position and phase
 NO_TRY = 8
 
-# Which records fit which sprites' rows: a bit for each pair, 3 * sprite + record.
+# Records that fit sprites' rows: one bit per pair, 3 * sprite + record.
 PAIR_BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)
 ALL_BITS = 512  # numbers of nine bits
 ORDERS = tuple(itertools.permutations(range(3)))  # the records from the top
 RANKS = np.argsort(np.array(ORDERS), axis=1).ravel()  # of the records, by order
 NO_ORDER = len(ORDERS)
 NEEDED = [sum(1 << 3 * i + record for i, record in enumerate(order)) for order in ORDERS]
-FIRST_ORDER = [  # that some bits allow
+FIRST_ORDER = [  # allowed by some bits
     next((i for i, needed in enumerate(NEEDED) if bits & needed == needed), NO_ORDER)
     for bits in range(ALL_BITS)
 ]
@@ -77,56 +77,58 @@ class Sprites(NamedTuple):
     kind: jax.Array  # `[4]`, hidden ones included
     is_hidden: jax.Array  # bool `[4]`
     cut: jax.Array  # rows that their pictures lose at the end, `[4]`
-    apart: jax.Array  # rows from one to the next, but for those lost to the road, `[3]`
+    apart: jax.Array  # rows from one to the next, without rows lost to the road, `[3]`
     twice_first: jax.Array  # twice the first one's row, plus all rows lost to the road, modulo 256
-    player: jax.Array  # which one is his
-    is_player: jax.Array  # likewise, bool `[4]`
+    player: jax.Array  # index of the player's sprite
+    is_player: jax.Array  # the same as bool `[4]`
     player_loses: jax.Array  # whether his picture would have lost its last rows
 
 
 class Tries(NamedTuple):
-    """What follows from each phase of the first sprite."""
+    """The results for each phase of the first sprite."""
 
     rows: jax.Array  # of the sprites, `[4, tries]`
     fine: jax.Array  # of the road's scroll, or IMPOSSIBLE, `[tries]`
 
 
 class Records(NamedTuple):
-    """The records as they were drawn."""
+    """The records as drawn."""
 
-    kind: jax.Array  # hidden where it is not known
+    kind: jax.Array  # hidden if unknown
     y: jax.Array
-    fine: jax.Array  # rows by which the road had come down
+    fine: jax.Array  # rows that the road had come down
 
 
 def drawn_records(m: Ram) -> Records:
     """The records on the frame of a lost life."""
     sprites = _all_sprites(m)
     tries = _all_tries(m, sprites)
-    kind, rows = _without_player(sprites, sprites.kind), _without_player(sprites, tries.rows)
-    best, pairs = _best_try(m, kind, rows, tries.fine)
+    of_sprites = _without_player(sprites, sprites.kind)
+    rows = _without_player(sprites, tries.rows)
+    best, pairs = _best_try(m, of_sprites, rows, tries.fine)
     is_best = (best & 3) == TRIED_PHASES
     y = only(is_best[None], rows, axis=1)
     rank = lookup(RANKS, 3 * lookup(FIRST_ORDER, pairs) + np.arange(3))
-    kind = jnp.where(best < NO_TRY, _ranked(kind, rank), Kind.HIDDEN)
+    kind = jnp.where(best < NO_TRY, _ranked(of_sprites, rank), Kind.HIDDEN)
     return Records(kind, _ranked(y, rank), only(is_best, tries.fine))
 
 
 def _without_player(sprites: Sprites, values: jax.Array) -> jax.Array:
-    """What the three other sprites have, of what all four have."""
+    """Drop the player's entry from values of all four sprites."""
     is_below = (np.arange(3) >= sprites.player).reshape(3, *[1] * (values.ndim - 1))
     return jnp.where(is_below, values[1:], values[:-1])
 
 
 def _ranked(values: jax.Array, rank: jax.Array) -> jax.Array:
-    """What each record has, of what the sprites have, by its rank from the top."""
+    """Reorder sprites' values to the records, by each record's rank from the top."""
     return match((rank == 0, values[0]), (rank == 1, values[1]), otherwise=values[2])
 
 
 def _all_sprites(m: Ram) -> Sprites:
-    """What is known of the sprites for sure."""
-    first_byte, kind = lookup(FIRST_BYTES, m.pictures), lookup(KINDS, m.pictures)
-    kind = kind + when(among(kind, TWO_PAGED), m.pages & NEXT_PAGE_BUT_ONE)
+    """The known properties of the sprites."""
+    first_byte = lookup(FIRST_BYTES, m.pictures)
+    base_kind = lookup(KINDS, m.pictures)
+    kind = base_kind + when(among(base_kind, TWO_PAGED), m.pages & NEXT_PAGE_BUT_ONE)
     is_hidden = first_byte == 0
     cut = jnp.where(~is_hidden & (SPRITE_NUMBERS < 3), m.pictures - first_byte, 0)
     apart = m.gaps + GAP_ROWS + cut[1:] - cut[:-1]
@@ -140,7 +142,7 @@ def _all_sprites(m: Ram) -> Sprites:
 
 
 def _player_sprite(is_hidden: jax.Array, apart: jax.Array, twice_first: jax.Array) -> jax.Array:
-    """Which sprite is the player: of those that are hidden, the one that is about where he is."""
+    """The player's sprite: the hidden sprite nearest to his row."""
     below_first = jnp.sum(jnp.where(np.tri(4, 3, -1, dtype=bool), apart[None], 0), axis=1)
     away = jnp.abs(below_first + _half(twice_first) - GROUND)
     nearest_with_number = jnp.min(4 * jnp.where(is_hidden, away, FAR) + SPRITE_NUMBERS)
@@ -154,8 +156,8 @@ def _half(twice: jax.Array) -> jax.Array:
 def _all_tries(m: Ram, sprites: Sprites) -> Tries:
     """The sprites' rows by the phase of the first one, and whether they are possible.
 
-    The address of the player's picture does not say how many rows it would have lost, because it is
-    not drawn. His row against those of the others does.
+    The player's picture is not drawn, so its address does not show the rows that it would have
+    lost. His row, compared with the others' rows, does.
     """
     start = _first_phases(m, sprites)
     phases = _later_phases(sprites, start)
@@ -166,10 +168,10 @@ def _all_tries(m: Ram, sprites: Sprites) -> Tries:
 
 
 def _is_odd(m: Ram, sprites: Sprites) -> jax.Array:
-    """In which tries `ends`, which is halved, stands for the odd one of two numbers.
+    """True for tries where `ends`, a halved number, comes from the odd one of two numbers.
 
-    Only if the player is first and would have lost rows: the phase of his sprite then has to make
-    the gap below him as long as it is.
+    This happens only if the player is first and would have lost rows. The phase of his sprite then
+    has to explain the gap below him.
     """
     fits = _rows_lost(TRIED_PHASES) == FULL[1] - m.gaps[0]
     return sprites.is_player[0] & sprites.player_loses & ~fits
@@ -181,7 +183,7 @@ def _first_phases(m: Ram, sprites: Sprites) -> jax.Array:
 
 
 def _later_phases(sprites: Sprites, start: jax.Array) -> jax.Array:
-    """The phases of all four sprites, counted on from the first one's, `[4, tries]`."""
+    """The phases of all four sprites, from the first one's, `[4, tries]`."""
     phases = [start]
     for i in range(3):
         lost = _rows_lost(phases[i] - sprites.cut[i])
@@ -190,12 +192,12 @@ def _later_phases(sprites: Sprites, start: jax.Array) -> jax.Array:
 
 
 def _rows_lost(phase: jax.Array | np.ndarray) -> jax.Array:
-    """Rows that are lost where the road's next piece begins."""
+    """Rows that are lost at the beginning of the road's next piece."""
     return when(((phase + 1) & 2) == 0, 1)
 
 
 def _top_row(m: Ram, sprites: Sprites, start: jax.Array, phases: jax.Array) -> jax.Array:
-    """The first sprite's row, `[tries]`: half of what is twice it, or the player's own row."""
+    """The first sprite's row, `[tries]`, from twice its value or from the player's own row."""
     lost_to_road = phases[3] - start - jnp.sum(sprites.apart)
     twice = sprites.twice_first - lost_to_road
     is_first = sprites.is_player[0]
@@ -206,9 +208,10 @@ def _top_row(m: Ram, sprites: Sprites, start: jax.Array, phases: jax.Array) -> j
 
 
 def _is_possible(m: Ram, sprites: Sprites, rows: jax.Array) -> jax.Array:
-    """Which tries agree with `ends` and with the player's row, bool `[tries]`."""
+    """True for tries that agree with `ends` and with the player's row, bool `[tries]`."""
     lost = GROUND - only(sprites.is_player[:, None], rows, axis=0)
-    first, last = (jnp.where(sprites.is_player[i], GROUND, rows[i]) for i in (0, 3))
+    first = jnp.where(sprites.is_player[0], GROUND, rows[0])
+    last = jnp.where(sprites.is_player[3], GROUND, rows[3])
     agrees = _half(VIEW_ROWS - first - last) == m.ends
     return agrees & ((lost == 0) | (sprites.player_loses & among(lost, LOST_ROWS)))
 
@@ -216,7 +219,7 @@ def _is_possible(m: Ram, sprites: Sprites, rows: jax.Array) -> jax.Array:
 def _best_try(
     m: Ram, kind: jax.Array, rows: jax.Array, fine: jax.Array
 ) -> tuple[jax.Array, jax.Array]:
-    """The first try in which all records are on the road, and which pairs fit in it."""
+    """The first try with all records on the road, and its fitting pairs."""
     coarse = piece_places(m) - PIECES_SHOWN
     way = (rows + fine[None])[:, None, :] + 4 * coarse[None, :, None]  # [sprite, place, phase]
     course = course_at(m, way)[:, None]
@@ -228,5 +231,5 @@ def _best_try(
 
 
 def _any_fits(kind: jax.Array) -> jax.Array:
-    """Whether any record may be a sprite, because it is hidden: bool `[sprite, 1, 1, 1]`."""
+    """True for hidden sprites, which fit any record: bool `[sprite, 1, 1, 1]`."""
     return (kind == Kind.HIDDEN)[:, None, None, None]

@@ -1,7 +1,6 @@
-"""Up'n Down's RAM, and what its values mean."""
+"""Up'n Down's RAM, and the meaning of its values."""
 
-from ocjax.console.ram import RamMap, bcd, bits, byte
-from ocjax.console.rom import Rom
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte
 
 ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
 BANK = 0x1000  # of the tables
@@ -17,9 +16,9 @@ class Kind:  # of `Ram.kind` and `Ram.kinds`; cars are below `FLAG`
 
 class Jump:  # of `Ram.jump`
     LANDED = 24
-    LOW = 216  # from here on, in the air; falls
+    LOW = 216  # at least: in the air; this one falls
     LANDS = 217
-    SINKS = 224  # from here on, falls row by row
+    SINKS = 224  # at least: falls row by row
     RISES = 236
     TAKEOFF = 255
 
@@ -35,20 +34,20 @@ class Attract:  # of `Ram.attract`
     IDLE = 34  # while a text replaces the score
 
 
-BACKWARD = 128  # or more: of `Ram.speed` and `Ram.speeds`
-GROUND = 88  # `Ram.player_y` on the road; the records' `y` counts likewise
+BACKWARD = 128  # least `Ram.speed` and `Ram.speeds` backwards
+GROUND = 88  # `Ram.player_y` on the road; the records' `y` has the same origin
 
 
 class Ram(RamMap):
-    """The records' bytes are those of three things on the roads besides the player."""
+    """The records are three objects on the roads besides the player."""
 
     score = bcd((0, 1, 2))
-    level = byte(3)  # the round, from 1 on
-    collected = byte(4)  # a bit for each flag
+    level = byte(3)  # the round, starting at 1
+    collected = byte(4)  # one bit per flag
     lives = bits(6, count=4)
     counter = byte(16)  # of frames
     pause = byte(20)  # frames
-    fine = byte(21)  # rows by which the road has come down, 0-3
+    fine = byte(21)  # rows that the road has come down, 0-3
     coarse = byte(22)  # 4 rows
     flight = byte(23)  # of a jump to the other road
     jump = byte(24)
@@ -62,12 +61,12 @@ class Ram(RamMap):
     y = byte(49, 50, 51)  # of the records
     player_y = byte(56)
     attract = byte(61)
-    limit = byte(65, 66, 67)  # that a record's speed has to reach for a step
+    limit = byte(65, 66, 67)  # least speed of a record that makes a step
     player_x = byte(84)  # before the last move
 
-    # What was made for drawing the frame: of the four sprites, from the top.
-    ends = byte(76)  # half of the rows that are above the first one or below the last one
-    gaps = byte(77, 78, 79)  # rows from one to the next, less those that were lost
+    # Data for drawing the frame: of the four sprites, from the top.
+    ends = byte(76)  # half of the rows above the first one or below the last one
+    gaps = byte(77, 78, 79)  # rows from one to the next, without lost rows
     pictures = byte(88, 90, 92, 94)  # low bytes of addresses, plus the rows that each loses
     pages = byte(89, 91, 93, 95)  # of the pictures
     piece = byte(123, 124, 125)  # of the road, the last one drawn

@@ -1,29 +1,29 @@
-"""Venture: a hunter in two halls, from which he enters rooms with monsters and treasures.
+"""Venture: a hunter in two halls enters rooms with monsters and treasures.
 
 Screen: Player is the dot in a hall. In a room he is Winky, and the dot is his Shot, which he
-carries until he shoots. Six Hallmonsters roam a hall; one of them, larger, comes into a room in
-which he stays too long. A room has three monsters, alive or dead, and a treasure, which is named by
-its colour; room 3 has four moving walls instead of monsters. Chamber is the upper wall of the room
-that he is in. Other walls are scenery. Sprites take turns: 0-2 on a frame and 3-5 on the next.
+carries until he shoots. Six Hallmonsters roam a hall; one of them, larger, enters a room if he
+stays too long. A room has three monsters, alive or dead, and a treasure, which is named by its
+colour. Room 3 has four moving walls instead of monsters. Chamber is the upper wall of the current
+room. Other walls are scenery. Sprites alternate: 0-2 on a frame and 3-5 on the next.
 
 Slots: the first four of Room are the rooms on the map of a hall.
 
-Files: `ram` has the RAM and what its values mean; `scene` tells which hall or room is on the screen
-and what never moves there; `sprites` has all that moves.
+Files: `ram` has the RAM and the meaning of its values. `scene` identifies the hall or room on the
+screen and has its fixed parts. `sprites` has all moving objects.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (what the bytes are), and the ROM's code.
+RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code.
 
-Last frames: the last frame of a scene is older than the RAM, which has the next scene already. Then
-only Score, Life and Room are valid, or for a room (the door that he came in by tells which) Chamber
-and the treasure, which never moves. On 20 such frames of a hall, no byte of the RAM, shifted or
+Last frames: the last frame of a scene is older than the RAM, which already has the next scene. Then
+only Score, Life and Room are valid; for a room (identified by the door that he used), Chamber and
+the treasure, which never moves. On 20 such frames of a hall, no byte of the RAM, shifted or
 doubled, was the old column of the dot or of a monster.
 
 Covered: both halls and all rooms (by running the ROM's own F8F9), deaths, the end of the game.
 
-Not exact: at a wall a sprite turns round, which its timer mostly tells.
+Not exact: the turns of a sprite at a wall; the sprite's timer mostly shows them.
 
-VEM: it does not see a dot that touches a wall of its colour, or monsters that touch each other, and
-takes dead trolls for skeletons and dead spiders for nothing.
+VEM: it misses a dot that touches a wall of its colour, monsters that touch each other, and dead
+spiders. It takes dead trolls for skeletons.
 """
 
 import functools
@@ -31,9 +31,24 @@ from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, choose
-from ocjax.console.ops import among, when
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Game,
+    IconRow,
+    NumberDisplay,
+    Run,
+    Runs,
+    Shape,
+    ShortRuns,
+    among,
+    box,
+    choose,
+    display,
+    when,
+)
 from ocjax.extractors.venture.ram import ROM, Ram, Room
 from ocjax.extractors.venture.scene import (
     FIRST_MAP,
@@ -55,10 +70,6 @@ from ocjax.extractors.venture.sprites import (
     swaps,
     winky_box,
 )
-from ocjax.vision.displays import IconRow, NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Run, Runs
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=48, top=9, digits=6, leading_zeros=True)
@@ -66,7 +77,7 @@ ICONS = IconRow(left=112, top=9, width=4, height=8, pitch=8)
 WALL_TOP = 24  # of a room's upper wall
 WALL_HEIGHT = 4
 
-MONSTERS = {  # and the room of each
+MONSTERS = {  # the room of each
     "Skeleton": 0,
     "Goblin": 1,
     "Serpant": 2,
@@ -82,11 +93,12 @@ TREASURES = {  # and their rooms
     "Grey_Collectable": (3, 4),
     "Green_Collectable": (7,),
 }
-TREASURE_FIRST = (5, 6, 7)  # rooms whose treasure is sprite 1, not 2
+TREASURE_FIRST = (5, 6, 7)  # the treasure is sprite 1 in these rooms, otherwise sprite 2
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    scene, drawn = shown_scene(m), as_drawn(m)
+    scene = shown_scene(m)
+    drawn = as_drawn(m)
     dot = dot_box(drawn, scene.color)
     shown = sprite_boxes(m, drawn).where(~scene.is_old)
     in_room = guest_box(m, drawn).where(~scene.is_old)
@@ -106,12 +118,12 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _roamer_boxes(m: Ram, shown: Box) -> Box:
-    """The monsters of a hall, in the colours of what the sprites show."""
+    """The monsters of a hall, in the colours that the sprites show."""
     return replace(shown, color=jnp.where(swaps(m), m.guest_color, m.color) & ~1)
 
 
 def _monster_boxes(m: Ram, shown: Box) -> dict[str, Box]:
-    """Sprites 3 and 4, and that of 1 and 2 which is not the treasure."""
+    """Sprites 3 and 4, and 1 or 2, whichever is not the treasure."""
     after_treasure = shown[2:5]
     around_treasure = choose(np.arange(3) == 0, shown[1:4], after_treasure)
     boxes = choose(among(m.room, TREASURE_FIRST), after_treasure, around_treasure)
@@ -119,18 +131,19 @@ def _monster_boxes(m: Ram, shown: Box) -> dict[str, Box]:
 
 
 def _treasure_boxes(m: Ram, scene: Scene, shown: Box) -> dict[str, Box]:
-    """The treasure of the room, or of the one that he has left, where it never moved."""
+    """The treasure of the room, or of the room that he has left, where it never moved."""
     usual = choose(among(m.room, TREASURE_FIRST), shown[1], shown[2])
-    treasure = choose(m.room == Room.WALLS, shown[3], usual)
+    in_room = choose(m.room == Room.WALLS, shown[3], usual)
     plan = room_plan(scene)
     kept = box(plan.x, plan.y, plan.width, plan.height, m.taken == 0)
-    treasure = choose(scene.is_left, kept, treasure)
+    treasure = choose(scene.is_left, kept, in_room)
     return {name: treasure.where(among(scene.number, rooms)) for name, rooms in TREASURES.items()}
 
 
 def _wall_boxes(shown: Box) -> Box:
     """The moving walls: sprites 1, 2, 4 and 5."""
-    first_two, last_two = shown[1:5], shown[2:6]
+    first_two = shown[1:5]
+    last_two = shown[2:6]
     return choose(np.arange(4) < 2, _widened(first_two), _widened(last_two))
 
 
@@ -147,10 +160,10 @@ def _chamber_box(scene: Scene) -> Box:
 
 
 def _map_boxes(m: Ram, scene: Scene) -> Box:
-    """The rooms of the hall that is on the screen."""
+    """The rooms of the hall on the screen."""
     sides = jnp.where(scene.is_second, np.array(SECOND_MAP), np.array(FIRST_MAP)).T
     rooms = len(FIRST_MAP)
-    x, y, w, h = (jnp.pad(side, (0, MAPPED.slots - rooms)) for side in sides)
+    x, y, w, h = jnp.pad(sides, ((0, 0), (0, MAPPED.slots - rooms)))
     in_hall = jnp.where(scene.is_old, among(m.split, SPLITS), scene.is_hall)
     return box(x, y, w, h, in_hall & (np.arange(MAPPED.slots) < rooms), color=scene.color)
 
@@ -164,11 +177,11 @@ def _life_box(m: Ram, scene: Scene) -> Box:
 PINK_FACE = 66  # of Winky
 GREEN = 212
 BLUE = 116
-GREY = 4
+GRAY = 4
 ORANGE = 52
 GOLD = 20
 RED = 68
-PINKS = (82, 84)  # the latter is also the colour of the first hall's walls
+PINKS = (82, 84)  # the second one is also the colour of the first hall's walls
 EMERALD = 196
 BIG = Shape(w=(5, 8), h=(10, 16))
 DEAD_SHAPE = replace(BIG, pixels=(78, 82))
@@ -181,7 +194,7 @@ ROAMER_SHAPES = (
 ROAMERS = field((GREEN, ORANGE), shapes=ROAMER_SHAPES)
 SNAKES = field(GREEN, shapes=(Shape(w=(7, 8), h=(10, 14)), DEAD_SHAPE))
 YELLOW = field(GOLD, shapes=(replace(BIG, pixels=(40, 49)), replace(BIG, pixels=(70, 76))))
-GREYS = field(GREY, shapes=(replace(BIG, pixels=(20, 49)), replace(BIG, pixels=(70, 76))))
+GRAYS = field(GRAY, shapes=(replace(BIG, pixels=(20, 49)), replace(BIG, pixels=(70, 76))))
 MOVING = field(ORANGE, shapes=(Shape(w=(16, 20), h=(6, 8)), Shape(w=4, h=(20, 26))))
 wall_run = functools.partial(Run, WALL_COLORS)
 MAPPED = Runs(
@@ -212,17 +225,17 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", SPOT, needs=("Room",), doc="the hunter in a hall"),
+        Category("Player", SPOT, needs=("Room",), role="player", doc="the hunter in a hall"),
         Category("Winky", field(PINK_FACE, shapes=BIG), doc="the hunter in a room"),
         Category("Shot", SPOT, needs=("Chamber",), doc="his arrow"),
         Category("Hallmonsters", ROAMERS, count=6, doc="in a hall, or one in a room"),
-        _monster("Skeleton", GREY, (50, 62), "of room 0"),
+        _monster("Skeleton", GRAY, (50, 62), "of room 0"),
         _monster("Goblin", BLUE, (50, 66), "of room 1"),
         Category("Serpant", SNAKES, count=3, doc="of room 2"),
         Category("TwoHeaded", field(RED, shapes=BIG), count=3, doc="of room 4"),
         Category(
             "Troll",
-            field(GREY, shapes=replace(BIG, pixels=(64, 69))),
+            field(GRAY, shapes=replace(BIG, pixels=(64, 69))),
             count=3,
             doc="of room 5",
         ),
@@ -241,7 +254,7 @@ GAME = Game(
             field(PINKS, shapes=Shape(w=(7, 8), h=(9, 14))),
             doc="of rooms 2 and 6",
         ),
-        Category("Grey_Collectable", GREYS, doc="of rooms 3 and 4"),
+        Category("Grey_Collectable", GRAYS, doc="of rooms 3 and 4"),
         Category(
             "Green_Collectable", field(EMERALD, shapes=Shape(w=(1, 8), h=(1, 8))), doc="of room 7"
         ),
@@ -251,8 +264,9 @@ GAME = Game(
         display(
             "Life",
             ICONS.rule(WALL_COLORS, (104, 9, 152, 17), single=2),
+            role="lives",
             doc="one more than the icons",
         ),
-        display("Score", SCORE.rule(8), doc="points"),
+        display("Score", SCORE.rule(8), role="score", doc="points"),
     ),
 )

@@ -1,13 +1,13 @@
-"""The scene of Venture that is on the screen: a hall, or a room, and what never moves there.
+"""Venture's scene on the screen: a hall, or a room, and its fixed parts.
 
-The last frame of a scene is older than the RAM, which has the next scene already.
+The last frame of a scene is older than the RAM, which already has the next scene.
 """
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.console.ops import among, pick, reached, when
+from ocjax.authoring import among, pick, reached, when
 from ocjax.extractors.venture.ram import PAUSED, Ram, Room
 
 START_X = 68  # `dot_x` at the start of a hall
@@ -17,8 +17,8 @@ BEGINS = 64  # `pause` on the last frame of the scene before
 FIRST_SPLIT = 40  # `split` in the first hall
 SECOND_SPLIT = 38
 SPLITS = (FIRST_SPLIT, SECOND_SPLIT)
-DOORS = (2, 4, 8)  # `door` of a hall's rooms but the first one
-ROOMS_BEFORE = 4  # numbers of the rooms of the second hall begin here
+DOORS = (2, 4, 8)  # `door` of a hall's rooms except the first one
+ROOMS_BEFORE = 4  # first number of the second hall's rooms
 FIRST_COLOR = 84  # of the walls in the first hall and its rooms
 SECOND_COLOR = 148
 WALL_COLORS = (FIRST_COLOR, SECOND_COLOR)
@@ -27,12 +27,12 @@ WALL_COLORS = (FIRST_COLOR, SECOND_COLOR)
 class Scene(NamedTuple):
     """The scene that is on the screen."""
 
-    is_old: jax.Array  # whether the RAM has the next scene already
-    is_left: jax.Array  # whether it is old and a room, which he has left
-    is_hall: jax.Array  # whether it is a hall, and the RAM's
-    is_room: jax.Array  # whether it is a room, and the RAM's
+    is_old: jax.Array  # whether the RAM already has the next scene
+    is_left: jax.Array  # whether it is an old room, which he has left
+    is_hall: jax.Array  # whether it is a hall, and current
+    is_room: jax.Array  # whether it is a room, and current
     number: jax.Array  # of the room
-    is_second: jax.Array  # whether it is the second hall, whose walls are blue, or one of its rooms
+    is_second: jax.Array  # whether it is the second hall (with blue walls) or one of its rooms
     color: jax.Array  # of the walls
 
 
@@ -57,7 +57,7 @@ def shown_scene(m: Ram) -> Scene:
 
 
 def is_at_start(m: Ram) -> jax.Array:
-    """Whether he is where he begins in a hall."""
+    """True if he is at his start in a hall."""
     return (m.dot_x == START_X) & (m.dot_y == START_Y)
 
 
@@ -66,7 +66,7 @@ def _is_beyond(room: jax.Array) -> jax.Array:
 
 
 class Plan(NamedTuple):
-    """What never moves in a room."""
+    """The fixed parts of a room."""
 
     wall_x: int | jax.Array  # of the upper wall
     wall_width: int | jax.Array
@@ -116,5 +116,5 @@ SECOND_MAP = (
 
 
 def room_plan(scene: Scene) -> Plan:
-    """What never moves in the room on the screen."""
+    """The fixed parts of the room on the screen."""
     return Plan(*(pick(scene.number, column) for column in zip(*PLANS, strict=True)))

@@ -1,10 +1,10 @@
-"""Venture's sprites as they were drawn.
+"""Venture's sprites as drawn.
 
 Sprites move after every second frame, three on one and three on the next, and the dot moves after
-each one ($F4FE-$F6DF). `as_drawn` takes that back.
+each one ($F4FE-$F6DF). `as_drawn` undoes this.
 
-The larger hall monster of a room, the guest, takes turns with a sprite: it changes places with it
-at $FB00, every other turn.
+The larger hall monster of a room, the guest, alternates with a sprite: it swaps with it at $FB00,
+every other turn.
 """
 
 from typing import NamedTuple
@@ -12,9 +12,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.ops import among, match, pick, when
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, match, pick, when
 from ocjax.extractors.venture.ram import PAUSED, ROM, Ram, Room, Status
 
 ROW_COUNTS = (5, 7, 9, 13)  # rows of pictures, two lines each
@@ -26,52 +24,53 @@ SPRITE_PICTURES = Pictures.of(
     rows=len(ROW_COUNTS),
     low=PAGE_BYTES,
 )
-ALL_ROWS = 256  # less the rows is `height`
-SPEEDS = ROM.bytes(0xE48, 8).tolist()  # bits of `turns` on which one moves, by its speed
-FIRST_TURNS = (0, 2, 4)  # speeds that look at the first of `turns`
-SECOND_TURNS = (1, 5)  # speeds that look at the second
+ALL_ROWS = 256  # minus the rows gives `height`
+SPEEDS = ROM.bytes(0xE48, 8).tolist()  # bits of `turns` on which a sprite moves, by its speed
+FIRST_TURNS = (0, 2, 4)  # speeds that use the first of `turns`
+SECOND_TURNS = (1, 5)  # speeds that use the second of `turns`
 
 VIEW = (0, 24, 160, 186)
 SPRITE = np.arange(6)
 IS_THIRD = SPRITE % 3 == 2  # of a frame
 FIRST_LINE = np.array((26, 27, 27, 26, 27, 27))  # of each sprite
 DOT_FIRST_LINE = 25
-# `x` less the column: of the third sprite of a frame, by room, and of all others.
+# `x` minus the column: for the third sprite of a frame, by room, and for all others.
 THIRD_SHIFTS = (7, 7, 7, 1, 1, 1, 1, 1, 7, 7)
 SHIFT = 1
 WALL_SPREAD = 4  # columns of a dot of moving walls
-UPWARDS = 128  # from here on, `y` is less than 0
-GONE = 81  # `y` of a sprite that is not there
+UPWARDS = 128  # least `y` that is negative
+GONE = 81  # `y` of a missing sprite
 
 WINKY = 0  # his sprite in a room
 WINKY_SIZE = (8, 12)
 GUEST_SIZE = (8, 16)
-NO_GUEST = 128  # from here on, `guest` is no sprite
-HOSTS = (3, 4)  # sprites that a guest takes turns with
+NO_GUEST = 128  # least `guest` that is no sprite
+HOSTS = (3, 4)  # sprites that alternate with a guest
 
 MOVERS = np.arange(7)  # the sprites and the dot
 DOT = 6
-SECOND_HALF = (MOVERS >= 3) & (MOVERS != DOT)  # those that move on every other frame
+SECOND_HALF = (MOVERS >= 3) & (MOVERS != DOT)  # they move on every other frame
 LAST_TICK = 1  # `timer` of a sprite that has just turned round
 
 
 class Drawn(NamedTuple):
-    """The sprites, `[6]`, and the dot as they were drawn."""
+    """The sprites, `[6]`, and the dot as drawn."""
 
-    x: jax.Array  # of what each sprite shows
+    x: jax.Array  # of the figure that each sprite shows
     y: jax.Array
-    picture: jax.Array  # low byte of the address of its first row, less 1
-    own_x: jax.Array  # of what it is, while a guest has its place
+    picture: jax.Array  # low byte of the address of its first row, minus 1
+    own_x: jax.Array  # of the sprite itself, while it shows a guest
     own_y: jax.Array
     dot_x: jax.Array
     dot_y: jax.Array
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Take back the moves since the frame was drawn."""
+    """Undo the moves since the frame was drawn."""
     moved_x, moved_y = _moves(m)
-    dx, dy = moved_x[:DOT], moved_y[:DOT]
-    of_guest = m.guest_picture + m.guest_y - 2 * dy  # why twice is not known
+    dx = moved_x[:DOT]
+    dy = moved_y[:DOT]
+    of_guest = m.guest_picture + m.guest_y - 2 * dy  # the reason for the factor is unknown
     return Drawn(
         x=jnp.where(swaps(m), m.guest_x, m.x) - dx,
         y=jnp.where(swaps(m), m.guest_y, m.y) - dy,
@@ -84,7 +83,7 @@ def as_drawn(m: Ram) -> Drawn:
 
 
 def swaps(m: Ram) -> jax.Array:
-    """Which sprite has changed places with the larger hall monster."""
+    """True for the sprite that has swapped with the larger hall monster."""
     return (m.swapped > 0) & (m.guest == SPRITE)
 
 
@@ -97,9 +96,9 @@ def sprite_boxes(m: Ram, drawn: Drawn) -> Box:
     index = SPRITE_PICTURES.index(rows=rows, low=drawn.picture + 1 & 0xFF)
     left, top, width, height = SPRITE_PICTURES.extent(index)
     y = jnp.where(drawn.y >= UPWARDS, drawn.y - 256, drawn.y)
-    x = drawn.x - jnp.where(IS_THIRD, pick(m.room, THIRD_SHIFTS), SHIFT)
+    sprite_x = drawn.x - jnp.where(IS_THIRD, pick(m.room, THIRD_SHIFTS), SHIFT)
     is_wall = (m.room == Room.WALLS) & (SPRITE % 3 > 0)
-    x = x + jnp.where(is_wall, WALL_SPREAD * left, left)
+    x = sprite_x + jnp.where(is_wall, WALL_SPREAD * left, left)
     there = (height > 0) & (drawn.y != GONE)
     return box(x, FIRST_LINE + 2 * (y + top), width, 2 * height, there).clip(*VIEW)
 
@@ -116,7 +115,7 @@ def winky_box(drawn: Drawn) -> Box:
 
 
 def guest_box(m: Ram, drawn: Drawn) -> Box:
-    """The larger hall monster in a room, in the first slot; it takes turns with sprite 3 or 4."""
+    """The larger hall monster in a room, in the first slot; it alternates with sprite 3 or 4."""
 
     def of_host(values: jax.Array | np.ndarray) -> jax.Array:
         return jnp.where(m.guest == HOSTS[1], values[HOSTS[1]], values[HOSTS[0]])
@@ -140,7 +139,7 @@ def _moves(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 
 def _has_moved(m: Ram, in_room: jax.Array) -> jax.Array:
-    """Which sprites have moved since the frame was drawn, and whether the dot has."""
+    """True for sprites that have moved since the frame was drawn, and for a moved dot."""
     all_move = m.next_turn == 0
     sprite_moved = (all_move | SECOND_HALF) & _has_turn(m) & (m.status != Status.DEAD)
     shot_flies = (MOVERS == DOT) & ~all_move & in_room
@@ -148,14 +147,16 @@ def _has_moved(m: Ram, in_room: jax.Array) -> jax.Array:
 
 
 def _way(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """The way that the sprites and the dot go: 1 is right or down, -1 left or up."""
-    right, left = (m.status & Status.RIGHT) == 0, (m.status & Status.LEFT) == 0
-    down, up = (m.status & Status.DOWN) == 0, (m.status & Status.UP) == 0
+    """The direction of the sprites and the dot: 1 is right or down, -1 left or up."""
+    right = (m.status & Status.RIGHT) == 0
+    left = (m.status & Status.LEFT) == 0
+    down = (m.status & Status.DOWN) == 0
+    up = (m.status & Status.UP) == 0
     return match((right, 1), (left, -1), otherwise=0), match((down, 1), (up, -1), otherwise=0)
 
 
 def _has_turn(m: Ram) -> jax.Array:
-    """Whether the sprites' and the dot's speeds let them move at their last turn."""
+    """True if the speeds of the sprites and the dot let them move at their last turn."""
     first, second, third = m.turns
     before = jnp.stack((first >> 1 | (first & 1) << 7, second >> 1, third >> 1))
     turns = jnp.where(m.next_turn == 0, m.turns, before)

@@ -1,33 +1,33 @@
 """Wizard of Wor: a worrior hunts six monsters in dungeons of 66 cells; others wait below.
 
-Screen: the monsters share a sprite and are drawn in turn, the worrior on every other frame, and not
-while his explosion is black. Garwors and Thorwors are invisible until they come in line with him,
-but move and touch him all the time, and are valid. Who explodes is valid. A wall is a side of a
-cell, without the posts at its ends; tunnels and the boxes in which worriors wait have walls, too. A
-door is the side between the dungeon and a tunnel, valid while it is closed. Radar is the whole
-radar; its dots, of which a frame shows two, repeat in which cells the monsters are, and are no
-objects. The posts are scenery.
+Screen: the monsters share a sprite and alternate. The worrior is drawn on every other frame, and
+not while his explosion is black. Garwors and Thorwors are invisible until they come in line with
+him, but move and touch him all the time, and are valid. Exploding figures are valid. A wall is a
+side of a cell, without the posts at its ends. Tunnels and the boxes of waiting worriors have walls,
+too. A door is the side between the dungeon and a tunnel, valid while it is closed. Radar is the
+complete radar; its dots, two per frame, repeat the monsters' cells and are no objects. The posts
+are scenery.
 
-Slots: those of monsters are the game's six records, in each of the kinds. Worluk and Wizard always
-have the first one. Those of walls are places that have a wall in one of the two mazes, row by row,
-and at the end those of tunnels and boxes.
+Slots: each kind of monster has the game's six records. Worluk and Wizard always have the first
+record. Walls have the positions of walls in either maze, row by row, then the walls of tunnels and
+boxes.
 
-RAM: ALE's source (score, lives), and the ROM's code. The screen shows the positions from before the
-step that follows the drawing (F55E-F730), so that `as_drawn` takes it back. The worrior and his
-shot move only after frames that do not show them.
+RAM: ALE's source (score, lives), and the ROM's code. The screen shows the positions before the step
+that follows the drawing (F55E-F730); `as_drawn` undoes this step. The worrior and his shot move
+only after frames that do not show them.
 
 Covered: all monsters, both mazes, tunnels, deaths, levels with double points, the end of the game.
 ALE has no game for two players; the second worrior is no object.
 
-Not exact: the RAM does not tell about a shot on the frame on which it hits, where a monster's shot
-is on its first frame, by which way a monster came to a turning, where it was before a jump, the
-worrior's pose before he was hit and the last score. ALE counts an extra life only when the next
+Not exact: the RAM lacks a shot on the frame on which it hits, and a monster's shot on its first
+frame. It does not record a monster's direction before a turning, its position before a jump, the
+worrior's pose before he was hit, and the last score. ALE counts an extra life only when the next
 worrior waits.
 
-VEM: it takes the worrior's blue explosion for that of a Burwor, and the Worluk's for that of the
-worrior, and does not see a shot beside whoever shoots. Lives has no value, because it depends on
-whether a worrior is in the dungeon, which a single frame does not tell. While the background
-flashes, it may have the walls' colour.
+VEM: it takes the worrior's blue explosion for a Burwor's, and the Worluk's explosion for the
+worrior's. It misses a shot beside the figure that shoots. Lives has no value: it depends on whether
+a worrior is in the dungeon, which a single frame does not show. While the background flashes, it
+may have the walls' colour.
 """
 
 import functools
@@ -36,11 +36,34 @@ from dataclasses import dataclass, replace
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box
-from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
-from ocjax.console.ops import among, match, mod, only, pick, when
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    EAST,
+    NORTH,
+    SOUTH,
+    WEST,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Cells,
+    Context,
+    Detected,
+    Game,
+    NumberDisplay,
+    Pictures,
+    Saver,
+    Shape,
+    Step,
+    among,
+    box,
+    boxes,
+    display,
+    match,
+    mod,
+    only,
+    pick,
+    when,
+)
 from ocjax.extractors.wizardofwor.ram import ROM, Hunt, Kind, Ram, Stage, State, Way
 from ocjax.extractors.wizardofwor.walls import (
     CELL_HEIGHT,
@@ -51,12 +74,6 @@ from ocjax.extractors.wizardofwor.walls import (
     VERTICAL,
     Walls,
 )
-from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.rules import Blobs, Bounds, Cells
-from ocjax.vision.shades import Saver
-from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Context, Step
 
 SLOTS = np.arange(6)
 KINDS = range(Kind.BURWOR, Kind.WIZARD + 1)
@@ -65,9 +82,9 @@ TUNNEL_CELL = 32  # at the right
 TUNNEL_ENDS = (19, 139)  # `monster_x`
 END_UPRIGHT = 10  # `step` at the end of a way up or down
 END_ACROSS = 12
-EXPLODING = 8  # from here on, `death` shows the explosion
-JUST_FIRED = 5  # `fire_sound` on the frame on which a shot leaves
-NO_MISSILE = 128  # least `missile_y` while none is drawn
+EXPLODING = 8  # least `death` that shows the explosion
+JUST_FIRED = 5  # `fire_sound` on the frame of a new shot
+NO_MISSILE = 128  # least `missile_y` without a drawn shot
 DOORS_OPEN = 128  # least `frame`
 EXTRA_LIFE = 8000  # the mark in `score`
 DOOR_X = (12, 144)
@@ -75,7 +92,7 @@ DOOR_TOP = 64
 SIZE = 16  # rows of a figure
 HEAD_RIGHT = 1  # column of the worrior's first pixel on his way to the right
 HEAD_UP = 4  # and up, also of a shot above him
-ICONS = 3  # at most
+ICONS = 3  # most icons
 LAST_ICON = 136  # column
 
 BLUE = 140
@@ -87,7 +104,7 @@ WALL_BLUE = 136
 WALL_GOLD = 42  # while points count twice
 WALL_SAVED = 128  # after a game: the screen saver drops a bit of blue, and then applies its key
 SAVER_MASK = 0xF6  # bits of the key that change the walls
-SCORE_MASK = 8  # a bit of it that changes the score alone
+SCORE_MASK = 8  # a bit of the key that changes only the score
 FLASHING = tuple(range(2, 16, 2))  # walls and displays, once the Wizard is shot
 FLASH_BITS = 14  # bits of these colours
 KIND_COLORS = (0, BLUE, YELLOW, RED, ORANGE, WHITE)
@@ -96,7 +113,7 @@ DEATH_COLORS = (ORANGE, 0, BLUE, 0, ORANGE, 0, BLUE, 0, ORANGE, BLUE, 0)  # by `
 
 class Sort:  # axis of `FIGURES`
     WORRIOR = 0
-    OF_KINDS = (1, 1, 1, 2, 3, 4)  # Burwors and Garwors are alike
+    OF_KINDS = (1, 1, 1, 2, 3, 4)  # Burwors and Garwors look alike
     EXPLOSION = 5
 
 
@@ -106,7 +123,7 @@ def _read_pictures() -> Pictures:
         *(0x02, 0x14, 0x26),  # of the worrior
         *(0x4A, 0x5C, 0x6E),  # of Burwors and Garwors
         *(0x80, 0x92, 0xA4),  # of Thorwors
-        *(0xB6, 0xB6, 0xB6),  # of the Worluk, the same all ways
+        *(0xB6, 0xB6, 0xB6),  # of explosions
         *(0xC8, 0xDA, 0xEC),  # of the Wizard
         *(0x38, 0x38, 0x38),  # of explosions
     )
@@ -122,7 +139,7 @@ POINTS = NumberDisplay(
 
 @dataclass(frozen=True)
 class Drawn:
-    """What the frame shows where the RAM has something newer."""
+    """Values of the frame for which the RAM has newer ones."""
 
     frame: jax.Array
     level: jax.Array
@@ -136,11 +153,9 @@ class Drawn:
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    monsters, walls, shut = (
-        _monster_boxes(m, drawn),
-        _wall_color(m, drawn),
-        drawn.frame < DOORS_OPEN,
-    )
+    monsters = _monster_boxes(m, drawn)
+    walls = _wall_color(m, drawn)
+    shut = drawn.frame < DOORS_OPEN
     score = 100 * (m.score - when(m.score >= EXTRA_LIFE, EXTRA_LIFE))
     return {
         "Player": _worrior(m),
@@ -161,7 +176,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def as_drawn(m: Ram) -> Drawn:
-    """Takes back what the game has done since it drew the frame."""
+    """Undo the game's moves since it drew the frame."""
     moved = _has_moved(m)
     across = among(m.way, (Way.LEFT, Way.RIGHT))
     last_step = match(
@@ -174,7 +189,7 @@ def as_drawn(m: Ram) -> Drawn:
     tunnelled = moved & (m.step == 0)
     x = jnp.where(tunnelled, other_end, m.monster_x - when(moved, 2 * dx)) - 3
     y = 142 - m.monster_y - when(moved & ~tunnelled, 4 * dy)
-    dx, dy = _direction(m.missile_way)
+    missile_dx, missile_dy = _direction(m.missile_way)
     begins = (m.stage == Stage.MUSIC) & (m.music == 1) & (m.level > 0)
     return Drawn(
         frame=m.frame - 1 & 255,
@@ -182,31 +197,31 @@ def as_drawn(m: Ram) -> Drawn:
         x=x,
         y=y,
         step=last_step,
-        missile_x=m.missile_x - 4 - dx,
-        missile_y=138 - m.missile_y - 2 * dy,
+        missile_x=m.missile_x - 4 - missile_dx,
+        missile_y=138 - m.missile_y - 2 * missile_dy,
         missile=_missile_flies(m, moved, x, y),
     )
 
 
 def _direction(way: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """One pixel that way, to the right and down."""
+    """One pixel in a direction, to the right and down."""
     dx = match((way == Way.LEFT, -1), (way == Way.RIGHT, 1), otherwise=0)
     return dx, match((way == Way.UP, -1), (way == Way.DOWN, 1), otherwise=0)
 
 
 def _has_moved(m: Ram) -> jax.Array:
-    """Whether each monster has moved since the frame was drawn."""
+    """True for monsters that have moved since the frame was drawn."""
     hunts = m.hunt != Hunt.NONE
     wizard_rests = (m.hunt == Hunt.WIZARD) & ((m.frame & 7) == 0)
     on_turn = jnp.where(hunts, when(wizard_rests, 2), m.turn - 1)
-    moving = jnp.where(hunts, (m.frame & 3) == 0, among(m.turn, range(1, 4)))
-    moving = moving & (m.stage == Stage.PLAY) & (m.over == 0)
+    on_frame = jnp.where(hunts, (m.frame & 3) == 0, among(m.turn, range(1, 4)))
+    moving = on_frame & (m.stage == Stage.PLAY) & (m.over == 0)
     walks = among(m.kind, KINDS) & among(m.way, (Way.UP, Way.DOWN, Way.LEFT, Way.RIGHT))
     return moving & walks & ((on_turn == SLOTS) | (on_turn + 3 == SLOTS))
 
 
 def _missile_flies(m: Ram, moved: jax.Array, x: jax.Array, y: jax.Array) -> jax.Array:
-    """Whether a monster's shot is drawn: not yet when it has just left the monster."""
+    """True if a monster's shot is drawn; a shot that has just left the monster is not."""
     there = (m.missile_x == x + 8) & (m.missile_y == 131 - y)
     leaves = jnp.any((m.shooter == SLOTS) & moved & there)
     flies = (m.missile_way > 0) & (m.missile_y < NO_MISSILE)
@@ -258,7 +273,7 @@ def _worrior(m: Ram) -> Box:
 
 
 def _monster_boxes(m: Ram, drawn: Drawn) -> Box:
-    """All six; an explosion goes on whenever it is drawn."""
+    """All six; an explosion advances only on frames that draw it."""
     part = m.cell - when(m.chosen == SLOTS, 1)
     explodes = (m.way == Way.EXPLODES) & (part > 0)
     sort = jnp.where(explodes, Sort.EXPLOSION, pick(m.kind, Sort.OF_KINDS))
@@ -267,7 +282,7 @@ def _monster_boxes(m: Ram, drawn: Drawn) -> Box:
 
 
 def _shot(m: Ram) -> Box:
-    """The worrior's shot, once a frame has shown it."""
+    """The worrior's shot, valid from its first drawn frame."""
     leaves = (m.fire_sound == JUST_FIRED) & ((m.frame & 1) == 0)
     return box(m.shot_x - 4, 138 - m.shot_y, 1, 2, (m.shot_way > 0) & ~leaves)
 
@@ -275,7 +290,7 @@ def _shot(m: Ram) -> Box:
 def _missile_box(m: Ram, drawn: Drawn) -> Box:
     """A monster's shot, in the colour of the monster that the frame shows."""
     visible = among(m.kind, KINDS) & (~among(m.kind, HIDING) | (m.seen > 0))
-    before = mod(m.chosen + 5 - SLOTS, 6)  # how many turns ago
+    before = mod(m.chosen + 5 - SLOTS, 6)  # turns since the monster was drawn
     last = visible & (before == jnp.min(jnp.where(visible, before, 6)))
     color = pick(only(last, m.kind), KIND_COLORS)
     return box(drawn.missile_x, drawn.missile_y, 1, 2, drawn.missile, color=color)
@@ -290,18 +305,18 @@ def _icon_row(m: Ram, color: jax.Array) -> Box:
 
 
 def _is_over(m: Ram) -> jax.Array:
-    """Whether the frame shows the screen saver: from the second frame after a game on."""
+    """True if the frame shows the screen saver, which starts on the second frame after a game."""
     return (m.over > 0) & (m.pace == 0)
 
 
 def _score_color(m: Ram, drawn: Drawn) -> jax.Array:
-    """Of the score, before the screen saver's key changes it."""
+    """Colour of the score, before the screen saver's key changes it."""
     saved = ORANGE ^ (_full_key(m) & SCORE_MASK)
     return match((_is_over(m), saved), (m.flash > 0, _flash_color(drawn)), otherwise=ORANGE)
 
 
 def _full_key(m: Ram) -> jax.Array:
-    """The screen saver's key as of the frame."""
+    """The screen saver's key on the frame."""
     return m.saver_key - when(m.frame == 0, 1)
 
 
@@ -310,27 +325,28 @@ def _saver_key(m: Ram) -> jax.Array:
 
 
 class WithoutShot(Step):
-    """The worrior without a shot at the end of his gun; his first pixel tells where that is."""
+    """The worrior without a shot at the end of his gun; his first pixel locates it."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
         head = (found.x if found.head is None else found.head) - found.x
         left = jnp.where(head == HEAD_RIGHT, found.x, found.x + jnp.maximum(found.w - 8, 0))
         top = jnp.where(head == HEAD_UP, found.y + jnp.maximum(found.h - SIZE, 0), found.y)
-        width, height = jnp.minimum(found.w, 8), jnp.minimum(found.h, SIZE)
+        width = jnp.minimum(found.w, 8)
+        height = jnp.minimum(found.h, SIZE)
         return found._replace(box=boxes(left, top, width, height, found.valid))
 
 
 in_dungeon = functools.partial(Blobs, region=DUNGEON, gap=(2, 0))
-# Numbers of pixels, with the gaps that are closed, tell figures of one colour apart. Figures are
-# larger where a shot touches them.
+# Numbers of pixels, with closed gaps, distinguish figures of one colour. Figures are larger where a
+# shot touches them.
 MONSTER_SHAPE = Shape(w=(6, 11), h=(10, 20))
 SHOT_SHAPE = Shape(w=1, h=2)
 WORRIOR_SHAPE = Shape(w=(8, 11), h=(16, 20), pixels=(74, 96))
 WORLUK_SHAPE = Shape(w=(8, 9), h=(14, 17), pixels=(98, 106))
 EXPLOSION_SHAPE = Shape(w=(7, 8), h=(10, 16), pixels=(36, 88))
 BURWOR_SHAPE = Shape(w=(6, 11), h=(8, 20), pixels=(113, 140))
-BURWOR_PART_SHAPE = Shape(w=(5, 8), h=(8, 16), pixels=(30, 105))  # it explodes or is covered
+BURWOR_PART_SHAPE = Shape(w=(5, 8), h=(8, 16), pixels=(30, 105))  # an exploding or covered Burwor
 WORLUKS = in_dungeon(ORANGE, shapes=WORLUK_SHAPE, gap=(1, 0))
 GARWORS = in_dungeon(YELLOW, shapes=MONSTER_SHAPE)
 THORWORS = in_dungeon(RED, shapes=MONSTER_SHAPE)
@@ -363,7 +379,7 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (14, 22), (WALL_SAVED, *WALL_COLORS, 0)),
     categories=(
-        _mover("Player", WORRIORS, doc="the worrior"),
+        _mover("Player", WORRIORS, role="player", doc="the worrior"),
         _mover("Burwor", BURWORS, count=6, doc="blue monsters"),
         _mover("Garwor", GARWORS, count=6, doc="yellow monsters, which hide"),
         _mover("Thorwor", THORWORS, count=6, doc="red monsters, which hide"),
@@ -375,7 +391,7 @@ GAME = Game(
         Category("VerticalWall", VERTICAL_RULE, count=len(VERTICAL.x), doc="of a cell"),
         Category("Door", DOOR_RULE, count=2, doc="to the tunnels: left, right"),
         display("Radar", RADAR_RULE, attributes=(), doc="shows the cells of two monsters"),
-        display("Score", POINTS.rule(SCORE_COLORS), doc="points"),
-        display("Lives", ICON_RULE, doc="all icons; value: lives"),
+        display("Score", POINTS.rule(SCORE_COLORS), role="score", doc="points"),
+        display("Lives", ICON_RULE, role="lives", doc="all icons; value: lives"),
     ),
 )

@@ -1,4 +1,4 @@
-"""The walls of Wizard of Wor: the sides of cells, from the ways out of cells in the ROM."""
+"""The walls of Wizard of Wor: sides of cells, from the exits of cells in the ROM."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from ocjax.extractors.wizardofwor.ram import ROM, Way
 
-WAYS_OUT = (0xDBE, 0xDDF)  # the ways out of all cells of each maze, four bits a cell, row by row
+WAYS_OUT = (0xDBE, 0xDDF)  # the exits of all cells of each maze, four bits per cell, row by row
 ROWS = 6
 COLUMNS = 11
 CELL_WIDTH = 8
@@ -17,7 +17,7 @@ TOP = 24
 FLOOR = 141  # top of the lowest walls
 TUNNEL_ROW = 2
 DUNGEON = (LEFT - POST, TOP - POST, LEFT + COLUMNS * (CELL_WIDTH + POST), FLOOR + POST)
-# Left and top of walls that stay: of the tunnels, and of the boxes in which worriors wait.
+# Left and top of fixed walls: of the tunnels, and of the boxes of waiting worriors.
 OUTER_HORIZONTAL = ((4, 60), (148, 60), (4, 80), (148, 80), (16, 161), (136, 161))
 OUTER_VERTICAL = ((12, 145), (24, 145), (132, 145), (144, 145))
 
@@ -27,29 +27,27 @@ class Walls(NamedTuple):
 
     x: tuple[int, ...]
     y: tuple[int, ...]
-    mazes: np.ndarray
-    """Which of them are in each maze, bool `[maze, wall]`."""
+    mazes: np.ndarray  # True for the walls of each maze, bool `[maze, wall]`
 
 
 def _exits(maze: int) -> np.ndarray:
-    """The ways out of a maze's cells, int32 `[row, column]`."""
+    """The exits of a maze's cells, int32 `[row, column]`."""
     pairs = ROM.bytes(WAYS_OUT[maze], ROWS * COLUMNS // 2)
     return np.stack([pairs >> 4, pairs & 15], axis=-1).reshape(ROWS, COLUMNS)
 
 
 def _closed_above(maze: int) -> np.ndarray:
-    """Whether there is a wall above each cell, and below those of the last row."""
-    closed = np.ones((ROWS + 1, COLUMNS), bool)
-    closed[1:ROWS] = (_exits(maze)[1:] & Way.UP) == 0
-    return closed
+    """True for a wall above each cell; the last entries are below the maze."""
+    inner = (_exits(maze)[1:] & Way.UP) == 0
+    return np.pad(inner, ((1, 1), (0, 0)), constant_values=True)
 
 
 def _closed_left(maze: int) -> np.ndarray:
-    """Whether there is a wall left of each cell, and right of the last column; doors are none."""
-    closed = np.ones((ROWS, COLUMNS + 1), bool)
-    closed[:, 1:COLUMNS] = (_exits(maze)[:, 1:] & Way.LEFT) == 0
-    closed[TUNNEL_ROW, (0, COLUMNS)] = False
-    return closed
+    """True for a wall (not a door) left of each cell; the last entries are right of the maze."""
+    inner = (_exits(maze)[:, 1:] & Way.LEFT) == 0
+    in_tunnel_row = np.arange(ROWS)[:, None] == TUNNEL_ROW
+    is_door = in_tunnel_row & np.isin(np.arange(COLUMNS + 1), (0, COLUMNS))
+    return np.pad(inner, ((0, 0), (1, 1)), constant_values=True) & ~is_door
 
 
 def _placed(
@@ -58,7 +56,7 @@ def _placed(
     closed: list[np.ndarray],
     outer: tuple[tuple[int, int], ...],
 ) -> Walls:
-    """All walls at some places that are closed in a maze, row by row, and those that stay."""
+    """All walls that are closed in a maze, row by row, then the fixed ones."""
     mazes = np.stack(closed).reshape(len(closed), -1)
     used = mazes.any(axis=0)
     places = np.array([(x, y) for y in tops for x in lefts])[used].tolist()

@@ -1,26 +1,27 @@
 """Zaxxon: a plane flies over fortresses, through the openings of their walls, and through space.
 
-Screen: fortresses in perspective, whose rows are half as high in the distance, and black space with
-fighters alone. Floor, its edges and explosions are scenery. An enemy's own shadow is no part of it.
-While the plane explodes, the picture flashes, and nothing is in play. Altitude is the bar at the
-left, in the colors of the ground beside it; there is none in space.
+Screen: fortresses are drawn in perspective, with rows half as high in the distance. Space is black
+and has only fighters. The floor, its edges and explosions are scenery. An enemy's own shadow is no
+part of it. While the plane explodes, the picture flashes, and nothing is in play. Altitude is the
+bar at the left, in the colors of the ground beside it; space has no bar.
 
-Slots: the game moves what stands on the ground from record to record as it comes nearer, but it
-keeps its slot.
+Slots: a thing on the ground keeps its slot, although the game moves it from record to record as it
+comes nearer.
 
-RAM: ALE's source (score, lives), OCAtari (what some bytes are), and the ROM's code. The game moves
-the ground after drawing it; all else is drawn as the RAM has it. A turn of the drawing loop that
-does too much takes three lines instead of two, which moves what is below it.
+RAM: ALE's source (score, lives), OCAtari (meaning of some bytes), and the ROM's code. The game
+moves the ground after it draws it; everything else is drawn as the RAM has it. An iteration of the
+drawing loop with too much work takes three lines instead of two, and everything below it moves
+down.
 
 Covered: all modes, fortresses, space, Zaxxon and barriers (by writing RAM), lost lives, the end.
 
-Not exact: what is below the last frame of a shot's flash on a wall, by a line or two. What a shot
-has just hit is gone from the RAM a frame before it is from the screen. The end of space, for the
-last of its rows, is taken for a fortress.
+Not exact: on the last frame of a shot's flash on a wall, everything below is off by a line or two.
+A thing that a shot has just hit leaves the RAM a frame before it leaves the screen. REM takes the
+last rows of space for a fortress.
 
-VEM: it misses things of the same color that touch, the shadow where no more than a part of it falls
-on the ground, and barriers in three of four frames. It reads Life on two of the lines on which it
-may stand, and takes parts of Zaxxon behind its missile for other things.
+VEM: it misses things of the same color that touch, the shadow if only a part of it falls on the
+ground, and barriers in three of four frames. It reads Life on two of its possible lines, and takes
+parts of Zaxxon behind its missile for other things.
 """
 
 import dataclasses
@@ -29,14 +30,30 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax._xla.kernels import materialize
-from ocjax.console import palette
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.fonts import Digits
-from ocjax.console.ops import among, extremes, when
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Pictures
-from ocjax.extraction.game import Category, Game, display
+from ocjax.authoring import (
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Digits,
+    Game,
+    Gauge,
+    NumberDisplay,
+    Pictures,
+    Shape,
+    ShortRuns,
+    among,
+    bitmaps,
+    box,
+    display,
+    edges,
+    extremes,
+    materialize,
+    packed_position,
+    palette,
+    when,
+)
 from ocjax.extractors.zaxxon.drawn import (
     COUNTS_ABOVE,
     FAR_TURNS,
@@ -70,12 +87,6 @@ from ocjax.extractors.zaxxon.things import (
     the_one,
     thing_boxes,
 )
-from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap
-from ocjax.vision.displays import NumberDisplay
-from ocjax.vision.filters import ShortRuns
-from ocjax.vision.rules import Blobs, Bounds, Gauge
-from ocjax.vision.shapes import Shape
 
 FONT = ROM.font(0xF08, rows=8)
 POINTS = NumberDisplay(FONT, right=99, top=10, digits=6, leading_zeros=True)
@@ -83,17 +94,17 @@ LIVES_LEFT = 51
 FUEL_LEFT = 59
 FUEL_ROWS = 7
 DISPLAY_GAP = 5  # lines from the loop's end to the display below it
-PLANE_X = 9  # less the position of a register
+PLANE_X = 9  # minus the position of a register
 SHOT_X = 7
 MISSILE_LATE = Late(55, 28, 1)
 SHOT_LATE = Late(88, 61, 34)
 SHOT_CENTER = 74
-SHOT_HEIGHT = 138  # with the shot's height and less its y, how much of its x shows
+SHOT_HEIGHT = 138  # plus the shot's height, minus its y: the visible part of its x
 SPACE_HEIGHT = 16  # of all shots in space
-GROUNDED_TOP = 185  # of the bar at the least altitude, or one line lower
+GROUNDED_TOP = 185  # top of the bar at the least altitude; it may be one line lower
 GROUNDED = 10  # the least altitude
 GROUND_RIGHT = 144
-FIELD_END = 200  # below everything but the display
+FIELD_END = 200  # below everything except the display
 
 BLACK = 0
 PLANE_COLOR = 56
@@ -106,7 +117,7 @@ RED = 68
 TOWER_COLORS = (102, 86, 70, 54)
 ORANGE = 52
 MISSILE_COLORS = (42, *TOWER_COLORS, 22, 52, 214, 216)
-FIGHTER_COLORS = (246, 230, 198, 182, 196, 178, 184, 214, YELLOW)  # the first seven at its top
+FIGHTER_COLORS = (246, 230, 198, 182, 196, 178, 184, 214, YELLOW)  # the first seven are at its top
 ZAXXON_COLOR = 230
 HIT_COLOR = 54
 ZAXXON_COLORS = (22, 228, ZAXXON_COLOR, 38, 52, HIT_COLOR)
@@ -170,8 +181,8 @@ def _zaxxon_box(m: Ram, d: Drawn, objects: Box) -> Box:
 
 def _homing_box(m: Ram, d: Drawn) -> Box:
     """Zaxxon's own missile."""
-    turn = FIRST_COUNT - m.homing_y
-    turn = turn - when(turn > d.step + FAR_TURNS - 1, 1)
+    at_turn = FIRST_COUNT - m.homing_y
+    turn = at_turn - when(at_turn > d.step + FAR_TURNS - 1, 1)
     x = packed_position(m.drawn_code) + PLANE_X
     left, first, width, rows = HOMING_PICTURE.extent(jnp.int32(0))
     boxes = box(x + 2 * left, line(m, d, turn) + 1 + 2 * first, 2 * width, 2 * rows)
@@ -194,7 +205,8 @@ def _shadow_box(m: Ram, d: Drawn) -> Box:
     """The part of the shadow that falls on the ground."""
     left, first, width, rows = PLANE_PICTURES.extent(_plane_picture(m, d))
     turn = jnp.maximum(SHADOW_BEGINS + first, d.shadow_turn + 1)
-    top, bottom = line(m, d, turn) + 1, line(m, d, SHADOW_BEGINS + first + rows) + 1
+    top = line(m, d, turn) + 1
+    bottom = line(m, d, SHADOW_BEGINS + first + rows) + 1
     tops, bottoms = ground_edges(m, d)
     there = lefts_of(d.shapes) < EMPTY
     highest, lowest = extremes(there & (tops < bottom) & (bottoms > top), tops, bottoms)
@@ -205,12 +217,14 @@ def _shadow_box(m: Ram, d: Drawn) -> Box:
 
 
 def _shot_boxes(m: Ram, d: Drawn) -> Box:
-    """Two shots, which are drawn by turns."""
+    """Two shots, drawn on alternate frames."""
     turned = (m.clock & 1) == 1
     just_hit = (jnp.arange(2) == 0) & (m.flash_time == FLASH_FRAMES)
-    y = jnp.where(just_hit, m.flash_y, m.shot_y)
-    y, x, height = (jnp.where(turned, v, v[::-1]) for v in (y, m.shot_x, m.shot_height))
-    height = jnp.where(d.space, SPACE_HEIGHT, height)
+    record_y = jnp.where(just_hit, m.flash_y, m.shot_y)
+    y = jnp.where(turned, record_y, record_y[::-1])
+    x = jnp.where(turned, m.shot_x, m.shot_x[::-1])
+    in_fortress = jnp.where(turned, m.shot_height, m.shot_height[::-1])
+    height = jnp.where(d.space, SPACE_HEIGHT, in_fortress)
     aside = x + 14 - 128
     part = (jnp.abs(aside) * ((SHOT_HEIGHT - y + height) & 255)) >> 8
     left = SHOT_CENTER + jnp.where(aside < 0, -part, part)
@@ -236,7 +250,8 @@ def _lives_box(m: Ram, d: Drawn) -> Box:
 
 
 def _altitude_box(m: Ram, d: Drawn) -> Box:
-    top, bottom = line(m, d, COUNTS_ABOVE - 1 - m.altitude) + 1, ground_end(m, d)
+    top = line(m, d, COUNTS_ABOVE - 1 - m.altitude) + 1
+    bottom = ground_end(m, d)
     color = jnp.where((d.step & 3) == 0, d.colors[0], d.colors[1]) & 0xFE
     return edges(8, top, 12, bottom, ~d.space, value=m.altitude - GROUNDED, color=color)
 
@@ -247,29 +262,29 @@ TANK_RGB = tuple(palette.NTSC[214].tolist())
 
 
 def _wide(mask: Bitmap, _: jax.Array) -> Bitmap:
-    """The pixels that are not alone in a row, as those of shots are."""
-    return mask & (bm.shift_left(mask, 1) | bm.shift_right(mask, 1))
+    """The pixels with a neighbor in their row; pixels of shots have none."""
+    return mask & (bitmaps.shift_left(mask, 1) | bitmaps.shift_right(mask, 1))
 
 
 def _tall(mask: Bitmap, planes: jax.Array) -> Bitmap:
-    """The pixels of posts; a fighter has two rows of their color at most."""
+    """The pixels of posts; a fighter has at most two rows of their color."""
     return mask & ~ShortRuns(2)(mask, planes)
 
 
 def _short_black(mask: Bitmap, planes: jax.Array) -> Bitmap:
-    """Black runs of at most the shadow's width, in the rows of the shadow alone."""
+    """Black runs of at most the shadow's width, only in the rows of the shadow."""
     _, top, _, bottom = SHADOW_FIELD
-    rows = materialize(lambda p: bm.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
+    rows = materialize(lambda p: bitmaps.color_mask(p[:, :, top:bottom], (BLACK,)), planes)
     runs = ShortRuns(14, across=True)(rows, planes)
     return jnp.pad(runs, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
 
 FIELD = (16, 24, 160, 194)
 SHADOW_FIELD = (16, 172, 144, 194)
-SHORT = ShortRuns(1, across=True)  # pixels that are alone in a row
+SHORT = ShortRuns(1, across=True)  # pixels without a neighbor in their row
 THING = Shape(w=(2, 16), h=(1, 34))
 FIGHTER_SHAPES = (Shape(w=(4, 8), h=(1, 5)), Shape(w=16, h=(8, 12)))
-# Tanks and guns are cut off at the top and the bottom; fighters and Zaxxon have their colors, too.
+# Edges cut tanks and guns off; fighters and Zaxxon have their colors, too.
 TANK_SHAPES = (
     Shape(w=6, h=1),
     Shape(w=(6, 8), h=(3, 12)),
@@ -288,7 +303,7 @@ FAR_BRIGHT = Shape(w=5, h=(1, 10))
 NEAR_BRIGHT = Shape(w=10, h=(1, 20))
 SHOT_SHAPE = Shape(w=1, h=(3, 12))
 in_field = functools.partial(Blobs, region=FIELD, shapes=THING)
-# The plane and near things of its color share a mask, and the plane is one component there.
+# The plane and near things of its color share a mask; the plane is one component of it.
 in_plane_color = functools.partial(
     Blobs, PLANE_COLOR, (8, 24, 160, 194), gap=(0, 2), filters=(_wide,)
 )
@@ -316,7 +331,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", PLANE_RULE, doc="the plane"),
+        Category("Player", PLANE_RULE, role="player", doc="the plane"),
         in_play("Player_Shot", SHOT_RULE, 2, doc="the plane's shots, drawn by turns"),
         in_play("Player_Shadow", SHADOW_RULE, doc="the plane's shadow on the ground"),
         in_play(
@@ -352,8 +367,14 @@ GAME = Game(
         ),
         in_play("Wall", Bounds(WALL_COLOR, (16, 24, 144, 196)), doc="a wall, with its openings"),
         in_play("Barrier", BARRIER_RULE, blinks=True, doc="electric posts, which change places"),
-        display("Score", POINTS.rule(SCORE_COLOR), doc="points"),
-        display("Life", LIVES_RULE, otherwise=LIVES_RAISED, doc="planes left, with this one"),
+        display("Score", POINTS.rule(SCORE_COLOR), role="score", doc="points"),
+        display(
+            "Life",
+            LIVES_RULE,
+            otherwise=LIVES_RAISED,
+            role="lives",
+            doc="planes left, with this one",
+        ),
         display("Fuel", FUEL_RULE, doc="fuel, 40 when it is full"),
         display(
             "Altitude",

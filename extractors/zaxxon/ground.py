@@ -1,20 +1,20 @@
-"""The ground of Zaxxon, in rows of playfield that come nearer: floor, walls and barriers."""
+"""The ground of Zaxxon in rows of playfield that come nearer: floor, walls and barriers."""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, edges
-from ocjax.console.ops import extremes, lookup, pick
+from ocjax.authoring import Box, edges, extremes, lookup, pick
 from ocjax.extractors.zaxxon.drawn import Drawn, ground_edges
 from ocjax.extractors.zaxxon.ram import ROM, Color, Ram
 
 GROUND_LEFT = 16
-EMPTY = 80  # the first column of a row without dots
+EMPTY = 80  # first column of a row without dots
 
 
 def _first_columns() -> np.ndarray:
-    """The first column of each shape of a row, int32 `[256]`; `EMPTY`: it has none."""
-    outer, inner = ROM.bytes(0xB00, 256), ROM.bytes(0xC00, 256)
+    """The first column of each row shape, int32 `[256]`; `EMPTY` if it has no dots."""
+    outer = ROM.bytes(0xB00, 256)
+    inner = ROM.bytes(0xC00, 256)
     dots = np.concatenate(
         [outer[:, None] >> np.arange(7, -1, -1), inner[:, None] >> np.arange(8)], 1
     )
@@ -23,7 +23,7 @@ def _first_columns() -> np.ndarray:
 
 
 SHAPE_LEFTS = _first_columns()
-BARRIER_SHAPES = ROM.bytes(0xBD1, 4, 4).tolist()  # of the four that take turns
+BARRIER_SHAPES = ROM.bytes(0xBD1, 4, 4).tolist()  # of the four alternating barriers
 
 
 def lefts_of(shapes: jax.Array) -> jax.Array:
@@ -41,7 +41,7 @@ def wall_box(m: Ram, d: Drawn) -> Box:
 
 
 def barrier_box(m: Ram, d: Drawn) -> Box:
-    """Posts that change their places, and are drawn in one of four frames."""
+    """Posts that change their positions; each is drawn on one of four frames."""
     tops, bottoms = ground_edges(m, d)
     shape = d.shapes + m.barrier_shape + 1 + pick((m.clock >> 2) & 3, BARRIER_SHAPES)
     lefts = lefts_of(shape)

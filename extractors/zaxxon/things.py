@@ -1,17 +1,16 @@
-"""What stands on Zaxxon's ground or flies above it: pictures and boxes.
+"""Things on Zaxxon's ground or above it: pictures and boxes.
 
-Three pictures are far away, where a row takes one line and a turn of the drawing loop shows two.
-The second row of a turn is written in the middle of the first one's line. The other pictures are
-near, twice as wide and twice as high.
+Three pictures are far away. Their rows take one line each, and a turn of the drawing loop shows two
+rows: it writes the second one in the middle of the first one's line. The other pictures are near,
+twice as wide and twice as high.
 """
+
+import functools
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.console.boxes import Box, box, edges
-from ocjax.console.ops import among, lookup, only, when
-from ocjax.console.registers import packed_position
-from ocjax.console.rom import Pictures
+from ocjax.authoring import Box, Pictures, among, box, edges, lookup, only, packed_position, when
 from ocjax.extractors.zaxxon.drawn import (
     FAR_TURNS,
     FIRST_COUNT,
@@ -29,10 +28,10 @@ KINDS = 12  # by their high digit
 STEPS = 8
 FAR_SLOTS = 3
 KIND_ROWS = 16
-SHOWN_ROWS = 15  # of a far picture; the last one is drawn at the next picture's place
-FAR_LATE = 103  # column from which the first row of two does not show
+SHOWN_ROWS = 15  # of a far picture; the last one is drawn at the next picture's position
+FAR_LATE = 103  # from this column, the first row of each pair is not visible
 LATE_COLUMNS = 9  # 0 to 8 columns of a picture are right of it
-FAR_X = 11  # less the position of a register
+FAR_X = 11  # minus the position of a register
 NEAR_X = 12
 
 
@@ -49,13 +48,13 @@ def _colored_rows() -> np.ndarray:
 
 
 def _late_rows(rows: np.ndarray, late: int) -> np.ndarray:
-    """The rows of a far picture, whose right columns show the second one of two only."""
+    """The rows of a far picture; its right columns show only the second row of each pair."""
     right = (1 << late) - 1
     return rows & ~right | np.repeat(rows[1::2], 2) & right
 
 
 def _shown_far(skipped: int) -> np.ndarray:
-    """Which rows of a far picture show, if some turns of it are above the ground."""
+    """Visible rows of a far picture if `skipped` turns of it are above the ground."""
     row = np.arange(KIND_ROWS)
     return (row >= 2 * skipped) & (row < SHOWN_ROWS)
 
@@ -82,18 +81,20 @@ FAR_PICTURES = Pictures.of(
 
 
 def by_slot(d: Drawn, values: jax.Array) -> jax.Array:
-    """Values of all records, by the slots that things keep when they change their records."""
-    slots = jnp.concatenate([values[:1], values[:0:-1]])
-    for bit in range(3):
-        slots = jnp.where((d.shifts >> bit & 1) == 1, jnp.roll(slots, 1 << bit), slots)
-    return slots
+    """Reorder values of all records by the slots that things keep when they change records."""
+
+    def rolled(slots: jax.Array, bit: int) -> jax.Array:
+        return jnp.where((d.shifts >> bit & 1) == 1, jnp.roll(slots, 1 << bit), slots)
+
+    return functools.reduce(rolled, range(3), jnp.concatenate([values[:1], values[:0:-1]]))
 
 
 def thing_boxes(m: Ram, d: Drawn) -> Box:
-    """What stands on the ground or flies."""
+    """Boxes of the things on the ground or in flight."""
     slot = by_slot(d, jnp.arange(RECORDS))
     far = slot < FAR_SLOTS
-    bank, kind = when(d.space, 1), jnp.minimum(by_slot(d, m.kind) >> 4, KINDS - 1)
+    bank = when(d.space, 1)
+    kind = jnp.minimum(by_slot(d, m.kind) >> 4, KINDS - 1)
     x = packed_position(by_slot(d, m.code)) + jnp.where(far, FAR_X, NEAR_X)
     late = when(~d.space, jnp.clip(x + 8 - FAR_LATE, 0, 8))
     skipped = jnp.where(slot == 0, STEPS - 1 - d.step, 0)
@@ -106,7 +107,8 @@ def thing_boxes(m: Ram, d: Drawn) -> Box:
     )
     highest = first_line(m, d)
     y = highest + 2 * d.step + 16 * (slot - 1) + 2
-    top, bottom = (row_line(m, d, begins + i) for i in (first, first + rows))
+    top = row_line(m, d, begins + first)
+    bottom = row_line(m, d, begins + first + rows)
     return edges(
         x + jnp.where(far, far_left, 2 * left),
         jnp.where(far, y + far_first, top),
@@ -116,11 +118,12 @@ def thing_boxes(m: Ram, d: Drawn) -> Box:
 
 
 def missile_color(m: Ram, d: Drawn) -> jax.Array:
-    """That of the picture beside it, or of what would be there, in its middle."""
-    turn = FIRST_COUNT + 2 - (m.missile_y | 3)
-    turn = turn - when(turn > d.step + FAR_TURNS - 1, 1)
-    turn = turn - when(turn > d.place_turn, 1)
-    far, near = turn - d.step + 7, turn - 2 * d.step - FAR_TURNS
+    """The color of the picture beside the missile, at its middle, even if none is drawn there."""
+    from_count = FIRST_COUNT + 2 - (m.missile_y | 3)
+    past_far = from_count - when(from_count > d.step + FAR_TURNS - 1, 1)
+    turn = past_far - when(past_far > d.place_turn, 1)
+    far = turn - d.step + 7
+    near = turn - 2 * d.step - FAR_TURNS
     is_far = turn < d.step + FAR_TURNS
     slot = jnp.where(is_far, far >> 3, FAR_SLOTS + (near >> 4))
     row = jnp.where(is_far, 2 * (far & 7), near & 15)
@@ -138,7 +141,10 @@ def fighters(m: Ram, d: Drawn) -> jax.Array:
 
 
 def the_one(boxes: Box, chosen: jax.Array, color: jax.Array) -> Box:
-    """The one box that is chosen, if it is valid."""
-    chosen = chosen & boxes.valid
-    x, y, w, h = (only(chosen, side) for side in (boxes.x, boxes.y, boxes.w, boxes.h))
-    return box(x, y, w, h, jnp.any(chosen), color=color)
+    """The single chosen box, if it is valid."""
+    found = chosen & boxes.valid
+    x = only(found, boxes.x)
+    y = only(found, boxes.y)
+    w = only(found, boxes.w)
+    h = only(found, boxes.h)
+    return box(x, y, w, h, jnp.any(found), color=color)

@@ -61,7 +61,7 @@ def variants(game: Game) -> dict[str, list[int]]:
 
     The lists are empty if the game's ROM is not installed.
     """
-    from ocjax.console.rom import RomError
+    from ocjax.console.rom_files import RomError
     from ocjax.emulators import start
 
     try:

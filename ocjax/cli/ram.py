@@ -1,5 +1,6 @@
 """Reverse-engineer the RAM of a game."""
 
+import importlib
 import json
 from pathlib import Path
 from typing import Annotated
@@ -16,9 +17,10 @@ from ocjax.play.rollouts import rollout
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import control as controls
 from ocjax.ramtools import correlate as correlation
-from ocjax.ramtools import ram_map
+from ocjax.ramtools import disassembly, new, proposal, ram_map, roms
 from ocjax.ramtools import residual as residuals
 from ocjax.ramtools import twins as pairs
+from ocjax.ramtools.disassembly import listing
 from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import Session
 from ocjax.recordings import Recording
@@ -38,6 +40,7 @@ POLICY = typer.Option(
 SEED = typer.Option(min=0, help="Seed of actions and emulators.")
 MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the game's.")
 VALUES_CONFIRMED = 32  # values of a byte that `map --confirm` writes
+PRINTED = Path("-")  # as an output: print instead
 MARKDOWN = typer.Option(help="Write the tables as Markdown.")
 
 
@@ -62,6 +65,21 @@ def _give(found: list[tables.Table], markdown: Path | None) -> None:
         writing.announce(console, "Written", markdown)
 
 
+def _named(out: Path | None) -> list[Path]:
+    """The file to write; none for -, which prints."""
+    return [] if out in (None, PRINTED) else [out]
+
+
+def _write(out: Path, text: str, what: str) -> None:
+    """Write a text to a file, or print it."""
+    if out == PRINTED:
+        typer.echo(text, nl=False)
+        return
+    with errors_in_one_line():
+        writing.write_text(out, text)
+    writing.announce(console, what, out)
+
+
 @ram.command()
 def correlate(
     what: Annotated[str, WHAT],
@@ -73,6 +91,13 @@ def correlate(
     policy: Annotated[str, POLICY] = "repeat",
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option(
+            help="Write a Ram class with the best formulas, to paste into the game's file. "
+            "With -, print it."
+        ),
+    ] = None,
     markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Find the RAM bits that explain the position, size, value and look of each visible object.
@@ -85,7 +110,7 @@ def correlate(
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
     with errors_in_one_line():
-        writing.check(markdown, reads=_read_files(what, policy))
+        writing.check(markdown, *_named(write), reads=_read_files(what, policy))
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
         raise typer.BadParameter(
@@ -103,6 +128,8 @@ def correlate(
         ],
         markdown,
     )
+    if write is not None:
+        _write(write, proposal.ram_class(found), "Ram class")
 
 
 @ram.command()
@@ -137,6 +164,8 @@ def causes(
             game_mode=game_mode,
         )
     _give([causal.to_table(found)], markdown)
+    for note in causal.notes(found):
+        console.print(note, markup=False, soft_wrap=True)
     with errors_in_one_line():
         writing.write_picture(out, causal.picture(found))
     writing.announce(console, "Map of all bytes, changed pixels in red", out)
@@ -229,6 +258,37 @@ def control(
         writing.announce(console, "Written", out)
 
 
+@ram.command("new")
+def new_game(
+    name: Annotated[str, typer.Argument(metavar="GAME", help="A game of ale-py.")],
+    frames: Annotated[int, typer.Option(min=10, help="Frames of random play to survey.")] = 60,
+    seed: Annotated[int, SEED] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="File to write; it must not exist. With -, print it. Default: <name>.py in the "
+            "folder of the games."
+        ),
+    ] = None,
+) -> None:
+    """Write a game file that runs, for a game without a decoder.
+
+    It has the digits that the ROM contains, the colours of random play with their components, and a
+    vision rule for each colour. Its comments give the next steps.
+    """
+    with errors_in_one_line():
+        found = roms.find(name)
+        folder = Path(next(iter(importlib.import_module("ocjax.extractors").__path__)))
+        out = out or writing.unnamed(folder / f"{found.name.lower()}.py")
+        for taken in (out, out.with_suffix("")):
+            if out != PRINTED and taken.exists():
+                raise FileExistsError(f"{taken} exists: give another output")
+        writing.check(*_named(out))
+        with console.status("playing"):
+            text = new.source(new.describe(name, frames=frames, seed=seed))
+    _write(out, text, "Game file")
+
+
 @ram.command("map")
 def show_map(
     name: Annotated[str, GAME],
@@ -256,6 +316,34 @@ def show_map(
         typer.echo(json.dumps(ram_map.to_json(game, found), indent=2))
         return
     _give([ram_map.ram_map(game)], markdown)
+
+
+@ram.command()
+def disassemble(
+    name: Annotated[str, GAME],
+    states: Annotated[
+        int, typer.Option(min=1, help="States of random play from which a frame is run.")
+    ] = 120,
+    seed: Annotated[int, SEED] = 0,
+    game_mode: Annotated[int | None, MODE] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="File for the listing. Default: print it.")
+    ] = None,
+    markdown: Annotated[Path | None, MARKDOWN] = None,
+) -> None:
+    """List the program of a game, and when it writes each byte of RAM.
+
+    Writes before the drawing of the picture are visible on the same frame. Writes after it are in
+    the RAM that belongs to the frame, but not on the screen yet. The game needs no decoder.
+
+    The program runs in an interpreter with the RAM of random play. There are no collisions.
+    """
+    with errors_in_one_line():
+        writing.check(out, markdown)
+        with console.status("running"):
+            program = disassembly.disassemble(name, states=states, seed=seed, game_mode=game_mode)
+    _write(out or PRINTED, "\n".join(listing.lines(program)) + "\n", "Listing")
+    _give([listing.write_table(program)], markdown)
 
 
 @ram.command()

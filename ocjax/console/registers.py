@@ -26,7 +26,6 @@ __all__ = [
     "mirrored",
     "modulo_screen",
     "packed_position",
-    "player_width",
     "position",
     "signed_nibble",
     "spacing",
@@ -87,11 +86,6 @@ def copies(nusiz: jax.Array) -> jax.Array:
 def spacing(nusiz: jax.Array) -> jax.Array:
     """Return the pixels from one copy to the next for a NUSIZ value of 0-7; 0 for one copy."""
     return pick(nusiz, NUSIZ_SPACING)
-
-
-def player_width(nusiz: jax.Array) -> jax.Array:
-    """Return the width in pixels of a player for a NUSIZ value of 0-7."""
-    return pick(nusiz, NUSIZ_WIDTH)
 
 
 def signed_nibble(nibble: jax.Array) -> jax.Array:

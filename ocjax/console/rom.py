@@ -8,13 +8,9 @@ is at offset `a & (size - 1)`. A ROM of 8 KiB has two banks of 4 KiB, and the ad
 from __future__ import annotations
 
 import functools
-import hashlib
-import importlib.util
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import jax
@@ -24,75 +20,14 @@ import numpy as np
 from ocjax.console.boxes import Box, Number, box
 from ocjax.console.fonts import Font
 from ocjax.console.ops import lookup, pick
+from ocjax.console.rom_files import read_rom
 
-__all__ = ["Pictures", "Rom", "RomError", "read_rom", "rom_path"]
+__all__ = ["Pictures", "Rom"]
 
 _PLAYER = 8  # dots in a row of a player's picture
 # Maximum number of pictures for which selects are faster than a gather: Asterix' REM takes 0.049 us
 # per state instead of 0.052.
 _FEW = 8
-
-
-class RomError(ValueError):
-    """A game's ROM is missing, or differs from the ROM for which its decoder was written."""
-
-
-def rom_path(rom: str) -> Path:
-    """Find the path of a ROM file, without importing ale-py.
-
-    Args:
-        rom: ale-py's name of the ROM, such as "space_invaders".
-
-    Returns:
-        `<rom>.bin` in the folder of the environment variable `ALE_ROMS_DIR`, by default ale-py's
-        folder of ROMs.
-
-    Raises:
-        RomError: a ValueError; the file does not exist.
-    """
-    folder = os.environ.get("ALE_ROMS_DIR")
-    if not folder:
-        spec = importlib.util.find_spec("ale_py")
-        if spec is None or not spec.submodule_search_locations:
-            raise RomError(
-                f"the ROM {rom!r} comes with ale-py, which is not installed: pip install ale-py"
-            )
-        folder = Path(spec.submodule_search_locations[0]) / "roms"
-    path = Path(folder) / f"{rom}.bin"
-    if not path.is_file():
-        raise RomError(
-            f"expected the ROM {rom!r} at {path}, which does not exist: install ale-py >= 0.12, "
-            "or correct ALE_ROMS_DIR"
-        )
-    return path
-
-
-def read_rom(rom: str, md5: str) -> bytes:
-    """Read a ROM, once per process.
-
-    Args:
-        rom: ale-py's name of the ROM.
-        md5: the expected MD5 hash in hexadecimal.
-
-    Raises:
-        RomError: a ValueError; the ROM is missing, or has another hash.
-    """
-    path = rom_path(rom)
-    data, found = _contents(path)
-    if found != md5:
-        raise RomError(
-            f"expected the ROM {rom!r} with md5 {md5}, which the game's decoder was written for, "
-            f"but {path} has md5 {found}: "
-            "reinstall ale-py, or point ALE_ROMS_DIR to a folder with the expected ROM"
-        )
-    return data
-
-
-@functools.cache
-def _contents(path: Path) -> tuple[bytes, str]:
-    """Return a file's contents and their MD5 hash."""
-    data = path.read_bytes()
-    return data, hashlib.md5(data, usedforsecurity=False).hexdigest()
 
 
 @dataclass(frozen=True)

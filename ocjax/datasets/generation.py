@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ocjax._extras import require
-from ocjax.console import rom
+from ocjax.console.rom_files import read_rom
 from ocjax.datasets import datasheet, shards
 from ocjax.datasets.plans import DATA, DatasetError, Plan, code, versions
 from ocjax.emulators import ram_starts
@@ -40,7 +40,7 @@ def generate(
         OSError: a file cannot be written.
     """
     game, folder = registry.load(plan.game), Path(folder).resolve()
-    rom.read_rom(game.rom, game.md5)
+    read_rom(game.rom, game.md5)
     require("pyarrow")
     jobs.claim(folder, PLAN, plan.to_json(), "dataset", error=DatasetError)
     _check_data(folder)

@@ -28,11 +28,6 @@ ROWS = 210  # of envpool's frames
 _SEEDS = 2**31  # number of seeds
 
 
-def _task_name(rom: str) -> str:
-    """Envpool's name of a game: "space_invaders" -> "SpaceInvaders-v5"."""
-    return "".join(part.capitalize() for part in rom.split("_")) + "-v5"
-
-
 class EnvpoolPool(EmulatorPool):
     """Emulators of one game that envpool steps.
 
@@ -114,7 +109,7 @@ class EnvpoolPool(EmulatorPool):
         s = self.settings
         height, width = (ROWS, 160) if self._frames else (1, 1)
         self.env = envpool.make(
-            _task_name(self.game.rom),
+            f"{self.game.name}-v5",
             env_type="gymnasium",
             num_envs=self.num_envs,
             seed=seeds,

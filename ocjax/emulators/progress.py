@@ -1,14 +1,41 @@
 """Progress bars."""
 
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn, track
 
 from ocjax.emulators.pool import StartReport
+
+SECONDS = 20.0  # from one line of progress to the next, if there is no terminal
+
+_Item = TypeVar("_Item")
+
+
+def progress(items: Sequence[_Item], action: str) -> Iterator[_Item]:
+    """Yield the items, and show the progress.
+
+    On a terminal this is a bar on the standard output. Otherwise it is a line on the standard error
+    every `SECONDS`, so work that takes less shows nothing.
+
+    Args:
+        items: the items.
+        action: the activity, such as "changing Pong's RAM".
+    """
+    if sys.stdout is not None and not sys.stdout.closed and sys.stdout.isatty():
+        yield from track(items, description=action, transient=True)
+        return
+    shown = time.monotonic()
+    for i, item in enumerate(items):
+        yield item
+        if sys.stderr is not None and time.monotonic() >= shown + SECONDS:
+            shown = time.monotonic()
+            percent = 100 * (i + 1) // len(items)
+            print(f"{action}: {percent} %", file=sys.stderr, flush=True)  # noqa: T201
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import ale_py
 
-from ocjax.console.rom import read_rom, rom_path
+from ocjax.console.rom_files import read_rom, rom_path
 from ocjax.emulators.settings import Settings
 from ocjax.extraction.game import Game
 

@@ -1,6 +1,6 @@
 """Gymnasium environments with objects as observations."""
 
-from ocjax.console.rom import RomError
+from ocjax.console.rom_files import RomError
 from ocjax.emulators import variations
 from ocjax.emulators.ale import AlePool
 from ocjax.emulators.pool import EmulatorPool

@@ -2,8 +2,6 @@
 
 from ocjax.evaluation.matching import RADIUS, Detections, detections, from_records, iou, match
 from ocjax.evaluation.metrics import (
-    LIVES_NAMES,
-    SCORE_NAMES,
     THRESHOLDS,
     Agreement,
     agreement,
@@ -15,9 +13,7 @@ from ocjax.evaluation.metrics import (
 )
 
 __all__ = [
-    "LIVES_NAMES",
     "RADIUS",
-    "SCORE_NAMES",
     "THRESHOLDS",
     "Agreement",
     "Detections",

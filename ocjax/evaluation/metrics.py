@@ -22,13 +22,13 @@ import numpy as np
 
 from ocjax.evaluation import matching
 from ocjax.evaluation.matching import RADIUS, Columns, Detections, detections, iou, match
+from ocjax.extraction.categories import with_role
 from ocjax.extraction.objects import Objects, whose
 from ocjax.transforms import tracking
 
 THRESHOLDS = tuple(np.linspace(0.5, 0.95, 10).tolist())  # IoU thresholds of COCO
 _RECALLS = np.linspace(0, 1, 101)  # recall levels of COCO
 _ROUNDING = 1e-12  # a recall this far below a level still reaches it
-SCORE_NAMES, LIVES_NAMES = ("Score", "PlayerScore", "P1Score"), ("Lives", "Life", "Live")
 
 
 # --------------------------------------------------------------------------------------------------
@@ -362,9 +362,9 @@ def identity_switches(
 def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[str, float]:
     """Fractions of samples with the right score and lives in REM.
 
-    The score is right if it equals the sum of rewards. In games with a score of the enemy, the
-    difference of the two scores must equal it. Lives are right if they equal the emulator's;
-    samples without displayed lives are ignored.
+    The categories are those with the roles "score" and "lives". The score is right if it equals the
+    sum of rewards. In games with an opponent's score, the difference of the two scores must equal
+    it. Lives are right if they equal the emulator's; samples without displayed lives are ignored.
 
     Args:
         rem: REM's objects, batch shape `[B]`.
@@ -372,19 +372,27 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
         lives: `[B]`, the emulator's lives.
 
     Returns:
-        Fractions by category, for the score and lives categories that have a value and one slot;
-        nan if all samples are ignored.
+        Fractions by category, for the categories that have a value; nan if all samples are
+        ignored. Of several scores, the first slot counts. Icons of lives are ignored.
     """
     game, out = whose(rem), {}
-    for names, expected in ((SCORE_NAMES, rewards), (LIVES_NAMES, lives)):
-        for c in game.categories:
-            if c.name in names and c.count == 1 and "value" in c.attributes and c.name not in out:
-                slot = game.slices[c.name].start
-                value, valid = np.asarray(rem.value)[:, slot], np.asarray(rem.valid)[:, slot]
-                if names is SCORE_NAMES and "EnemyScore" in game.slices:
-                    value = value - np.asarray(rem.value)[:, game.slices["EnemyScore"].start]
-                counts = valid | (names is SCORE_NAMES)
-                out[c.name] = float(_ratio((value == expected)[counts].sum(), counts.sum()))
+
+    def first_value(category: str) -> np.ndarray:
+        return np.asarray(rem.value)[:, game.slices[category].start]
+
+    opponents = sum(
+        (first_value(name) for name in with_role(game.categories, "opponent_score")), start=0
+    )
+    for c in game.categories:
+        if "value" not in c.attributes:
+            continue
+        if c.role == "score":
+            right = first_value(c.name) - opponents == rewards
+            out[c.name] = float(_ratio(right.sum(), right.size))
+        elif c.role == "lives" and c.count == 1:
+            shown = np.asarray(rem.valid)[:, game.slices[c.name].start]
+            right = shown & (first_value(c.name) == lives)
+            out[c.name] = float(_ratio(right.sum(), shown.sum()))
     return out
 
 

@@ -16,6 +16,7 @@ from ocjax.evaluation.metrics import Agreement
 from ocjax.evaluation.ocatari_peer import OcatariMethod
 from ocjax.evaluation.tables import Cell, Table, is_number
 from ocjax.evaluation.worst_frames import WorstFrame, worst_frames
+from ocjax.extraction.categories import with_role
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
@@ -366,7 +367,7 @@ def _game_row(e: Evaluation) -> list[Cell]:
     precision, recall, f1, mean_iou = scores(counts)
     row: list[Cell] = [e.game.name, len(e.episode), len(np.unique(e.episode)), int(counts.left)]
     row += [precision, recall, f1, _interval(e, None), mean_iou, percent(counts.exact_rate)]
-    row += [value_accuracy(e, names) for names in (metrics.SCORE_NAMES, metrics.LIVES_NAMES)]
+    row += [value_accuracy(e, with_role(e.game.categories, role)) for role in ("score", "lives")]
     row += [None, None] if e.coverage is None else [percent(v) for v in e.coverage]
     row += [None, None] if e.ocatari_agreement is None else scores(e.ocatari_agreement.sum())[2:]
     return row

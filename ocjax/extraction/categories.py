@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
+import jax
 import numpy as np
 
 from ocjax.console import palette
 from ocjax.extraction.html import table
-from ocjax.vision.rules import Bounds, ByColor, Cells, Rule
+from ocjax.vision.rules import Bounds, Cells, Rule
 
-__all__ = ["ATTRIBUTES", "HEADER", "Category", "display", "names_by_alias"]
+__all__ = ["ATTRIBUTES", "HEADER", "ROLES", "Category", "display", "names_by_alias", "with_role"]
 
 ATTRIBUTES = ("orientation", "value")
+ROLES = ("player", "score", "opponent_score", "lives", "time")
 HEADER = "category", "slots", "attributes", "what it is"  # of tables of categories
 
 
@@ -37,6 +39,11 @@ class Category:
         rule: the rule with which VEM finds the objects.
         count: number of slots.
         hud: whether it belongs to the display (score, lives, ...) rather than to the game.
+        role: the purpose of the objects, one of `ROLES`, or "" for any other. "player": the agent
+            controls them. "score": the value is the sum of the rewards since the episode began, or
+            exceeds it by the value of the category with the role "opponent_score"; of several
+            slots, the first. "lives": the value is the emulator's number of lives, or each life has
+            an icon. "time": a clock.
         attributes: the meaningful ones of "value" and "orientation". VEM does not read
             orientations; it reports -1.
         rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With
@@ -44,7 +51,9 @@ class Category:
         color_row: row of an object's box. VEM reads the colour of the row's first pixel with one
             of the rule's colours. A negative row counts from the bottom; a row beyond the box means
             the last row.
-        value: how VEM reads the value from the colour; None: it does not.
+        value: how VEM reads the value from the colour: a `ByColor`, or a function of the objects'
+            palette indices, int32 `[count, B]`, and of the frames, uint8 `[B, H, 160]`, that
+            returns their values, int32 `[count, B]`. None: VEM does not.
         doc: a line that describes the objects.
         blinks: whether the objects are drawn only part of the time, with gaps longer than the
             single frame of ordinary flicker. REM reports them all the time.
@@ -61,10 +70,11 @@ class Category:
     rule: Rule
     count: int = 1
     hud: bool = False
+    role: str = ""
     attributes: tuple[str, ...] = ()
     rgb: tuple[Any, ...] | None = None
     color_row: int = 0
-    value: ByColor | None = None
+    value: Callable[[jax.Array, jax.Array], jax.Array] | None = None
     doc: str = ""
     blinks: bool = False
     aliases: tuple[str, ...] = ()
@@ -73,7 +83,7 @@ class Category:
 
     def __repr__(self) -> str:
         return (
-            f"Category({self.name!r}, count={self.count}, hud={self.hud}, "
+            f"Category({self.name!r}, count={self.count}, hud={self.hud}, role={self.role!r}, "
             f"attributes={self.attributes}, doc={self.doc!r})"
         )
 
@@ -134,6 +144,11 @@ def display(name: str, rule: Rule, **options: Any) -> Category:
             value.
     """
     return Category(name, rule, **{"hud": True, "attributes": ("value",), **options})
+
+
+def with_role(categories: Iterable[Category], role: str) -> tuple[str, ...]:
+    """Return the names of the categories with a role."""
+    return tuple(c.name for c in categories if c.role == role)
 
 
 def names_by_alias(categories: Iterable[Category]) -> dict[str, str]:

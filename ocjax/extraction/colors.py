@@ -13,9 +13,8 @@ from ocjax.extraction.categories import Category
 from ocjax.vision import bitmap as bm
 from ocjax.vision.colors import EVEN
 from ocjax.vision.detected import Detected
-from ocjax.vision.rules import Blobs, ByColor, Cells, Runs
+from ocjax.vision.rules import Blobs, Cells, Runs
 from ocjax.vision.scene import Scene
-from ocjax.vision.unknown import UNKNOWN_VALUE
 
 
 def needs_color(scene: Scene, c: Category) -> bool:
@@ -55,21 +54,8 @@ def _with_color(scene: Scene, c: Category, color: jax.Array) -> Detected:
     if firsts := _first_colors(c):
         found = found.where(functools.reduce(jnp.logical_or, (color == own for own in firsts)))
     if c.value is not None:
-        found = found._replace(value=_told(c.value, color, scene.frames))
+        found = found._replace(value=c.value(color, scene.frames))
     return found._replace(color=color) if _shows_color(scene, c) else found
-
-
-def _told(rule: ByColor, color: jax.Array, frames: jax.Array) -> jax.Array:
-    """Decode values from colours, int32 `[count, B]`."""
-    if rule.like is not None:
-        left, top, right, bottom = rule.like
-        # Black is 0.
-        shown = jnp.max(frames[:, top:bottom, left:right], axis=(1, 2)).astype(jnp.int32)
-        return jnp.where(shown[None] > 0, (color == shown[None]).astype(jnp.int32), UNKNOWN_VALUE)
-    out = jnp.full_like(color, UNKNOWN_VALUE)
-    for own, value in rule.values:
-        out = jnp.where(color == own, value, out)
-    return out
 
 
 def _read_off(scene: Scene, categories: Sequence[Category]) -> list[jax.Array]:

@@ -19,7 +19,7 @@ from ocjax.console import palette
 from ocjax.console.boxes import WIDTH, Box
 from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.console.rom import Rom
-from ocjax.extraction.categories import ATTRIBUTES, Category, names_by_alias
+from ocjax.extraction.categories import ATTRIBUTES, ROLES, Category, names_by_alias
 from ocjax.vision.colors import EVEN
 from ocjax.vision.rules import Blobs, Rule
 from ocjax.vision.shades import Saver, Shades
@@ -262,6 +262,7 @@ def _validate_category(game: Declaration, c: Category) -> None:
         isinstance(c.count, int) and c.count > 0,
         text=f"count must be a positive int, got {c.count!r}",
     )
+    need(c.role in ("", *ROLES), text=f"role must be of {ROLES}, got {c.role!r}")
     need(
         set(c.attributes) <= set(ATTRIBUTES),
         text=f"attributes must be of {ATTRIBUTES}, got {c.attributes}",

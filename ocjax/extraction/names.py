@@ -1,15 +1,14 @@
 """The names of the games. Every file and folder in `ocjax/extractors` is a game.
 
-Names are read from the files without importing them, and without JAX, to keep `import ocjax` and
-`ocjax --help` fast.
+This module reads the names of these files and of ale-py's ROM files. It imports no game, JAX or
+ale-py, so `import ocjax` and `ocjax --help` stay fast.
 """
 
 import functools
 import importlib
 import pkgutil
-import re
-from pathlib import Path
 
+from ocjax.console.rom_files import game_name, rom_names
 from ocjax.extraction.suites import SUITES, Suite
 
 __all__ = ["ENDINGS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
@@ -43,7 +42,9 @@ def games(suite: str | None = None) -> tuple[str, ...]:
     Raises:
         ValueError: the suite does not exist.
     """
-    supported = tuple(_name(module) for module in modules())
+    # Modules have the names of games in lower case.
+    by_module = {name.lower(): name for name in map(game_name, rom_names())}
+    supported = tuple(by_module.get(module, module) for module in modules())
     return (
         supported
         if suite is None
@@ -60,19 +61,6 @@ def suite_of(name: str) -> Suite:
     if name not in SUITES:
         raise ValueError(f"no suite {name!r}: there are {', '.join(SUITES)}")
     return SUITES[name]
-
-
-def _name(module: str) -> str:
-    """Return the name that a game's file gives to `Game`, or else the name of the module."""
-    folders = [Path(folder) for folder in importlib.import_module("ocjax.extractors").__path__]
-    paths = [
-        path
-        for folder in folders
-        for path in (folder / f"{module}.py", folder / module / "__init__.py")
-        if path.is_file()
-    ]
-    found = re.search(r'^    name="(\w+)",$', paths[0].read_text(encoding="utf-8"), re.MULTILINE)
-    return found[1] if found else module
 
 
 ENDINGS = {  # the preset for each ending of an environment's id

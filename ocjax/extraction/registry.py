@@ -7,6 +7,7 @@ import importlib
 import re
 from typing import overload
 
+from ocjax.console.rom_files import rom_names
 from ocjax.extraction import names
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game, GameError
@@ -63,9 +64,7 @@ def load(name: str, *, hud: bool = True) -> Game:
 
 def _hint(key: str) -> str:
     """Explain an unknown name in lower case, and suggest similar ones."""
-    from ale_py.roms import get_all_rom_ids
-
-    if key in {rom.replace("_", "") for rom in get_all_rom_ids()}:
+    if key in {rom.replace("_", "") for rom in rom_names()}:
         return (
             "ALE has this game, but ocjax does not support it; `ocjax.games()` lists the games "
             "that it supports"

@@ -50,7 +50,7 @@ def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) ->
     def restore(words: jax.Array) -> jax.Array:
         shown = lax.bitcast_convert_type(words, jnp.uint8)
         in_play = shown ^ key.astype(jnp.uint8)[:, None, None, None]
-        changes = (key != PLAY)[:, None, None, None] & jnp.asarray(_changes(saver))[in_play]
+        changes = (key != PLAY)[:, None, None, None]
         return lax.bitcast_convert_type(jnp.where(changes, table[in_play], shown), jnp.uint32)
 
     def step(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
@@ -70,17 +70,6 @@ def _colors_of_play(saver: Saver, categories: Iterable[Category]) -> np.ndarray:
     return table
 
 
-def _changes(saver: Saver) -> np.ndarray:
-    """Return whether the saver changes each colour, bool `[256]`.
-
-    This includes colours without the bits that the saver drops.
-    """
-    every = np.arange(256)
-    return np.isin(every, [c & bits for c in saver.changed for bits in (saver.mask, 0xFF)]) | (
-        not saver.changed
-    )
-
-
 def saved(
     rgb: jax.Array, valid: jax.Array, key: jax.Array, saver: Saver, table: np.ndarray
 ) -> jax.Array:
@@ -96,7 +85,7 @@ def saved(
 
     def change() -> jax.Array:
         index = palette.to_index(rgb, table).astype(jnp.int32)
-        changes = (key != PLAY)[:, None] & valid & jnp.asarray(_changes(saver))[index]
+        changes = (key != PLAY)[:, None] & valid
         return jnp.where(
             changes[..., None],
             palette.to_rgb((index ^ key[:, None]) & saver.mask & EVEN, table),

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 import jax
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
-from rich.progress import track
 
 from ocjax.console.ram import RAM_SIZE
+from ocjax.emulators.progress import progress
 from ocjax.envs import AlePool, Settings, States
 from ocjax.evaluation.tables import Cell, Table
 from ocjax.extraction.categories import Category
@@ -23,6 +23,7 @@ from ocjax.vision.unknown import UNKNOWN_VALUE
 
 FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
+BEFORE_END = 240  # emulated frames from a state to the end of its game, if play reaches the end
 LEAST_CHANGES = 2  # values that must change a category's objects for an effect to be reported
 # distinct values of the byte and of the field that a fit needs
 LEAST_SAMPLES, LEAST_VALUES = (
@@ -69,6 +70,8 @@ class Causes:
         game: the game.
         screen: uint8 `[H, 160]`, the frame without a change.
         ram: uint8 `[128]` of the state.
+        played: number of emulated frames from the reset to the state.
+        shortened: whether the game ended before the wanted state, so that an earlier one was taken.
         pixels: float `[128, H, 160]`, fraction of each byte's values that change a pixel.
         tried: number of values of each byte.
         effective: int `[128]`, number of each byte's values that change any pixel.
@@ -78,6 +81,8 @@ class Causes:
     game: Game
     screen: np.ndarray
     ram: np.ndarray
+    played: int
+    shortened: bool
     pixels: np.ndarray
     tried: int
     effective: np.ndarray
@@ -99,6 +104,9 @@ def causes(
     game_mode: int | None = None,
 ) -> Causes:
     """The causal map of a state that random play reaches.
+
+    If the game ends earlier, the state is one shortly before its end: after the end, the emulator
+    restarts the game and ignores all changes.
 
     Args:
         game: the game.
@@ -122,7 +130,8 @@ def causes(
     with contextlib.closing(
         AlePool(game, num_envs, settings, screens=("screen",), game_mode=game_mode)
     ) as pool:
-        play_alike(pool, seed, steps * FRAME_SKIP // frames)
+        wanted = steps * FRAME_SKIP // frames
+        played = play_alike(pool, seed, wanted)
         state, saved = pool.ram[0].copy(), pool.clone_state()
         # the reference frame also follows a restored state, without a change
         pool.restore_state(saved)
@@ -139,6 +148,8 @@ def causes(
         game,
         screen,
         state,
+        played * frames,
+        played < wanted,
         changed.mean(axis=1),
         len(tried),
         changed.any(axis=(2, 3)).sum(axis=1),
@@ -146,14 +157,31 @@ def causes(
     )
 
 
-def play_alike(pool: AlePool, seed: int, steps: int) -> None:
-    """Play random actions, the same in all instances, until the game or `steps` end."""
+def play_alike(pool: AlePool, seed: int, steps: int) -> int:
+    """Play random actions, the same in all instances.
+
+    If the game ends during `steps`, the instances play it again to a state `BEFORE_END` frames
+    before its end, or to its middle if it is shorter than twice that.
+
+    Returns:
+        The number of steps from the reset to the state.
+    """
+    played = _play(pool, seed, steps)
+    if not pool.terminated.any():
+        return played
+    assert isinstance(pool.settings.frame_skip, int)
+    return _play(pool, seed, max(played - BEFORE_END // pool.settings.frame_skip, played // 2))
+
+
+def _play(pool: AlePool, seed: int, steps: int) -> int:
+    """Play until the game or `steps` end. Returns the number of steps."""
     rng = np.random.default_rng(seed)
     pool.reset([seed] * pool.num_envs)
-    for _ in range(steps):
+    for played in range(1, steps + 1):
         pool.step(np.full(pool.num_envs, rng.integers(len(pool.actions))))
         if pool.terminated.any():
-            break
+            return played
+    return steps
 
 
 def next_frames(pool: AlePool) -> np.ndarray:
@@ -194,7 +222,7 @@ def frames_after_writes(
     experiments = [(address, value) for address in range(RAM_SIZE) for value in tried]
     frames: list[np.ndarray] = []
     batches = range(0, len(experiments), pool.num_envs)
-    for start in track(batches, description=f"changing {pool.game.name}'s RAM", transient=True):
+    for start in progress(batches, f"changing {pool.game.name}'s RAM"):
         part = experiments[start : start + pool.num_envs]
         pool.restore_state(saved)
         for _ in range(times):
@@ -296,6 +324,21 @@ def _words(e: Effect) -> str:
     return f"{e.category}: " + (", ".join(parts) or f"changes with {e.changed} values")
 
 
+def notes(c: Causes) -> list[str]:
+    """Sentences about the choice of the state, and about the reason of an empty result."""
+    out = []
+    if c.shortened:
+        out.append(
+            f"Random play ends the game early, so the state is {c.played:,} frames after the reset."
+        )
+    if not c.effective.any():
+        out.append(
+            f"No byte changes the picture, {c.tried} values tried. The game may wait between two "
+            "screens, or draw changes later. Try other --steps, another --seed, or more --frames."
+        )
+    return out
+
+
 def to_table(c: Causes) -> Table:
     """A table of the bytes that change anything on the screen."""
     rows: list[list[Cell]] = []
@@ -310,7 +353,10 @@ def to_table(c: Causes) -> Table:
                 objects,
             ]
         )
-    title = f"{c.game.name}: effects of each byte on the screen, {c.tried} values tried"
+    title = (
+        f"{c.game.name}, {c.played:,} frames after the reset: effects of each byte on the screen, "
+        f"{c.tried} values tried"
+    )
     return Table(title, ["Byte", "Value", "Values with an effect", "Pixels", "Objects"], rows)
 
 

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from rich.progress import track
 
+from ocjax.emulators.progress import progress
 from ocjax.emulators.variations import Variation
 from ocjax.envs import AlePool, Settings
 from ocjax.evaluation.tables import Table
@@ -75,7 +75,7 @@ def control(game: Game, *, seed: int = 0) -> list[Control]:
         if not c.hud and _per_frame(game, plain.seen, c.name) >= RARE
     ]
     confirmed: list[Control] = []
-    for category in track(tried, description=f"{game.name}: trying", transient=True):
+    for category in progress(tried, f"{game.name}: trying"):
         for _, same_kind in itertools.groupby(
             candidates(category, by_rem, on_screen, color), key=lambda c: c.kind
         ):

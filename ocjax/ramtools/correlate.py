@@ -6,8 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from ocjax.evaluation.tables import Cell, Table
-from ocjax.ramtools import fits, targets
+from ocjax.ramtools import fits, rows, targets
 from ocjax.ramtools.fits import Fit, Halves
+from ocjax.ramtools.rows import Row
 from ocjax.ramtools.targets import Target
 from ocjax.recordings import Recording
 from ocjax.vision.unknown import UNKNOWN_VALUE
@@ -27,19 +28,23 @@ class Finding:
 
     Args:
         object: name of the object: its category, plus its slot if there are several.
+        category: name of its category.
         field: "x", "y", "w", "h", "value", "present" or "look".
         samples: number of samples.
         constant: fraction of samples that the most common value gets right.
         fits: formulas, best first.
         digits: whether the formulas are digits of one number, lowest first.
+        members: whether each formula is the coordinate of another object.
     """
 
     object: str
+    category: str
     field: str
     samples: int
     constant: float
-    fits: tuple[Fit, ...]
+    fits: tuple[Fit | Row, ...]
     digits: bool = False
+    members: bool = False
 
 
 def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
@@ -54,7 +59,8 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
 
     Yields:
         The formulas for each field of each object if slots are identities. For other categories,
-        bytes that always equal the coordinate of one of their objects.
+        rows of objects at a regular pitch. If there are none, bytes that always equal the
+        coordinate of one of their objects.
 
     Raises:
         ValueError: the target is "sprites", but the recording lacks the video chip's sprites.
@@ -62,7 +68,7 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
     half = fits.halves(recording.episode)
     for t in targets.from_vem(recording) if target == "vem" else targets.from_chip(recording):
         if not t.place and t.valid[:, 1:].any():
-            yield from _explain_set(recording, t)
+            yield from _explain_set(recording, t, half)
         else:
             for k in range(t.valid.shape[1]):
                 yield from _explain_slot(recording, t, k, half)
@@ -72,7 +78,7 @@ def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) ->
     name = target.name if target.valid.shape[1] == 1 else f"{target.name} {k}"
     present = target.valid[:, k]
     if present.any() and not present.all():
-        yield _table(name, "present", recording.rams, present.astype(int), half)
+        yield _table(name, target.name, "present", recording.rams, present.astype(int), half)
     if present.sum() < LEAST:
         return
     rams, part = recording.rams[present], (half[0][present], half[1][present])
@@ -81,19 +87,20 @@ def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) ->
         if len(np.unique(numbers)) > 1:
             yield Finding(
                 name,
+                target.name,
                 field,
                 len(numbers),
                 fits.constant(numbers, part),
                 tuple(_best(rams, numbers, part)),
             )
     if target.value is not None:
-        yield from _explain_value(name, rams, target.value[present, k], part)
+        yield from _explain_value(name, target.name, rams, target.value[present, k], part)
     if len(np.unique(target.look[present, k])) > 1:
-        yield _table(name, "look", rams, target.look[present, k], part)
+        yield _table(name, target.name, "look", rams, target.look[present, k], part)
 
 
 def _explain_value(
-    name: str, rams: np.ndarray, numbers: np.ndarray, half: Halves
+    name: str, category: str, rams: np.ndarray, numbers: np.ndarray, half: Halves
 ) -> Iterator[Finding]:
     """The formulas for a value, from the samples with a known value."""
     known = numbers != UNKNOWN_VALUE
@@ -102,9 +109,8 @@ def _explain_value(
         return
     digits = fits.digits(rams, numbers, half)
     formulas = tuple(digits or _best(rams, numbers % 256, half))
-    yield Finding(
-        name, "value", len(numbers), fits.constant(numbers, half), formulas, digits=bool(digits)
-    )
+    base = fits.constant(numbers, half)
+    yield Finding(name, category, "value", len(numbers), base, formulas, digits=bool(digits))
 
 
 def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:
@@ -116,10 +122,13 @@ def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:
     return sorted(found, key=lambda f: (-round(f.exact, 3), bool(f.table)))[:FORMULAS]
 
 
-def _table(name: str, field: str, rams: np.ndarray, numbers: np.ndarray, half: Halves) -> Finding:
+def _table(
+    name: str, category: str, field: str, rams: np.ndarray, numbers: np.ndarray, half: Halves
+) -> Finding:
     base = fits.constant(numbers, half)
     return Finding(
         name,
+        category,
         field,
         len(numbers),
         base,
@@ -127,38 +136,46 @@ def _table(name: str, field: str, rams: np.ndarray, numbers: np.ndarray, half: H
     )
 
 
-def _explain_set(recording: Recording, target: Target) -> Iterator[Finding]:
+def _explain_set(recording: Recording, target: Target, half: Halves) -> Iterator[Finding]:
     some = target.valid.sum(axis=1) > 0
     if some.sum() < LEAST:
         return
+    rams, part = recording.rams[some], (half[0][some], half[1][some])
+    count = len(rams)
     for i, field in enumerate(FIELDS[:2]):
         present = np.zeros((len(recording), 256), bool)
         n, k = np.nonzero(target.valid)
         present[n, target.xywh[n, k, i]] = True
+        regular = tuple(rows.rows(rams, present[some], part))
+        if regular:
+            base = 1 / regular[0].pitch
+            yield Finding(f"{target.name}, all", target.name, field, count, base, regular)
+            continue
         members = [
             m
-            for m in fits.members(recording.rams[some], present[some], MEMBERS)
+            for m in fits.members(rams, present[some], MEMBERS)
             if m.share > m.chance + MEMBER_GAIN
         ]
         formulas = tuple(Fit(m.source, m.share, m.share, m.scale, m.offset) for m in members)
         chance = float(np.mean([m.chance for m in members])) if members else 0.0
-        yield Finding(f"{target.name}, one of", field, int(some.sum()), chance, formulas)
+        name = f"{target.name}, one of"
+        yield Finding(name, target.name, field, count, chance, formulas, members=True)
 
 
 def to_table(findings: list[Finding], title: str) -> Table:
     """A table with one row per formula."""
-    rows: list[list[Cell]] = []
+    cells: list[list[Cell]] = []
     for f in findings:
         first: list[Cell] = [f.object, f.field, f.samples, 100 * f.constant]
         if not f.fits:
-            rows.append([*first, "nothing found", None, None])
+            cells.append([*first, "nothing found", None, None])
         for i, formula in enumerate(f.fits):
             text = (
                 f"{formula.source} (digits {2 * formula.offset + 1}-{2 * formula.offset + 2})"
                 if f.digits
                 else str(formula)
             )
-            rows.append(
+            cells.append(
                 [
                     *(first if i == 0 else [""] * len(first)),
                     text,
@@ -167,5 +184,5 @@ def to_table(findings: list[Finding], title: str) -> Table:
                 ]
             )
     return Table(
-        title, ["Object", "Field", "Samples", "Constant", "Formula", "Exact", "Within 1"], rows
+        title, ["Object", "Field", "Samples", "Constant", "Formula", "Exact", "Within 1"], cells
     )

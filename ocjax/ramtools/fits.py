@@ -50,13 +50,17 @@ class Source:
             (b >> 4) * 10 + (b & 15) if self.decimal else b >> self.first & ((1 << self.count) - 1)
         )
 
-    def __str__(self) -> str:
+    @property
+    def reading(self) -> str:
+        """The field's declaration, with {} for its places."""
         if self.decimal:
-            return f"bcd({self.address})"
+            return "bcd({})"
         named = {(0, 8): "byte({})", (0, 4): "low({})", (4, 4): "high({})"}
-        return named.get(
-            (self.first, self.count), f"bits({{}}, first={self.first}, count={self.count})"
-        ).format(self.address)
+        other = f"bits({{}}, first={self.first}, count={self.count})"
+        return named.get((self.first, self.count), other)
+
+    def __str__(self) -> str:
+        return self.reading.format(self.address)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,12 +88,16 @@ class Fit:
 
     def __str__(self) -> str:
         if self.table:
-            more = len(self.table) - SHOWN_VALUES
-            text = ", ".join(f"{k} -> {v}" for k, v in self.table[:SHOWN_VALUES])
-            return f"{self.source}: {text}" + (f" and {more} more" if more > 0 else "")
+            return f"{self.source}: {self.table_text(SHOWN_VALUES)}"
         return affine_text(str(self.source), self.scale, self.offset) + (
             f", {self.step:+d} where {self.bit}" if self.bit else ""
         )
+
+    def table_text(self, shown: int) -> str:
+        """The first pairs of the table, and the number of the others."""
+        more = len(self.table) - shown
+        text = ", ".join(f"{k} -> {v}" for k, v in self.table[:shown])
+        return text + (f" and {more} more" if more > 0 else "")
 
     def predict(self, rams: np.ndarray) -> np.ndarray:
         """The formula's results, int `[n]`."""

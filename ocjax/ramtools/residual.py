@@ -6,6 +6,7 @@ import jax
 import numpy as np
 
 from ocjax.evaluation import matching
+from ocjax.evaluation.matching import Detections
 from ocjax.evaluation.tables import Table
 from ocjax.ramtools import fits
 from ocjax.ramtools.correlate import FIELDS, LEAST
@@ -54,7 +55,7 @@ def residual(recording: Recording, category: str, field: str) -> Residual:
 
     Raises:
         ValueError: the category or field does not exist, the recording has no frames, or too few
-            objects match.
+            objects match. The message then gives the most frequent offset of REM's positions.
     """
     n, errors = _errors(recording, category, field)
     rams, half = recording.rams[n], fits.halves(recording.episode[n])
@@ -91,8 +92,29 @@ def _errors(recording: Recording, category: str, field: str) -> tuple[np.ndarray
     if len(n) < LEAST:
         raise ValueError(
             f"{category} is matched {len(n)} times on this recording, at least {LEAST} are needed"
+            f"{_offsets(rem, vem, s)}"
         )
     return n, (vem.xywh[n, pairs[n, k], i] - rem.xywh[n, s.start + k, i]).astype(int)
+
+
+def _offsets(rem: Detections, vem: Detections, slots: slice) -> str:
+    """Say by how much REM's positions are off most often. A constant offset is a usual mistake."""
+    rem_boxes, vem_boxes = rem.xywh[:, slots].astype(int), vem.xywh[:, slots].astype(int)
+    rem_has, vem_has = rem.label[:, slots] >= 0, vem.label[:, slots] >= 0
+    n, i, k = np.nonzero(rem_has[:, :, None] & vem_has[:, None])
+    both = len(np.unique(n))
+    if not both:
+        counts = [int(has.any(axis=1).sum()) for has in (rem_has, vem_has)]
+        return f". REM has it in {counts[0]:,} samples, VEM in {counts[1]:,}, never in the same one"
+    parts = []
+    for axis, name in enumerate("xy"):
+        off = rem_boxes[n, i, axis] - vem_boxes[n, k, axis]
+        found = np.unique(np.stack([n, off]), axis=1)[1]  # each offset counts once per sample
+        offsets, times = np.unique(found, return_counts=True)
+        usual, count = int(offsets[times.argmax()]), int(times.max())
+        size = f"{abs(usual)} too {'large' if usual > 0 else 'small'}" if usual else "right"
+        parts.append(f"{name} is {size} in {count:,}")
+    return f". Of {both:,} samples with both methods' boxes, REM's {' and '.join(parts)}"
 
 
 def _explaining_bits(

@@ -21,12 +21,10 @@ from ocjax.vision.bitmap import Bitmap
 
 __all__ = [
     "SLOPES",
-    "CutOff",
     "Filter",
     "Lines",
     "LoneRuns",
     "NoLines",
-    "NoPairs",
     "Searched",
     "ShortRuns",
 ]
@@ -126,37 +124,6 @@ class LoneRuns:
 
 
 @dataclass(frozen=True)
-class CutOff:
-    """Select pixels that connect downward to a row: objects cut off by a lower edge.
-
-    A path moves at most one pixel sideways in each row.
-
-    Args:
-        row: the last row above the edge.
-        most: maximum number of rows of an object; pixels further up are dropped.
-    """
-
-    row: int
-    most: int
-
-    def __post_init__(self) -> None:
-        if self.row < 0 or self.most < 1:
-            raise ValueError(
-                f"row must be at least 0 and most at least 1, got {self.row} and {self.most}"
-            )
-
-    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """Return the selected pixels."""
-        top = max(0, self.row + 1 - self.most)
-        own = mask[:, top : self.row + 1]
-        last = jnp.arange(own.shape[1])[None, :, None] == own.shape[1] - 1
-        cut = jnp.where(last, own, 0)
-        for _row in range(self.most - 1):
-            cut = cut | (own & bm.spread(cut | bm.shift_up(cut, 1)))
-        return jnp.pad(cut, ((0, 0), (top, mask.shape[1] - 1 - self.row), (0, 0)))
-
-
-@dataclass(frozen=True)
 class NoLines:
     """Drop lines one pixel wide, upright or diagonal, of more than `most` rows.
 
@@ -229,28 +196,6 @@ def _following(rows: int, thin: jax.Array, lines: jax.Array) -> jax.Array:
 def _beside(words: jax.Array) -> jax.Array:
     """Add to each pixel its left and right neighbours in the same word."""
     return words | (words << 1) | (words >> 1)
-
-
-@dataclass(frozen=True)
-class NoPairs:
-    """Drop isolated pairs of pixels in a row with exactly `gap` blank pixels between them.
-
-    A pair with a third pixel at the same distance is kept. This keeps a beam that touches one of
-    the two dots of a face.
-    """
-
-    gap: int
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.gap <= 30:
-            raise ValueError(f"gap must be 1 to 30 pixels, got {self.gap}")
-
-    def __call__(self, mask: Bitmap, _: jax.Array) -> Bitmap:
-        """Return the selected pixels."""
-        between = bm.over(bm.shift_left(mask, 1), self.gap, bm.shift_left, jnp.bitwise_or)
-        left = mask & ~between & bm.shift_left(mask, self.gap + 1)
-        left = left & ~bm.shift_right(left, self.gap + 1) & ~bm.shift_left(left, self.gap + 1)
-        return mask & ~(left | bm.shift_right(left, self.gap + 1))
 
 
 @dataclass(frozen=True)

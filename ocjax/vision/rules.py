@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ocjax.console.boxes import WIDTH, Area, check_area
@@ -20,6 +21,7 @@ from ocjax.vision.filters import Filter
 from ocjax.vision.pictures import Picture, check_pictures
 from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, limits
 from ocjax.vision.steps import Step
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 __all__ = ["Blobs", "Bounds", "ByColor", "Cells", "Gauge", "Rule", "Run", "Runs"]
 
@@ -66,21 +68,16 @@ class ByColor:
 
     Args:
         values: pairs of a palette index and its value.
-        like: instead of `values`, an area of the screen that shows one colour on black. The value
-            is 1 if the object has that colour, 0 if it has another colour, and unknown if the area
-            is black.
     """
 
-    values: tuple[tuple[int, int], ...] = ()
-    like: Area | None = None
+    values: tuple[tuple[int, int], ...]
 
-    def __post_init__(self) -> None:
-        if bool(self.values) == (self.like is not None):
-            raise ValueError(
-                f"set either values or like, not both, got {self.values} and {self.like}"
-            )
-        if self.like is not None:
-            check_area(self.like)
+    def __call__(self, color: jax.Array, _: jax.Array) -> jax.Array:
+        """Return the values of colours, int32 `[count, B]`."""
+        out = jnp.full_like(color, UNKNOWN_VALUE)
+        for own, value in self.values:
+            out = jnp.where(color == own, value, out)
+        return out
 
 
 @dataclass(frozen=True)

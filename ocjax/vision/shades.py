@@ -54,7 +54,6 @@ class Saver:
             the same.
         taken: the colours that VEM chooses among colours that look the same. The default is the
             first colour that a rule names.
-        changed: the colours that the saver changes; empty: all.
         beside: (x, y) of a second pixel, for games that change all colours in play, too. `color` is
             then the first pixel's usual colour. The saver is on if both pixels lack the bits that
             `mask` drops: in play one of the two always has such a bit.
@@ -65,7 +64,6 @@ class Saver:
     color: Colors
     mask: int = 0xFF
     taken: tuple[int, ...] = ()
-    changed: tuple[int, ...] = ()
     beside: tuple[int, int] | None = None
 
     @property
@@ -76,7 +74,7 @@ class Saver:
     def __post_init__(self) -> None:
         for x, y in (self.pixel, self.beside or self.pixel):
             check_area((x, y, x + 1, y + 1))
-        color_set((*self.colors_in_play, *self.taken, *self.changed))
+        color_set((*self.colors_in_play, *self.taken))
         if not 0 < self.mask < 256:
             raise ValueError(f"mask must be the bits of a palette index, got {self.mask}")
         if self.beside is not None and self.mask == 0xFF:

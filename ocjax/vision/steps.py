@@ -20,7 +20,7 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
 
-__all__ = ["Context", "EndsAbove", "Packed", "Raised", "SideBySide", "Step", "Tight", "tight"]
+__all__ = ["Context", "Packed", "Raised", "SideBySide", "Step", "Tight"]
 
 
 class Context(NamedTuple):
@@ -59,36 +59,15 @@ class Tight(Step):
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """Return the objects after the step."""
-        return tight(found, context, found.valid)
-
-
-@dataclass(frozen=True)
-class EndsAbove(Step):
-    """End a box above objects of another category that begin inside it, and make it tight.
-
-    This is for a driver above a car that shares one of the driver's colours. The limits of the
-    rule's shapes apply to the whole box.
-
-    Args:
-        name: the other category, of `Blobs`.
-    """
-
-    name: str
-
-    @property
-    def other(self) -> str:
-        """The other category."""
-        return self.name
-
-    def __call__(self, found: Detected, context: Context) -> Detected:
-        """Return the objects after the step."""
-        lower = context.found[self.name]
-        x, y, w, h = (v[:, None] for v in (found.x, found.y, found.w, found.h))
-        x2, y2, w2 = (v[None] for v in (lower.x, lower.y, lower.w))
-        inside = lower.valid[None] & (x2 < x + w) & (x < x2 + w2) & (y2 > y) & (y2 < y + h)
-        left = jnp.minimum(found.h, jnp.min(jnp.where(inside, y2 - y, h), axis=1))
-        shorter = found._replace(box=boxes(found.x, found.y, found.w, left, found.valid))
-        return tight(shorter, context, left < found.h)
+        top = context.top
+        rows, columns = kernels.materialize(
+            functools.partial(_marks, top), context.pixels(), found.box
+        )
+        (first, last), (upper, lower) = bm.columns(columns), bm.rows(rows)
+        around = boxes(
+            first, top + upper, last - first + 1, lower - upper + 1, found.valid & (lower >= 0)
+        )
+        return found._replace(box=around, head=None)
 
 
 @dataclass(frozen=True)
@@ -168,20 +147,6 @@ def _pick(rank: jax.Array, first: jax.Array, end: jax.Array, *fields: jax.Array)
     """
     here = (first[None] <= rank[:, None]) & (rank[:, None] < end[None])
     return [jnp.sum(jnp.where(here, field[None], 0), axis=1, dtype=field.dtype) for field in fields]
-
-
-def tight(found: Detected, context: Context, which: jax.Array) -> Detected:
-    """Fit the boxes of some objects, `which` bool `[count, B]`, tightly around their pixels.
-
-    Boxes without pixels are dropped.
-    """
-    top = context.top
-    rows, columns = kernels.materialize(functools.partial(_marks, top), context.pixels(), found.box)
-    (first, last), (upper, lower) = bm.columns(columns), bm.rows(rows)
-    around = boxes(
-        first, top + upper, last - first + 1, lower - upper + 1, found.valid & (lower >= 0)
-    )
-    return found._replace(box=jnp.where(which, around, found.box), head=None)
 
 
 def _marks(top: int, pixels: Bitmap, box: jax.Array) -> tuple[jax.Array, jax.Array]:

@@ -1,4 +1,4 @@
-"""Code of one state runs on batches in the last axis, and what several results need is stored."""
+"""Code of one state runs on batches in the last axis, and shared intermediate values are stored."""
 
 import re
 
@@ -54,7 +54,7 @@ def program(f, *shape):
 
 
 def stored(f):
-    """The operations whose results are stored."""
+    """The operations with stored results."""
     p = program(f, 4)
     values = worth_storing(p)
     return [step.name for step in p.steps if values & {*step.outputs}]

@@ -1,4 +1,4 @@
-"""Batches of every shape give what single elements give, in a few programs."""
+"""Batches of every shape give the results of single elements, in a few programs."""
 
 import jax
 import jax.numpy as jnp

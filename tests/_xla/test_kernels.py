@@ -1,4 +1,4 @@
-"""The compiler tricks give what the plain operations give, on all inputs and under JAX's
+"""The compiler tricks give the results of the plain operations, on all inputs and under JAX's
 transformations."""
 
 import jax

@@ -41,8 +41,8 @@ QUIET = Console(quiet=True)
 
 
 def test_advantages():
-    """Against the sum over later steps in its definition, through terminated and truncated
-    episodes."""
+    """The advantages equal the sum over later steps in the definition, through terminated and
+    truncated episodes."""
     rng, (t, b), gamma, decay = np.random.default_rng(0), (9, 40), 0.9, 0.8
     reward, value = rng.normal(size=(t, b)), rng.normal(size=(t + 1, b))
     terminated = rng.random((t, b)) < 0.15
@@ -79,7 +79,7 @@ def test_moments():
 
 
 def bandit(rng, h, resets=None):
-    """A rollout in which action 1 is rewarded."""
+    """A rollout that rewards action 1."""
     shape = h.horizon, h.num_envs
     action = rng.integers(3, size=shape).astype(np.int32)
     no = np.zeros(shape, bool)
@@ -122,8 +122,8 @@ def test_updates_prefer_what_is_rewarded(learner):
 
 
 def test_nothing_is_learned_from_steps_that_only_begin_an_episode(learner):
-    """Their actions and rewards have no effect on the parameters, and neither has anything once
-    nothing of the training is left."""
+    """The actions and rewards of these steps have no effect on the parameters. No step has an
+    effect after the end of the training."""
     _, update, state = learner
     fixed = statistics.initial_moments((4,))
     resets = np.random.default_rng(1).random((TINY.horizon, TINY.num_envs)) < 0.3
@@ -174,8 +174,8 @@ def metrics(folder):
 
 
 def test_games_do_not_stay_in_step():
-    """Each of the first rollouts restarts one environment, in either half, and no game that was cut
-    short is reported."""
+    """Each of the first rollouts restarts one environment, in either half, and the log omits games
+    that were cut short."""
     halves = [
         make_vec("Pong", 2, mode="rem", obs="vector", preset="dqn", num_workers=0) for _ in range(2)
     ]
@@ -192,8 +192,8 @@ def test_games_do_not_stay_in_step():
 
 
 def games_by_their_successors(monkeypatch, envs):
-    """A list that gets the last return of each game when the next one has begun: no game has steps
-    after 0 steps."""
+    """A list of the last return of each game. A game is complete when the number of its steps
+    returns to 0."""
     found, last, step_wait = [], np.zeros(envs.num_envs), envs.step_wait
 
     def wait():
@@ -212,8 +212,8 @@ def games_by_their_successors(monkeypatch, envs):
     "options", slow_but([{}], [{}, {"max_episode_steps": 40}, {"max_episode_frames": 300}]), ids=str
 )
 def test_returns_of_complete_games(monkeypatch, options):
-    """With an episode per life and next-step autoreset, each game is reported once, with its
-    complete return, and no life is."""
+    """With an episode per life and next-step autoreset, the log reports each game once, with its
+    complete return, and no single life."""
     halves = [
         make_vec(
             "Breakout", 3, mode="raw", preset="dqn", num_workers=0, clip_rewards=False, **options
@@ -229,7 +229,7 @@ def test_returns_of_complete_games(monkeypatch, options):
         )
         reported += collector.games
         lives += int((rollout.terminated | rollout.truncated).sum())
-    over = sum(int(envs.pool.game_over.sum()) for envs in halves)  # whose successors have not begun
+    over = sum(int(envs.pool.game_over.sum()) for envs in halves)  # the next game has not begun
     collector.close()
     want = [*found[0], *found[1]]
     assert len(reported) == len(want) + over
@@ -329,7 +329,7 @@ def test_more_frames_continue_a_training(tmp_path):
 
 @pytest.mark.slow
 def test_training_from_pixels(tmp_path, monkeypatch):
-    """The policy that it writes plays, and sees what environments show."""
+    """The written policy plays, and sees the observations of environments."""
     h = Hyperparameters(num_envs=2, horizon=8, minibatch=16, epochs=1)
     trainer = Trainer(Config("Pong", 0, "pixels", hyperparameters=h), tmp_path / "run")
     trainer.run(2 * 2 * 8 * 4, QUIET)
@@ -432,8 +432,8 @@ app(["train", "Pong", "--frames", "2048", "--out", str(folder), *sys.argv[3:]])
 
 @pytest.mark.parametrize("stage", slow_but(["space"], ["metrics", "policy", "space", "Orbax"]))
 def test_a_full_disk(tmp_path, stage):
-    """A limit on the size of files stands for the full disk: writing beyond it is an error of the
-    system, too."""
+    """A limit on the size of files simulates the full disk: a write beyond it raises an OSError,
+    too."""
     folder = tmp_path / "run"
     done = subprocess.run(
         [sys.executable, "-c", FULL, str(folder), stage, *TINY_OPTIONS],
@@ -494,8 +494,7 @@ WRONG = [
 @pytest.mark.parametrize("value", WRONG, ids=str)
 @pytest.mark.parametrize("name", ["rows", "seconds", "recent", "one of recent"])
 def test_progress_of_a_training(tmp_path, name, value):
-    """A count, a time or returns that no training has are errors, and the file of metrics stays as
-    it is."""
+    """Impossible counts, times and returns raise errors, and the file of metrics stays the same."""
     text = "frames,return\n256,nan\n512,-20.0\n"
     (tmp_path / "metrics.csv").write_text(text)
     progress = {"rows": 2, "seconds": 1.5, "recent": [-20.0, 3]}
@@ -574,8 +573,8 @@ def test_environments_of_a_training():
 
 
 def test_strange_entries_among_checkpoints(tmp_path):
-    """Unfinished checkpoints are deleted, and others are an error or left alone; a damaged one is
-    an error."""
+    """Unfinished checkpoints are deleted, a damaged one raises an error, and other entries raise an
+    error or stay."""
     config, run = Config("Pong", 0, hyperparameters=TINY), tmp_path / "run"
     first = Trainer(config, run)
     first.run(UPDATE, QUIET)

@@ -86,7 +86,8 @@ def test_every_field_has_wrong_values():
     [(field, *case) for field, cases in WRONG.items() for case in cases],
 )
 def test_wrong_values(field, value, message):
-    """Each is an error of one line when the configuration is made, before a folder exists."""
+    """Each wrong value raises an error of one line when the configuration is made, before a folder
+    exists."""
     with pytest.raises(ValueError) as raised:  # noqa: PT011  # the messages are compared as texts
         Config(**{"game": "Pong"} | {field: value})
     assert message in str(raised.value)
@@ -147,8 +148,8 @@ def test_equal_configurations_have_equal_files():
 
 
 def test_experiments():
-    """The default is that of `Config`; the paper's has its hyperparameters and sees x and y of all
-    objects in two states."""
+    """The default equals `Config`; the paper's experiment has its hyperparameters and sees x and y
+    of all objects in two states."""
     assert Config.of("default", "Pong") == Config("Pong")
     paper = Config.of("paper", "Breakout", seed=3)
     h = paper.hyperparameters

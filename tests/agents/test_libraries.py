@@ -1,4 +1,4 @@
-"""The programs of the page on training libraries, each where its library is installed."""
+"""The programs of the page on training libraries; a missing library skips its program."""
 
 import importlib.util
 import re
@@ -29,7 +29,7 @@ def test_programs_are_found():
 def test_program(library, tmp_path):
     if not installed(library):
         pytest.skip(f"{library} is not installed")
-    # Warnings of other projects are none of ours.
+    # Warnings of other projects do not concern ocjax.
     done = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", PROGRAMS[library]],
         cwd=tmp_path,

@@ -19,7 +19,7 @@ def rows(folder):
 
 
 def events(folder):
-    """The events of all files of TensorBoard, in the order in which they were written."""
+    """The events of all files of TensorBoard, in the order of writing."""
     out = []
     for path in sorted(
         (folder / "tensorboard").iterdir(), key=lambda path: path.stat().st_mtime_ns
@@ -68,8 +68,8 @@ ENDS = {
 
 @pytest.mark.parametrize("end", ENDS.values(), ids=ENDS)
 def test_rows_after_the_checkpoint_are_dropped(tmp_path, end):
-    """Whatever a killed run has written after its checkpoint, the file continues after the
-    checkpoint's row."""
+    """The file continues after the checkpoint's row, although a killed run has written further
+    rows."""
     first = Metrics(tmp_path)
     add(first, 1, 2)
     saved, kept = first.save(), (tmp_path / "metrics.csv").read_text()
@@ -103,7 +103,7 @@ def test_a_run_without_a_checkpoint_begins_again(tmp_path):
 
 @pytest.mark.parametrize("cut", range(1, 8))
 def test_a_row_of_the_checkpoint_that_is_cut_off(tmp_path, cut):
-    """It is an error, also if the rest of its last number is a number."""
+    """A cut row raises an error, also if the remaining digits of its last number are a number."""
     metrics = Metrics(tmp_path)
     add(metrics, 1, 2)
     metrics.close()

@@ -16,7 +16,7 @@ sb3 = pytest.importorskip("stable_baselines3", reason="the extra `sb3` is not in
 
 
 def check_learning(model, steps):
-    """It takes that many steps, which change the policy, and its numbers stay finite."""
+    """The training takes that many steps, changes the policy, and keeps finite numbers."""
     before = [p.detach().clone() for p in model.policy.parameters()]
     model.learn(steps)
     assert model.num_timesteps == steps
@@ -46,8 +46,8 @@ def test_stable_baselines3_on_objects():
 
 @pytest.mark.filterwarnings("default")  # warnings of other projects
 def test_stable_baselines3_with_its_atari_wrapper():
-    """Stable-Baselines3's wrappers, which use the emulator, add no-ops, frame skip, lives, FIRE and
-    grey frames."""
+    """Stable-Baselines3's wrappers use the emulator to add no-ops, frame skip, lives, FIRE and grey
+    frames."""
     pytest.importorskip("cv2", reason="Stable-Baselines3's Atari wrapper needs OpenCV")
     from stable_baselines3.common.env_util import make_atari_env
 
@@ -67,7 +67,7 @@ def test_torch_shares_the_tensors():
 
 
 def test_cleanrl(request, tmp_path):
-    """CleanRL's ppo.py runs with only the call that makes the environments replaced."""
+    """CleanRL's ppo.py runs with another call to make the environments, and no further change."""
     checkout = request.config.getoption("--cleanrl")
     if checkout is None:
         pytest.skip(

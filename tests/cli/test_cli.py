@@ -117,7 +117,7 @@ def test_version():
 
 
 def test_help_is_that_of_the_commands():
-    """`ocjax --help` reads the lines from the files, because importing them takes seconds."""
+    """`ocjax --help` reads the lines from the files, because an import takes seconds."""
     shown = " ".join(run("--help").output.replace("│", " ").split())
     for name in cli.COMMANDS:
         summary = cli.summary(name)
@@ -226,8 +226,7 @@ def test_names_of_files_are_no_markup(tmp_path, capsys):
 
 
 def test_redirected_tables_are_whole(tmp_path):
-    """Cells of a table in a pipe are not broken into lines, whatever the width of a terminal would
-    be."""
+    """Cells of a table in a pipe stay on one line, with any width of a terminal."""
     lines = run("games", "FishingDerby").output.splitlines()
     for c in ocjax.load("FishingDerby").categories:
         assert any(c.name in line and c.doc in line for line in lines), c.name
@@ -273,7 +272,8 @@ cli.app(["demo", "Pong"])
 
 
 def test_interruption(tmp_path):
-    """One line and exit status 130, while a thread of XLA still compiles."""
+    """An interruption prints one line and exits with status 130, while a thread of XLA still
+    compiles."""
     result = subprocess.run(
         [sys.executable, "-c", INTERRUPTED],
         cwd=tmp_path,

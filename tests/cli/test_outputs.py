@@ -25,9 +25,10 @@ OUTPUTS = {
     "--html",
     "--picture",
     "--plots",
+    "--write",
 }
 HEADER = "frame_id,episode_id,score,duration(ms),unclipped_reward,action,gaze_positions"
-# Each output with arguments that read files. IN is the input, and OUT is put on top of it.
+# Each output with arguments that read files. IN is the input, and OUT names the same file.
 CASES = {
     ("render", "--out"): ("render IN --out OUT.png", "render IN --out OUT.gif"),
     ("evaluate", "--markdown"): (
@@ -56,6 +57,10 @@ CASES = {
         "ram correlate IN --markdown OUT",
         "ram correlate Pong --policy POLICY --markdown OUT",
     ),
+    ("ram correlate", "--write"): (
+        "ram correlate IN --write OUT.py",
+        "ram correlate Pong --policy POLICY --write OUT.py",
+    ),
     ("ram residual", "--markdown"): (
         "ram residual IN Ball x --markdown OUT",
         "ram residual Pong Ball x --policy POLICY --markdown OUT",
@@ -67,11 +72,13 @@ READ_NOTHING = {  # or update their own file or folder
     *(("games", option) for option in ("--picture",)),
     *(("parity", option) for option in ("--out", "--markdown")),
     *(("ram causes", option) for option in ("--out", "--markdown")),
+    *(("ram disassemble", option) for option in ("--out", "--markdown")),
     ("dataset", "--out"),
     ("demo", "--out"),
     ("play", "--out"),
     ("ram control", "--json"),
     ("ram map", "--markdown"),
+    ("ram new", "--out"),
     ("ram twins", "--markdown"),
     ("train", "--out"),
 }

@@ -37,7 +37,7 @@ def configured(monkeypatch):
 
 
 def test_every_hyperparameter_is_an_option(configured):
-    """Each is an option of its name, listed in the help under a heading of its own."""
+    """Each hyperparameter is an option with its name, under a separate heading of the help."""
     options = {}
     for field in dataclasses.fields(Hyperparameters):
         options[field.name] = 2 * field.default if field.type is int else field.default / 2
@@ -130,7 +130,7 @@ def test_wrong_options_are_one_line(options, message, tmp_path):
 def test_a_run_with_other_options_is_another_one(tmp_path, monkeypatch):
     """The options are in config.json, and each of them distinguishes runs.
 
-    Files of versions without some of the fields are other runs.
+    A file of an older version without some of the fields belongs to another run.
     """
     monkeypatch.setattr(agents, "_show", lambda config, folder: None)
     folder = tmp_path / "run"
@@ -183,7 +183,7 @@ def test_a_run_with_other_options_is_another_one(tmp_path, monkeypatch):
 
 @needs_rl
 def test_environments_of_a_run(tmp_path):
-    """Starts take turns among the environments of both halves; variations, mode and difficulty
+    """The environments of both halves cycle through the starts; variations, mode and difficulty
     apply to all of them."""
     from ocjax.agents.training import Trainer
 

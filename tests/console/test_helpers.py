@@ -1,4 +1,4 @@
-"""The small operations that decoders are written with, compared with plain Python and numpy."""
+"""The small operations of decoders, compared with plain Python and numpy."""
 
 import jax.numpy as jnp
 import numpy as np

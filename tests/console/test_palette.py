@@ -5,7 +5,7 @@ import pytest
 
 import ocjax
 from ocjax.console import palette
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 
 
 @pytest.mark.parametrize("table", [palette.NTSC, palette.PAL], ids=["NTSC", "PAL"])
@@ -17,14 +17,15 @@ def test_there_and_back(table):
     assert np.array_equal(palette.to_rgb(index, table), table[index])
     hues = (
         slice(2, 14) if table is palette.PAL else slice(None)
-    )  # PAL consoles have four hues of grey, of which the first counts
+    )  # PAL consoles have four hues of grey; the first one counts
     assert np.array_equal(back[hues], index[hues])
     assert palette.is_color(table[index], table).all()
 
 
 @pytest.mark.parametrize("name", ["Pong", "Pacman"])
 def test_the_emulator_shows_these_colours(name):
-    """And a game of either kind finds the same in RGB frames and in indices."""
+    """The emulator shows these colours, and NTSC and PAL games find the same objects in RGB frames
+    and in indices."""
     ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
     game, ale = ocjax.load(name), ale_py.ALEInterface()
     ale.loadROM(rom_path(game.rom))

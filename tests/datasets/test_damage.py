@@ -1,5 +1,5 @@
-"""Datasets of others: every field of every file, with every kind of wrong content, is an error that
-names the file."""
+"""Untrusted datasets: wrong content of any kind in any field of any file raises an error that names
+the file."""
 
 import io
 import json
@@ -253,8 +253,7 @@ RIGHT |= {(name, "of nan") for name in ("terminated", "truncated")}
 @pytest.mark.parametrize("kind", TABLES)
 @pytest.mark.parametrize("name", columns.schema({}).names)
 def test_columns_of_shards(dataset, name, kind):
-    """Those that an export reads are checked in it, the others when the dataset is labelled
-    again."""
+    """An export checks the columns that it reads; relabelling checks the others."""
     if (name, kind) in RIGHT:
         return
     rewritten(dataset, lambda table: TABLES[kind](table, name))
@@ -356,7 +355,7 @@ def test_steps_of_shards(dataset, name, value, monkeypatch, tmp_path):
 
 
 def test_objects_of_other_decoders_are_written_again(dataset, made):
-    """Their categories may have had other names."""
+    """The categories of another decoder may have other names."""
 
     def change(table):
         rows = [

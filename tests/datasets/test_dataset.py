@@ -1,4 +1,4 @@
-"""Datasets: what they hold, equal bytes, interruptions, labelling again, exports, and clusters."""
+"""Datasets: contents, equal bytes, interruptions, relabelling, exports, and clusters."""
 
 import csv
 import dataclasses
@@ -76,7 +76,7 @@ def test_states_and_objects(folder, pong):
     rows = rows_of(folder)
     assert [row["index"] for row in rows] == list(range(30))
     assert [row["seed"] for row in rows] == [0] * 15 + [42] * 15
-    # Of the 10 instances, the first five play two states of each seed, the others one.
+    # The first five of the 10 instances play two states of each seed, the others one.
     assert [row["policy"] for row in rows] == (["random"] * 6 + ["trained"] * 9) * 2
     assert [row["step"] for row in rows] == ([0, 1] * 5 + [0] * 5) * 2
     for row in rows:
@@ -154,7 +154,7 @@ def test_policies_with_other_actions_are_refused(tmp_path, pong):
         datasets.plan(pong, 60, policies={"random": 30, str(tmp_path / "other.npz"): 70})
 
 
-# The games in which the OCAtari paper trains object-centric agents.
+# The games of the OCAtari paper's object-centric agents.
 PAPER_AGENTS = (
     "Asterix",
     "Boxing",
@@ -165,7 +165,7 @@ PAPER_AGENTS = (
     "SpaceInvaders",
     "Tennis",
 )
-# Steps of four emulated frames within which the ball must have been seen. Tennis shows none for 33
+# Steps of four emulated frames within which the ball must have been seen. Tennis hides it for 33
 # steps after each point.
 BALLS = {"Breakout": 15, "Pong": 15, "Tennis": 33}
 
@@ -188,7 +188,7 @@ def test_states_are_in_play(name):
 
 
 def share_seen(episodes, category, steps):
-    """The share of states in which an object of a category is valid, or was within so many
+    """The share of states with a valid object of a category, now or within the last `steps`
     steps."""
     seen = []
     for objects in episodes:
@@ -391,7 +391,7 @@ def test_minari(folder, pong, minari, monkeypatch, block_rows):
     assert (dataset.total_episodes, dataset.total_steps) == (
         10,
         10,
-    )  # those of one state have no step
+    )  # pieces of one state have no step
     episode = dataset[1]
     assert episode.observations["ram"].tolist() == [row["ram"] for row in rows[2:4]]
     frame = np.asarray(Image.open(io.BytesIO(rows[3]["image"]["bytes"])))
@@ -461,7 +461,7 @@ def test_minari_killed_and_resumed_equals_uninterrupted(
 
 
 def stored(folder):
-    """What an HDF5 file of Minari holds."""
+    """The arrays of a Minari HDF5 file."""
     h5py = pytest.importorskip("h5py")
     found = {}
     with h5py.File(folder / "data" / "main_data.hdf5") as file:
@@ -517,7 +517,7 @@ def test_shards_are_inputs(folder, tmp_path, pong):
 
 
 def test_shards_of_older_versions(copy, folder, tmp_path, pong):
-    """Their metadata do not tell the game: it is asked for, and labelling again adds it."""
+    """Their metadata lack the game: the error asks for it, and relabelling adds it."""
     path = copy / "data" / "train-00000-of-00002.parquet"
     table = parquet.read_table(path)
     facts = {

@@ -1,5 +1,6 @@
-"""Variations change on the screen what they say, and nothing else goes wrong."""
+"""Variations make the described change on the screen and break nothing else."""
 
+import dataclasses
 import functools
 import pickle
 from pathlib import Path
@@ -60,7 +61,7 @@ def ends(mask, axis):
     ],
 )
 def test_objects_vanish(game_name, name, color, region):
-    """Each has a colour of its own in its region; shots of the invisible player have its colour,
+    """Each object has a unique colour in its region; shots of the invisible player have its colour,
     too, and are small."""
     assert (count(game_name, None, color, region) > 12).sum() > 20
     assert (count(game_name, name, color, region) <= 12).all()
@@ -83,7 +84,7 @@ def test_colors():
 
 
 def paddles(name):
-    """The last row of the enemy and of the player in frames that show both whole."""
+    """The last row of the enemy and of the player in frames that show both completely."""
     frames = play("Pong", name)[20:, 34:194]
     enemy, player = (ends((frames == color).all(-1), 2) for color in (ORANGE, GREEN))
     whole = (enemy[:, 1] - enemy[:, 0] == 15) & (player[:, 1] - player[:, 0] == 15)
@@ -99,7 +100,7 @@ def test_enemy_of_pong():
     assert np.ptp(enemy) > 30
     assert (
         np.abs(enemy - player).max() <= 10
-    )  # the enemy is written before a frame in which the player still moves
+    )  # the variation writes the enemy before the player's move in the frame
 
 
 def test_positions():
@@ -135,7 +136,7 @@ def test_players():
         (187, 187, 53),
         (184, 50, 50),
         (198, 89, 179),
-    )  # the player, and what Asterix and Obelix collect at first
+    )  # the player, and the first objects that Asterix and Obelix collect
     counts = [
         [int((frame == color).all(-1).sum()) for color in (yellow, shield, pink)]
         for frame in (asterix, obelix)
@@ -171,7 +172,7 @@ def written(v):
 
 @pytest.mark.parametrize("v", variations.ALL.values(), ids=variations.ALL)
 def test_bytes(v):
-    """What is declared is written, and nothing else, also by a copy in another process."""
+    """A variation writes only the declared bytes, also as a copy in another process."""
     for seed in range(8):
         before = np.random.default_rng(seed).integers(256, size=128).astype(np.uint8)
         ram = before.copy()
@@ -214,7 +215,7 @@ def test_conditions_and_bits():
 
 
 def drawn(v, seed, frames=40):
-    """What a variation makes of the same RAM in some frames."""
+    """The RAM that a variation makes of the same RAM in some frames."""
     out = []
     for frame in range(frames):
         ram = np.arange(128, dtype=np.uint8)
@@ -224,8 +225,8 @@ def drawn(v, seed, frames=40):
 
 
 def test_random_numbers():
-    """They depend on the RAM, the frame and the seed, are independent of each other, and have the
-    probabilities that are declared."""
+    """Random numbers depend on the RAM, the frame and the seed, are independent of each other, and
+    have the declared probabilities."""
     part = variations.Variation("Pong", "One byte.", draws={4: range(8)})
     v = variations.Variation("Pong", "An example.", draws={3: (10, 20)}, parts=(part,))
     first = drawn(v, 5, 4000)
@@ -240,6 +241,22 @@ def test_random_numbers():
         variations.Variation("Pong", "An example.", choices=(often, often, often, seldom)), 5, 4000
     )
     assert abs((choices[:, 3] == 1).mean() - 0.75) < 0.05
+
+
+def test_names_seed_random_numbers():
+    """A variation with another description draws the same numbers."""
+    v = variations.find("BankHeist:random_city")
+    assert v.name == "random_city"
+    numbers = [
+        drawn(other, 5)[:, 0].tolist()
+        for other in (
+            dataclasses.replace(v, changed=()),
+            dataclasses.replace(v, changed=(), doc="Other words."),
+            dataclasses.replace(v, changed=(), name="other"),
+        )
+    ]
+    assert numbers[0] == numbers[1]
+    assert numbers[0] != numbers[2]
 
 
 def test_conditions_on_time_and_the_last_frame():
@@ -273,7 +290,7 @@ def test_conditions_on_time_and_the_last_frame():
 
 
 def is_timed(v):
-    """Whether a variation needs more than the present RAM."""
+    """True if a variation needs more than the present RAM."""
     return (
         v.draws
         or v.choices
@@ -286,7 +303,7 @@ def is_timed(v):
 
 
 def test_wind():
-    """In half of the frames the ball and its shadow move by a pixel, while the ball is over the
+    """The ball and its shadow move by a pixel in half of the frames, while the ball is over the
     court."""
     wind = variations.find("Tennis:wind_effect")
     for shadow, moves in ((60, True), (150, False)):
@@ -317,8 +334,8 @@ def trajectory(envs, seed, steps):
 
 @pytest.mark.parametrize("key", some(5, TIMED))
 def test_restored_states_continue_identically(key):
-    """In environments of another seed and with another past, too; and a seed gives the same
-    episodes again."""
+    """Restored states also continue in environments with another seed and another past. A seed
+    repeats its episodes."""
     options = {
         "num_workers": 0,
         "mode": "raw",
@@ -375,7 +392,7 @@ def test_seeds_give_other_random_numbers():
 
 
 def city(hook, action, place):
-    """The cities that a player drives through who leaves each at the side of this place."""
+    """The cities of a player who leaves each one at the side of `place`."""
     env = make(
         "BankHeist",
         mode="raw",
@@ -403,7 +420,7 @@ def test_cities():
     assert city(None, *left) == [0]
     assert city("revisit_city", *left)[:4] == [0, 255, 254, 253]
     found = city("random_city", *right)
-    arrived, drawn = found[1::2], found[2::2]  # the next city is there for one frame
+    arrived, drawn = found[1::2], found[2::2]  # the next city appears for one frame
     assert len(set(drawn)) > 4
     assert arrived == [(last + 1) % 256 for last in (0, *drawn[: len(arrived) - 1])]
 
@@ -537,7 +554,7 @@ def test_names():
 
 
 def test_names_beside_functions():
-    """Each hook sees what those before it wrote, in workers and in OCAtari's class."""
+    """Each hook sees the bytes that earlier hooks wrote, in workers and in OCAtari's class."""
 
     def follow(ram):
         ram[60] = ram[21]

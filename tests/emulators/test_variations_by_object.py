@@ -1,4 +1,4 @@
-"""Categories are removed, frozen and recoloured by name."""
+"""Variations remove, freeze and recolour categories by name."""
 
 import json
 from pathlib import Path
@@ -43,7 +43,7 @@ def seen(game, hook, *, mode="vem", hud=False):
 
 
 def places(game, hook, category):
-    """Where objects of a category are seen, and in how many frames any is."""
+    """The places of a category's objects, and the number of frames with any of them."""
     frames = [
         [(o.x, o.y) for o in found if o.category == category] for found, _ in seen(game, hook)
     ]
@@ -51,8 +51,7 @@ def places(game, hook, category):
 
 
 def check(game, name):
-    """A variation does on the screen what it says, in other play than the one that it was found
-    in."""
+    """A variation makes its change on the screen, in other play than the play that found it."""
     kind, category = name.split(" ", 1)
     if kind == "recolor":
         name = f"{name} {0x9A}"

@@ -1,4 +1,4 @@
-"""Every variation changes the screen, and changes it as it says."""
+"""Every variation changes the screen as described."""
 
 import functools
 import itertools
@@ -11,8 +11,9 @@ from ocjax.emulators import variations
 from ocjax.envs import make
 
 STEPS, LONG, HOLD = 150, 1200, 8
-LATE = {  # what happens seldom in random play
+LATE = {  # rare in random play, or (Donkey Kong) as usual in the first life
     "Atlantis:no_last_line",
+    "DonkeyKong:random_start",
     "Frostbite:few_enemies",
     "Frostbite:many_enemies",
     "Frostbite:no_birds",
@@ -23,7 +24,7 @@ LATE = {  # what happens seldom in random play
     "Tennis:always_upper_pitches",
     "Tennis:always_upper_player",
 }
-AS_AT_FIRST = {  # what the game has anyway, until another level begins
+AS_AT_FIRST = {  # already the case until another level begins
     "Boxing:color_enemy_black",
     "Boxing:color_player_white",
     "DoubleDunk:enemy_color_white",
@@ -51,8 +52,8 @@ CENTERS = {"orange": (93, 80), "cyan": (83, 80), "pink": (93, 67), "red": (83, 6
 
 
 def play(game, hook, steps, mode="raw", obs="pixels", hold=1, seed=1):
-    """The environment and its observation after each step with random actions; games that end are
-    followed by others."""
+    """The environment and its observation after each step with random actions; a new game follows
+    an ended one."""
     env = make(
         game, mode=mode, obs=obs, preset="deterministic-v4", full_action_space=True, hook=hook
     )
@@ -122,12 +123,12 @@ def test_some_differ_quickly():
 @pytest.mark.slow
 @pytest.mark.parametrize("key", COLORED)
 def test_colors(key):
-    """The colour that is written is on more of the screen than without the variation."""
+    """The written colour covers more of the screen than without the variation."""
     v = variations.ALL[key]
     value, name = next(iter(v.writes.values())), key.rsplit("_", 1)[1]
     if (
         v.game == "ChopperCommand"
-    ):  # the byte is a place in a table of colours, and a frame has many pixels of the land
+    ):  # the byte is an index into a table of colours, and a frame has many pixels of land
         value = {"black": 0, "white": 0x0E, "red": 0x30, "blue": 0x70, "green": 0x16}[name]
     elif v.game in ("DoubleDunk", "Frostbite"):  # the byte is a number, or changes a colour
         value = SHIRTS[name] if v.game == "DoubleDunk" else {"black": 0, "red": 0x3E}[name]
@@ -270,7 +271,7 @@ def test_one_missile():
 
 @pytest.mark.slow
 def test_jets():
-    """New ships are of other kinds for one frame."""
+    """New ships have other types for one frame."""
     for hook in (None, "jets_only"):
         ships = [
             o.category

@@ -19,7 +19,7 @@ gymnasium.register_envs(ale_py)
 
 
 def polar(rng, space, n):
-    """Random actions, among them those at the thresholds and the bounds."""
+    """Random actions, including the thresholds and the bounds."""
     actions = np.array([space.sample() for _ in range(n)])
     actions[::7, 0] = rng.choice(np.float32([0, 0.5, 1]), len(actions[::7]))
     actions[::5, 1] = rng.choice(
@@ -43,7 +43,7 @@ def polar(rng, space, n):
     ],
 )
 def test_continuous_actions_are_those_of_ale_py(name, options):
-    """RAM, rewards and ends are equal, step by step, in single environments and in vectors."""
+    """ale-py gives equal RAM, rewards and ends at each step, for single and vector environments."""
     reference = gymnasium.make(f"ALE/{name}-v5", obs_type="ram", continuous=True, **options)
     env = gymnasium.make(f"ocjax/{name}-v5", mode="raw", continuous=True, **options)
     envs = ocjax.make_vec(

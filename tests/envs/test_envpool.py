@@ -58,8 +58,8 @@ def test_envpool_equals_the_ale_backend(name):
 
 
 def test_asynchronous_environments_keep_their_identity():
-    """Results in any order, sorted by env_id, equal those of synchronous environments, including
-    the movement of objects."""
+    """Asynchronous results, sorted by env_id, equal synchronous results, including the movement of
+    objects."""
     options = {"obs": ["ram", "vector"], **PLAIN}
     a, b = (
         ocjax.make_vec("Pong", 5, **options),
@@ -103,7 +103,7 @@ def test_vision_without_frame_skip():
 
 
 def test_wrong_calls_are_refused_and_change_nothing():
-    """Envpool itself would crash, or wait for ever."""
+    """Without the check, envpool would crash or wait for ever."""
     envs = ocjax.make_vec(
         "Pong", 3, backend="envpool", obs=["ram", "vector"], batch_size=2, **PLAIN
     )

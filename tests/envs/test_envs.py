@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.console import rom
+from ocjax.console import rom_files
 from ocjax.emulators import ale, variations
 from ocjax.emulators.worker.emulator import TRANSITIONS, Event, Phase
 from ocjax.emulators.worker.interface import WorkerConfig
@@ -32,7 +32,7 @@ def actions():
 
 
 def alive(pid):
-    """Whether a process runs; a zombie does not."""
+    """True if a process runs; a zombie does not."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -42,7 +42,7 @@ def alive(pid):
 
 
 def test_episodes_equal_those_of_ale_py(actions):
-    """RAM, rewards, lives and ends of every step equal those of ale-py's environment with the same
+    """ale-py's environment gives the same RAM, rewards, lives and ends at every step with the same
     seed, across the end of an episode."""
     reference = gymnasium.make("ALE/Breakout-v5", obs_type="ram")
     envs = ocjax.make_vec(_breakout(), 3, mode="raw", num_workers=2)
@@ -73,7 +73,8 @@ def test_episodes_equal_those_of_ale_py(actions):
 
 @pytest.mark.parametrize("name", ["Berzerk", "DoubleDunk"])
 def test_games_that_ale_starts_with_a_button(name):
-    """ALE's own frame skip changes how these begin, and ale-py's environment does not use it."""
+    """ALE's own frame skip changes the beginning of these games, and ale-py's environment does not
+    use it."""
     reference = gymnasium.make(f"ALE/{name}-v5", obs_type="ram", repeat_action_probability=0.0)
     envs = ocjax.make_vec(
         name,
@@ -93,13 +94,13 @@ def test_games_that_ale_starts_with_a_button(name):
 
 
 def _breakout():
-    """Any game serves, as only its ROM is used."""
+    """The tests use only the game's ROM, so any game works."""
     return ocjax.load("Breakout") if "Breakout" in ocjax.games() else ocjax.load("Pong")
 
 
 def test_rows_are_independent(actions):
-    """An episode depends neither on the other emulators, nor on the number of workers, nor on
-    whether frames are recorded."""
+    """An episode does not depend on the other emulators, the number of workers, or the recording of
+    frames."""
 
     def step(pool, column):
         rams = []
@@ -144,7 +145,7 @@ def test_screens_are_the_last_two_emulated_frames(actions):
 
 @pytest.mark.parametrize("skip", [1, 4, (1, 3)])
 def test_pooled_frames_are_the_brighter_of_the_last_two_of_a_step(actions, skip):
-    """Also directly after a state was restored and at the beginning of an episode.
+    """The rule also holds directly after `restore_state` and at the beginning of an episode.
 
     Steps of one frame show that frame.
     """
@@ -261,12 +262,12 @@ def test_wrong_arguments_are_refused():
 
 
 def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
-    """The file that an environment loads is checked, wherever it comes from; `read_rom` returns the
-    contents of the right one."""
+    """Environments check the file that they load, from any source; `read_rom` returns the contents
+    of the right one."""
     game = ocjax.load("Pong")
-    installed = rom.rom_path("pong")
+    installed = rom_files.rom_path("pong")
     assert installed == ale_py.roms.get_rom_path("pong")
-    assert rom.read_rom("pong", game.md5) == installed.read_bytes()
+    assert rom_files.read_rom("pong", game.md5) == installed.read_bytes()
     monkeypatch.setenv("ALE_ROMS_DIR", str(tmp_path))
     with pytest.raises(
         RomError, match=r"expected the ROM 'pong' at .*pong\.bin, which does not exist: install"
@@ -278,16 +279,16 @@ def test_wrong_and_missing_roms_are_refused(tmp_path, monkeypatch):
         match=r"expected the ROM 'pong' with md5 60e0ea3c.* has md5 [0-9a-f]{32}: reinstall",
     ):
         ocjax.make_vec("Pong", 1)
-    monkeypatch.setattr(rom.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(rom_files.importlib.util, "find_spec", lambda name: None)
     monkeypatch.delenv("ALE_ROMS_DIR")
     with pytest.raises(RomError, match="ale-py, which is not installed"):
-        rom.rom_path("pong")
+        rom_files.rom_path("pong")
 
 
 def test_roms_are_found_without_importing_ale_py():
     code = (
-        "import sys; from ocjax.console import rom; print(rom.rom_path('pong').name, 'ale_py' in "
-        "sys.modules)"
+        "import sys; from ocjax.console import rom_files; "
+        "print(rom_files.rom_path('pong').name, 'ale_py' in sys.modules)"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert run.stdout.split() == ["pong.bin", "False"]
@@ -325,7 +326,7 @@ def test_failing_worker_is_reported():
 
 @pytest.mark.parametrize("how", slow_but([signal.SIGKILL], [signal.SIGINT, signal.SIGKILL, None]))
 def test_workers_do_not_outlive_their_parent(how):
-    """No worker and no shared memory remains when the parent is interrupted, is killed, or ends
+    """No worker and no shared memory remains after the parent is interrupted, is killed, or ends
     without close()."""
     code = textwrap.dedent("""
         import signal, sys, time, numpy as np, ocjax
@@ -433,7 +434,7 @@ def test_states_are_saved_and_restored(actions, sticky):
 def test_preparing_the_next_game_changes_nothing(settings, actions):
     """Workers begin the next game while the pool does not wait for them.
 
-    All results equal those without workers.
+    The results without workers are the same.
     """
     names = (
         "ram",
@@ -562,7 +563,7 @@ def test_stepping_past_an_end_is_an_error_without_autoreset(workers):
 
 
 def test_phases():
-    """Every phase but the first can be reached and left, and an event in a wrong phase is an
+    """Every phase except the first can be reached and left, and an event in a wrong phase raises an
     error."""
     assert set(TRANSITIONS) == set(Event)
     assert {after for _, after in TRANSITIONS.values()} == set(Phase) - {Phase.UNLOADED}
@@ -600,7 +601,7 @@ def test_phases():
 
 @pytest.mark.parametrize("workers", [0, 1])
 def test_a_restored_end_starts_the_next_episode_with_same_step_autoreset(workers):
-    """Where the end of an episode comes from a pool with next-step autoreset."""
+    """The restored end of an episode comes from a pool with next-step autoreset."""
     game, settings = ocjax.load("Pong"), Settings(max_episode_frames=40)
     source = AlePool(game, 1, settings, num_workers=0)
     source.reset([0])
@@ -633,7 +634,7 @@ def test_the_start_of_emulators_is_reported(monkeypatch):
 
 
 def test_workers_import_neither_ocjax_nor_jax():
-    """The hook, which runs in a worker, reports what has been imported there."""
+    """The hook runs in a worker and reports the imported modules."""
 
     def report(ram):
         raise ArithmeticError(sorted({"ale_py", "jax", "ocjax"} & set(sys.modules)))

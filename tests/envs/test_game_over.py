@@ -1,5 +1,5 @@
-"""Ends of games: `info["game_over"]`, and the lengths and limits of games whose lives are
-episodes."""
+"""Ends of games: `info["game_over"]`, and the lengths and limits of games with an episode per
+life."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def single_games(name, actions, seed, **options):
 
 
 def vector_games(name, actions, seed, mode, **options):
-    """The same of a vector environment, which ignores the action of each step that starts an
+    """The same facts of a vector environment, which ignores the action of each step that starts an
     episode."""
     envs = ocjax.make_vec(name, 1, num_workers=0, autoreset_mode=mode, **LIVES, **options)
     envs.reset(seed=seed)
@@ -53,7 +53,7 @@ def vector_games(name, actions, seed, mode, **options):
 @pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 @pytest.mark.parametrize("limit", [None, 100, 30])
 def test_ignored_steps_do_not_count(mode, limit):
-    """Lengths, limits and ends are those of single environments, where a reset is no step."""
+    """Single environments, where a reset is no step, have the same lengths, limits and ends."""
     actions = np.random.default_rng(0).integers(4, size=400)
     options = {} if limit is None else {"max_episode_steps": limit}
     want = single_games("Breakout", actions, 3, **options)
@@ -65,8 +65,8 @@ def test_ignored_steps_do_not_count(mode, limit):
 
 
 def first_loss(actions):
-    """The step, counted from 0, in which the first life is lost, and the limit of steps that
-    coincides with it."""
+    """The step, counted from 0, that loses the first life, and the limit of steps that coincides
+    with it."""
     facts = single_games("Breakout", actions, 3)
     return next(t for t, (terminated, *_) in enumerate(facts) if terminated)
 
@@ -127,7 +127,7 @@ def test_a_game_without_lives_ends():
     _, info = envs.reset(seed=0)
     assert not info["game_over"].any()
     ram = info["ram"]
-    ram[1, 0xE0 - 0x80] = 2  # the second player has been eaten
+    ram[1, 0xE0 - 0x80] = 2  # the second player is lost
     envs.set_ram(ram)
     *_, terminated, _, info = envs.step(np.zeros(2, int))
     assert terminated.tolist() == info["game_over"].tolist() == [False, True]

@@ -65,7 +65,7 @@ def test_resize_averages_over_areas(shape, size):
 
 
 def drawn(game, objects, size):
-    """Boxes painted one by one and rounded outwards, bool [categories, *size]."""
+    """Boxes rounded outwards and painted in a loop, bool [categories, *size]."""
     out = np.zeros((len(game.categories), *size), bool)
     for o in objects.to_list():
         (y0, y1), (x0, x1) = (
@@ -143,8 +143,8 @@ def test_area_weights_are_a_partition(n_in, n_out):
 
 
 def test_vectors_match_their_feature_names():
-    """Every number is compared with the objects by its name, in pixels and normalised, with two
-    states."""
+    """The test compares every number with the objects by its name, in pixels and normalised, with
+    two states."""
     kinds = {
         "plain": Vector(FEATURES, history=2, normalize=False),
         "unit": Vector(FEATURES, history=2),
@@ -239,8 +239,8 @@ def test_wrong_recorded_objects(pong, objects):
 
 
 def test_default_vectors_have_what_an_agent_can_use():
-    """Values of scores instead of their boxes, and orientations and values of the objects that have
-    them."""
+    """Default vectors contain values of scores instead of their boxes, and the orientations and
+    values of objects."""
     pong, kind = ocjax.load("Pong"), Vector(normalize=False)
     names = kind.features_of(pong)
     box = ("x", "y", "w", "h", "dx", "dy")
@@ -265,7 +265,7 @@ def test_default_vectors_have_what_an_agent_can_use():
 
 
 def test_vectors_from_pixels_track_objects():
-    """In mode "vem", too, dx and dy are the movement of one object."""
+    """dx and dy are the movement of one object in mode "vem", too."""
     envs = ocjax.make_vec(
         "Freeway", 2, mode="vem", obs=Vector(("x", "dx", "valid"), normalize=False), num_workers=1
     )
@@ -313,7 +313,7 @@ def test_dqn_frames():
 
 
 def test_grids_have_features_of_their_own():
-    """The others' features are the same, at other places of the vector."""
+    """The features of other categories are the same, at other positions of the vector."""
     kinds = {
         "same": Vector(("y", "my", "valid")),
         "own": Vector(("y", "my", "valid"), grid_features=("valid",)),

@@ -17,14 +17,14 @@ from ocjax.envs import AlePool, make
 from ocjax.ocatari import OCAtari
 from tests.support.marks import slow_but
 
-# JAX's threads run from here on
+# this starts JAX's threads
 COMPUTE = "import numpy as np; ocjax.load('Pong').rem(np.zeros(128, np.uint8))"
 REFUSAL = "forked from one that had already computed with JAX"
 SPAWN = "context='spawn'"
 
 
 def run(code, *arguments, seconds=120):
-    """The output and the errors of a program in a process of its own, which ends in time.
+    """The output and the errors of a program in a separate process, which ends in time.
 
     JAX warns about forks.
     """
@@ -79,7 +79,7 @@ USED = {
 
 @pytest.mark.parametrize("used", USED)
 def test_forked_processes_end(used):
-    """With their own exit status, although JAX's threads are not in them."""
+    """Forked processes end with their own exit status, although they lack JAX's threads."""
     out, errors = run(CHILD, USED[used])
     assert out.split() == ["child", "3"], errors
 
@@ -131,7 +131,7 @@ def test_unusual_processes(tmp_path, before):
 
 
 def test_hooks_that_write_to_stderr(caplog, monkeypatch):
-    """It is shown once, and the file does not grow without limit."""
+    """The message appears once, and the file does not grow without limit."""
 
     def hook(ram):
         import sys
@@ -228,7 +228,7 @@ def test_what_needs_no_jax_runs_in_forked_processes_all_the_same():
 
 
 def test_extraction_is_refused_in_forked_processes():
-    """Also in their own forked children."""
+    """The children of a forked process refuse it, too."""
     code = """
         import os, sys, numpy as np, ocjax
         game = ocjax.load("Pong")

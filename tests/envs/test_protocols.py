@@ -111,7 +111,7 @@ def test_specs_of_single_environments_make_them_again(make):
     again.close()
 
 
-@pytest.mark.filterwarnings("ignore:.*out of date")  # Gymnasium's, of every version but the last
+@pytest.mark.filterwarnings("ignore:.*out of date")  # Gymnasium's, of every version except the last
 @pytest.mark.parametrize("end", names.ENDINGS)
 def test_ids_of_all_versions_are_registered(end):
     env = gymnasium.make(f"ocjax/Pong{end}")

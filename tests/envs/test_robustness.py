@@ -1,5 +1,5 @@
-"""What environments do when they are used wrongly, interrupted, or left by their workers: errors
-say what to do, and the game goes on."""
+"""Environments survive misuse, interruptions and lost workers: errors name the remedy, and the game
+continues."""
 
 import functools
 import itertools
@@ -27,7 +27,7 @@ PONG = ocjax.load("Pong")
 OBS = {
     "ram": "ram",
     "vector": Vector(history=3),
-}  # one that shows the emulators, and one with a memory
+}  # one shows the emulators, and one has a memory
 
 
 @pytest.fixture(params=[0, 2])
@@ -49,7 +49,7 @@ def history(steps=100):
 
 
 def goes_on(envs, first=0, steps=8):
-    """Whether further steps give the observations of undisturbed environments."""
+    """True if further steps give the observations of undisturbed environments."""
     observed = [envs.step(np.full(4, t % 6))[0] for t in range(first, first + steps)]
     return all(
         np.array_equal(o[k], w[k])
@@ -59,7 +59,7 @@ def goes_on(envs, first=0, steps=8):
 
 
 def run(code, *arguments, seconds=60):
-    """The output of a program in a process of its own, which may fork: JAX warns about that."""
+    """The output of a program in a separate process, which may fork although JAX warns about it."""
     command = [sys.executable, "-W", "ignore", "-c", textwrap.dedent(code), *arguments]
     return subprocess.run(
         command, capture_output=True, text=True, check=True, timeout=seconds
@@ -262,8 +262,8 @@ def test_a_worker_that_does_not_reply_is_named(how):
 
 @pytest.mark.parametrize("stopped", slow_but(["all"], ["all", "parent"]))
 def test_a_suspension_is_no_silence(stopped):
-    """Clusters and containers suspend whole jobs, a terminal the parent; the time of it counts at
-    most as one wait."""
+    """Clusters and containers suspend entire jobs, a terminal suspends the parent. The suspension
+    counts as one wait at most."""
     program = """
 import os, time
 import numpy as np, ocjax
@@ -296,10 +296,10 @@ pool.close()
 
 
 def test_slow_starts_are_no_silence():
-    """Each emulator that has started gives the others the whole time again: together these take
-    longer than the limit."""
+    """Each started emulator restarts the time limit; together the starts take longer than the
+    limit."""
     pool = AlePool(PONG, 12, num_workers=1)
-    pool.reset([0] * 12)  # the first start of all takes longer, as the process imports its modules
+    pool.reset([0] * 12)  # the first start takes longer: the process imports its modules
     counts, completed = [], pool._workers.completed
     pool._workers.completed = lambda progress, interval: completed(
         lambda: counts.append(progress()) or counts[-1], 0.01
@@ -314,7 +314,7 @@ def test_slow_starts_are_no_silence():
 
 
 def test_ending_workers_has_one_deadline_for_all(monkeypatch):
-    """Workers that are stopped are killed together, not one after the other."""
+    """All stopped workers are killed at the same deadline."""
     grace, waits, wait = 1.0, [], subprocess.Popen.wait
     monkeypatch.setattr(process, "_GRACE", grace)
     monkeypatch.setattr(
@@ -335,7 +335,7 @@ def test_ending_workers_has_one_deadline_for_all(monkeypatch):
 
 
 def test_forked_children_change_nothing():
-    """A child that holds the sockets does not delay close(), and one that ends, or uses the
+    """A child that holds the sockets does not delay close(). A child that ends, or uses the
     environments, does not disturb them."""
     out = run("""
         import os, sys, time, numpy as np, ocjax
@@ -371,7 +371,7 @@ def test_forked_children_change_nothing():
 
 @pytest.mark.slow
 def test_workers_end_with_a_killed_parent_whose_forked_child_lives():
-    """Even while a hook hangs."""
+    """The workers end even while a hook hangs."""
     out = run("""
         import os, signal, time, numpy as np, ocjax
         from ocjax.envs import AlePool
@@ -424,7 +424,7 @@ def test_workers_outlive_the_thread_that_made_them():
 
 
 def test_hooks_find_the_modules_of_their_process(tmp_path, monkeypatch):
-    """A hook's module travels by value, and what it imports is found where the parent finds it."""
+    """A hook's module is pickled by value, and its imports resolve on the parent's path."""
     (tmp_path / "its_helper.py").write_text("def write(ram, value):\n    ram[14] = value\n")
     (tmp_path / "its_hook.py").write_text(
         "import its_helper\n\ndef hook(ram, value=7):\n    its_helper.write(ram, value)\n"
@@ -434,7 +434,7 @@ def test_hooks_find_the_modules_of_their_process(tmp_path, monkeypatch):
 
     class Method:
         def hook(self, ram):
-            ram[13] = ram[14] + 1  # sees what the hook before it has written
+            ram[13] = ram[14] + 1  # sees the bytes of the previous hook
 
         def __call__(self, ram):
             self.hook(ram)
@@ -456,7 +456,7 @@ def test_hooks_find_the_modules_of_their_process(tmp_path, monkeypatch):
 
 
 def test_workers_have_their_parents_path():
-    """In particular, `ocjax/envs` is not on it, whose envpool.py would be found in place of
+    """In particular, the path lacks `ocjax/envs`, because its envpool.py would hide the package
     envpool. The standard library comes first, so that nothing hides it."""
 
     def report(ram):
@@ -594,7 +594,7 @@ def test_states_travel_in_files(envs, tmp_path):
 
 
 def test_states_hold_no_pickles():
-    """A state may come from a file; it also fits a pool whose actions are others."""
+    """A state may come from a file, and also fits a pool with other actions."""
     pool = AlePool(PONG, 2, Settings(full_action_space=True), num_workers=0)
     pool.reset([0, 1])
     pool.send(np.full(2, 17))
@@ -616,7 +616,7 @@ def test_states_hold_no_pickles():
 
 
 def test_shared_memory_that_is_too_small_is_reported(monkeypatch):
-    """At once: a page that is missing later would be the end of a process."""
+    """The error comes at once: a page that is missing later would kill the process."""
 
     def full(file, start, size):
         raise OSError(28, "No space left on device")
@@ -667,8 +667,8 @@ PLACES = {
 
 
 def test_an_interrupted_step_is_finished(monkeypatch):
-    """Wherever Ctrl-C comes, the step ends, and the next ones give what they give without the
-    interruption."""
+    """Ctrl-C at any point lets the step end, and the next steps give the same results as without
+    the interruption."""
     monkeypatch.setattr(ale, "_MIN_SHARD", 1)
     envs = ocjax.make_vec("Pong", 4, obs=OBS, num_workers=2)
     envs.reset(seed=0)
@@ -700,8 +700,7 @@ def test_an_interrupted_step_is_finished(monkeypatch):
     "name", slow_but(["reset", "set_ram"], ["reset", "restore_state", "clone_state", "set_ram"])
 )
 def test_other_interrupted_calls_leave_the_environments_usable(name, monkeypatch):
-    """The next call works, or says that a reset must come first; it never takes what was left half
-    done for whole."""
+    """The next call works, or asks for a reset first; it never uses an incomplete result."""
     envs = ocjax.make_vec("Pong", 4, obs=OBS, num_workers=2)
     envs.reset(seed=0)
     states = envs.clone_state()
@@ -731,7 +730,7 @@ def test_other_interrupted_calls_leave_the_environments_usable(name, monkeypatch
 
 
 def test_an_interrupted_step_in_this_process_asks_for_a_reset():
-    """Emulators may be anywhere between two steps."""
+    """Emulators may have stopped anywhere between two steps."""
     calls = []
 
     def hook(ram, interrupt):
@@ -761,7 +760,7 @@ def test_an_interrupted_step_in_this_process_asks_for_a_reset():
 
 
 def test_ctrl_c_interrupts_a_step_and_the_session_goes_on():
-    """The signal itself, while workers take their time."""
+    """The test sends the signal while workers are busy."""
     out = run("""
         import os, signal, threading, time, numpy as np, ocjax
         signal.signal(signal.SIGINT, signal.default_int_handler)

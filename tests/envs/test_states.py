@@ -1,4 +1,4 @@
-"""Saved states: they replay exactly, and those with wrong contents are refused."""
+"""Saved states replay exactly, and states with wrong contents raise errors."""
 
 import dataclasses
 import hashlib
@@ -35,7 +35,7 @@ def shown(pool):
 
 
 def replays(pool, actions, others=()):
-    """Whether pools that restore the pool's present state show what it shows next."""
+    """True if pools that restore the pool's present state show the same next frames."""
     state, want = pool.clone_state(), []
     for some in actions:
         pool.step(some)
@@ -230,7 +230,7 @@ def test_files_with_a_correct_checksum_and_wrong_contents_are_refused():
 
 
 def forged(state, change):
-    """A state whose emulator's bytes are changed, with a correct checksum."""
+    """A state with changed emulator bytes and a correct checksum."""
     rows = {name: array.copy() for name, array in state.rows.items()}
     size = int(rows["state_bytes"][0])
     data = change(rows["state"][0, :size].tobytes())
@@ -244,7 +244,7 @@ def forged(state, change):
     "name", ["Asterix", *slow_but([], ["Pong", "Pitfall2", "Tutankham", "Qbert", "Solaris"])]
 )
 def test_forged_fields_of_emulators_are_refused_or_harmless(name):
-    """ALE trusts lengths, banks and positions. A worker that wrote outside its memory would die."""
+    """ALE trusts lengths, banks and positions. A worker that writes outside its memory dies."""
     pool = AlePool(ocjax.load(name), 1, num_workers=1)
     pool.reset([0])
     pool.step(np.array([1]))

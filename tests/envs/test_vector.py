@@ -25,8 +25,8 @@ pytestmark = pytest.mark.usefixtures("quick_compilation")
 
 gymnasium.register_envs(ale_py)
 
-# Every kind of observation with a memory, and short episodes that end both by the game and by the
-# limit of frames.
+# Every observation with a memory, and short episodes that end both by the game and by the limit of
+# frames.
 OBS = {
     "ram": "ram",
     "vector": Vector(history=2),
@@ -43,7 +43,8 @@ def actions():
 
 @pytest.fixture(params=["one shard", pytest.param("two shards", marks=pytest.mark.slow)])
 def num_shards(request, monkeypatch):
-    """Results are extracted together, or those of each worker as soon as it has finished."""
+    """Environments extract all results together, or each worker's results as soon as it has
+    finished."""
     monkeypatch.setattr(ale, "_MIN_SHARD", 64 if request.param == "one shard" else 1)
     return 1 if request.param == "one shard" else 2
 
@@ -155,7 +156,7 @@ def players(ram):
 
 
 def test_disabled_autoreset():
-    """A step past an end is an error; after a reset the environments continue as single
+    """A step past an end raises an error; after a reset the environments continue as single
     environments do."""
     envs = ocjax.make_vec("Breakout", 2, autoreset_mode="Disabled", num_workers=0, **OPTIONS)
     envs.reset(seed=[0, 0])
@@ -176,7 +177,7 @@ def test_disabled_autoreset():
 
 
 def test_a_masked_reset_changes_no_other_environment(num_shards, actions):
-    """Observations, rewards and memory of the others continue as without the reset."""
+    """Observations, rewards and memory of the other environments continue as without the reset."""
     runs = []
     for resets in (False, True):
         envs, out = ocjax.make_vec("Breakout", 4, num_workers=2, obs=OBS), []
@@ -235,7 +236,7 @@ def test_the_spec_contains_the_settings():
 
 @pytest.mark.parametrize("preset", ["v4", "deterministic-v4", "noframeskip", "machado"])
 def test_presets_equal_gymnasiums_environments(preset, actions):
-    """The RAM equals that of ale-py's environment with the same options and seed, byte for byte."""
+    """ale-py's environment with the same options and seed has the same RAM, byte for byte."""
     p = PRESETS[preset]
     reference = gymnasium.make(
         "ALE/Breakout-v5",
@@ -258,8 +259,8 @@ def test_presets_equal_gymnasiums_environments(preset, actions):
 
 
 def test_dqn_preset_by_hand(actions):
-    """No-op starts, FIRE, episodes of one life and clipped rewards equal the usual wrappers,
-    applied by hand to ale-py's environment."""
+    """No-op starts, FIRE, episodes of one life and clipped rewards match the usual wrappers on
+    ale-py's environment."""
     reference = gymnasium.make(
         "ALE/Breakout-v5", obs_type="ram", frameskip=1, repeat_action_probability=0.0
     ).unwrapped
@@ -335,7 +336,7 @@ def test_game_modes_and_difficulties_per_environment():
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
 def test_the_limit_of_steps_is_that_of_gymnasium(mode, actions):
-    """Also where a state is restored in the middle."""
+    """The limit also holds after a state is restored in the middle of an episode."""
     limit, options = 23, {"mode": "raw", "repeat_action_probability": 0.0}
     reference = gymnasium.make("ocjax/Breakout-v5", max_episode_steps=limit, **options)
     envs = gymnasium.make_vec(
@@ -374,7 +375,7 @@ def test_the_limit_of_steps_is_that_of_gymnasium(mode, actions):
 
 
 def test_gymnasium_makes_further_render_modes():
-    """Gymnasium shows or collects the frames of the modes that there are."""
+    """Gymnasium shows or collects the frames of the existing modes."""
     for name, size in (("rgb_array", (210, 160, 3)), ("objects", (630, 960, 3))):
         env = gymnasium.make("ocjax/Pong-v5", render_mode=f"{name}_list")
         env.reset(seed=0)
@@ -524,7 +525,7 @@ def test_states_contain_the_memory_of_observations(num_shards, actions):
 
 
 def test_set_ram_extracts_before_the_next_step(num_shards):
-    """Steps overwrite the RAM in place, so nothing may be left to compute from it when `set_ram`
+    """Steps overwrite the RAM in place, so all extraction from it must end before `set_ram`
     returns."""
     envs = ocjax.make_vec("Breakout", 6, num_workers=2)
     assert len(envs.pool.shards) == num_shards
@@ -555,8 +556,8 @@ def test_set_ram_extracts_before_the_next_step(num_shards):
     ],
 )
 def test_variations(name, hook, category, most):
-    """The pixels show what the hooks change: an object that is held moves by at most `most` pixels,
-    and a removed one is not detected."""
+    """The pixels show the change of each hook: a frozen object moves by at most `most` pixels, and
+    VEM does not detect a removed one."""
     observed = {}
     for changed in (True, False):
         envs = ocjax.make_vec(name, 2, mode="vem", hook=hook if changed else None, num_workers=2)
@@ -652,7 +653,7 @@ def test_wrong_options_are_refused():
     not Path("/proc/self/statm").exists(), reason="needs the memory of a process from Linux's /proc"
 )
 def test_many_steps_do_not_leak(request):
-    """Memory does not grow, and neither a process nor shared memory remains."""
+    """Memory does not grow, and no process or shared memory remains."""
     num_envs = 64
     calls = request.config.getoption("--soak") // num_envs
     shared = set(Path("/dev/shm").iterdir())

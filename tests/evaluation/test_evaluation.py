@@ -12,7 +12,7 @@ from tests.support.states import excerpt
 
 
 def detections(boxes, label=None, categories=("A",), score=None):
-    """Detections from one list of boxes per frame; None is no box."""
+    """Detections from one list of boxes per frame; an empty place is None."""
     xywh = np.array([[b or (0, 0, 0, 0) for b in frame] for frame in boxes], float).reshape(
         len(boxes), -1, 4
     )
@@ -94,7 +94,8 @@ def test_nothing_to_match():
 
 
 def test_f1_of_a_category_that_one_method_does_not_find():
-    """It counts as 0 in a mean over categories; a category that neither finds does not count."""
+    """The F1 is 0 and enters the mean over categories; a category without any detection does not
+    count."""
     box, names = (10, 10, 4, 4), ("A", "B", "C", "D")
     rem, vem = (
         Detections(np.array([[box] * 2]), np.array([labels]), names) for labels in ([0, 1], [0, 2])
@@ -123,8 +124,8 @@ def test_f1_is_a_harmonic_mean(numbers):
 
 
 def test_intervals_are_over_episodes():
-    """Every episode is all right or all wrong, so the interval is that of 40 coins, however many
-    frames there are."""
+    """Every episode is entirely right or entirely wrong, so the interval equals the interval of 40
+    coin tosses, for any number of frames."""
     episode = np.repeat(np.arange(40), 25)
     right = (episode % 2 == 0).astype(float)[:, None]
     counts = Agreement(np.ones((1000, 1)), np.ones((1000, 1)), right, right, right, right)
@@ -137,8 +138,8 @@ def test_intervals_are_over_episodes():
 
 
 def test_average_precision():
-    """Of three objects, 0.9 hits, 0.8 misses and 0.7 hits: precision is 1 up to recall 1/3, 2/3 up
-    to recall 2/3, then 0."""
+    """There are three objects; 0.9 hits, 0.8 misses and 0.7 hits: precision is 1 up to recall 1/3,
+    2/3 up to recall 2/3, then 0."""
     truth = detections([[(0, 0, 4, 4), (20, 0, 4, 4), (40, 0, 4, 4)]])
     mine = detections(
         [[(60, 0, 4, 4), (20, 0, 4, 4), (0, 0, 4, 4)]], score=np.array([[0.8, 0.7, 0.9]])
@@ -294,9 +295,29 @@ def test_value_shares():
     assert wrong["P1Score"] == pytest.approx(0.5, abs=0.05)
 
 
+def test_of_several_scores_the_first_is_the_agents():
+    game = ocjax.load("Freeway")
+    objects = game.rem(excerpt("Freeway")["rams"])
+    first = np.asarray(objects.value)[:, game.slices["Score"].start]
+    none = np.zeros(len(first))
+    assert metrics.value_shares(objects, first, none)["Score"] == 1
+    assert metrics.value_shares(objects, first + 1, none)["Score"] == 0
+
+
+def test_an_opponents_score_is_subtracted():
+    game = ocjax.load("FishingDerby")
+    objects = game.rem(excerpt("FishingDerby")["rams"])
+    own, other = (
+        np.asarray(objects.value)[:, game.slices[name].start]
+        for name in ("ScorePlayerOne", "ScorePlayerTwo")
+    )
+    shares = metrics.value_shares(objects, own - other, np.zeros(len(own)))
+    assert shares == {"ScorePlayerOne": 1}
+
+
 def test_average_precision_is_that_of_pycocotools():
-    """Random boxes, of which some hit, with distinct confidences: pycocotools ranks equal ones in
-    the order in which they come."""
+    """Random boxes with distinct confidences; some hit. pycocotools ranks equal confidences in
+    input order."""
     coco = pytest.importorskip("pycocotools.coco")
     cocoeval = pytest.importorskip("pycocotools.cocoeval")
     rng = np.random.default_rng(5)

@@ -17,7 +17,7 @@ PONG = ocjax.load("Pong")
 
 
 class Shifted:
-    """A simulator that is the real Pong itself, with the ball some pixels to the right."""
+    """A simulator that runs the real Pong, with the ball some pixels to the right."""
 
     name = "Shifted"
     fields: ClassVar = {"paddles": ("Player", "Enemy"), "ball": ("Ball",)}

@@ -105,7 +105,7 @@ def test_errors_show_in_all_formats():
 
 
 def test_first_and_last_states_and_lost_lives(tape):
-    """Rows of their own, from what the recording says; errors at resets show there alone."""
+    """The recording's marks give separate rows; only these rows show errors at resets."""
     lives, ends, rams = np.zeros(64, np.int32), np.zeros(64, bool), tape.rams.copy()
     lives[:] = np.where(np.arange(64) % 16 < 8, 3, 2)
     ends[[15, 31]] = True
@@ -131,7 +131,7 @@ def test_first_and_last_states_and_lost_lives(tape):
 
 
 def test_coverage_of_what_the_chip_drew():
-    """This recording says that the ball was drawn and nothing else."""
+    """In this recording, the ball is the only drawn object."""
     game, data = ocjax.load("Pong"), excerpt("Pong")
     ball = game.rem(data["rams"]).of("Ball")
     shown = np.zeros(data["screens"].shape, np.uint8)
@@ -193,7 +193,7 @@ def test_ocatari_stands_beside(tape, fake_ocatari):
 
 
 def test_ocatari_program_imports_ocatari(tape, tmp_path, monkeypatch):
-    """Not ocjax's package of the same name."""
+    """The program does not import ocjax's package of the same name."""
     for name in (
         "ocatari/core",
         "ocatari/ram/extract_ram_info",

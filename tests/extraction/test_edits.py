@@ -1,4 +1,4 @@
-"""Editing RAM by objects, and saved states that are edited."""
+"""Edits of objects in RAM and in saved states."""
 
 import itertools
 import re
@@ -91,7 +91,7 @@ def test_objects_that_are_absent_are_not_edited(envs):
 @pytest.mark.parametrize("name", ocjax.games())
 def test_every_game(name):
     """The first object of a recorded state moves by a pixel and nothing else changes, or the error
-    says why it cannot."""
+    gives the reason."""
     game, ram = ocjax.load(name), excerpt(name)["rams"][-1]
     before = jax.tree.map(np.asarray, game.rem(ram))
     slot = int(before.valid.argmax())

@@ -23,7 +23,7 @@ pytestmark = pytest.mark.usefixtures("quick_compilation")
 REAL = [
     pytest.param(name, marks=pytest.mark.slow) for name in ("Pong", "MsPacman", "SpaceInvaders")
 ]
-SAMPLES = 42  # of which groups of three can be made
+SAMPLES = 42  # a multiple of three
 
 
 @functools.cache
@@ -97,7 +97,7 @@ def test_jit_and_scan(sample, method, whole):
 
 
 def aligned(x):
-    """A copy at an address at which JAX reads an array in place, instead of copying it."""
+    """A copy at an address at which JAX reads an array in place, without copying it."""
     memory = np.empty(x.nbytes + 64, np.uint8)
     start = -memory.ctypes.data % 64
     copy = memory[start : start + x.nbytes].reshape(x.shape)
@@ -106,12 +106,12 @@ def aligned(x):
 
 
 def test_input_is_not_kept(sample, method, whole):
-    """A caller that fills its buffer anew gets the objects of what was in it, whatever the buffer's
-    layout."""
+    """A caller that overwrites its buffer gets the objects of the old contents, with any layout of
+    the buffer."""
     f, x = getattr(sample, method), inputs(sample)[method]
     rows = np.arange(
         {"rem": 4096, "vem": 64}[method]
-    )  # as many as a program takes, so that they are not copied, and that it takes a while
+    )  # a program's full batch, which needs no copy and takes a while
     many = x[rows % SAMPLES]
     for buffer in (
         aligned(many),
@@ -192,7 +192,7 @@ def test_three_frames_are_not_channels(sample):
 
 
 def test_chunks(monkeypatch):
-    """A batch of several chunks and a remainder is its rows."""
+    """A batch of several chunks and a remainder gives the results of its rows."""
     from ocjax.extraction import rem, vem
 
     monkeypatch.setattr(rem, "CHUNK", 16)
@@ -331,7 +331,7 @@ for types in ((explicit, explicit), (explicit, auto), (auto, auto)):
 
 @pytest.mark.slow
 def test_sharding_over_two_mesh_axes():
-    """Any axes of the batch may be divided; what is divided within a state is gathered."""
+    """Any axes of the batch may be divided; arrays divided within a state are gathered."""
     in_a_process(MESHES, XLA_FLAGS="--xla_force_host_platform_device_count=4")
 
 

@@ -19,12 +19,12 @@ GAMES = ("Pong", "SpaceInvaders")
 BATCHES = (2048, 2000)  # a whole number of chunks, and not
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
-# Prints how far memory grows above what was in use before a call: of a copy as float32 (its output
-# is four times its input), and of VEM. The process's own peak, which can be reset: getrusage's
-# starts at what the parent had, and keeps the peak of compilation. What is larger than a page comes
-# straight from the system and goes straight back, so that a call cannot use memory freed before.
-# The frames' source stays referenced: whether the device copies or shares it, nothing of it is
-# given back between the two readings.
+# Prints the growth of memory above its use before a call: for a copy as float32 (its output is four
+# times its input), and for VEM. It reads the process's own peak, which can be reset; getrusage's
+# peak starts at the parent's and includes compilation. Blocks larger than a page come directly from
+# the system and return to it, so that a call cannot use memory freed before. The frames' source
+# stays referenced, so no part of it is freed between the two readings, even if the device shares
+# it.
 SCRIPT = """
 import ctypes, pathlib, sys, time
 import jax, jax.numpy as jnp, numpy as np
@@ -55,7 +55,7 @@ print(x.nbytes, growth(jax.jit(lambda x: x.astype(jnp.float32)), x), growth(game
 
 @functools.cache
 def compiled(name, batch):
-    """Bytes of arguments, results and everything between, of VEM compiled for a batch."""
+    """Bytes of arguments, results and intermediate values of VEM, compiled for a batch."""
     game = ocjax.load(name)
     frames = jax.ShapeDtypeStruct((batch, *game.screen), jnp.uint8)
     sizes = jax.jit(game.vem).lower(frames).compile().memory_analysis()
@@ -74,7 +74,7 @@ def test_compiled_program(name, batch):
 @pytest.mark.slow
 @pytest.mark.skipif(
     not os.access(RESET, os.W_OK) or "VmHWM" not in STATUS.read_text(),
-    reason="the system does not tell a process's peak",
+    reason="the system does not report the peak memory of a process",
 )
 @pytest.mark.parametrize("batch", BATCHES)
 @pytest.mark.parametrize("name", GAMES)

@@ -57,7 +57,7 @@ def test_all_games_by_rom_name():
 
 
 def test_names_are_those_of_the_games():
-    """`games` reads the names from the files."""
+    """`games` reads the names from the files' names, and they equal the games' own names."""
     assert tuple(ocjax.load(name).name for name in ocjax.games()) == ocjax.games()
 
 
@@ -94,8 +94,8 @@ def test_scripts_beside_a_folder_named_ocjax(tmp_path):
 
 
 def test_import_is_light():
-    """The environments' packages are imported with the environments, not before. (Gymnasium is: it
-    is told of their names.)"""
+    """Importing ocjax does not import the packages of environments, except Gymnasium, which
+    registers their names."""
     packages = ("ale_py", "envpool", "PIL", "typer", "ocjax.envs", "ocjax.extractors.skiing")
     code = (
         f"import sys, ocjax; ocjax.load('Pong'); print([m for m in {packages} if m in sys.modules])"
@@ -118,7 +118,6 @@ def test_names_are_known_without_jax():
 def test_public_modules_are_attributes():
     modules = (
         "agents",
-        "annotations",
         "atariari",
         "authoring",
         "datasets",

@@ -1,4 +1,4 @@
-"""The stages of REM, one by one."""
+"""Each stage of REM."""
 
 import jax
 import jax.numpy as jnp

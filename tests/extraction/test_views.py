@@ -36,7 +36,7 @@ def test_fields_are_those_of_objects(objects):
 
 
 def test_take(objects):
-    """Slots are gathered in every field; one out of range is empty."""
+    """`take` gathers slots in every field; a slot out of range is empty."""
     slots = jnp.broadcast_to(jnp.array([2, 0, GAME.num_slots], jnp.int32), (len(objects.valid), 3))
     taken = objects.take(slots)
     assert taken.game is None

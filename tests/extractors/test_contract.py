@@ -1,4 +1,4 @@
-"""Contract tests for every game. What concerns the framework alone is in tests/extraction."""
+"""Contract tests for every game. Tests of the framework alone are in tests/extraction."""
 
 import jax
 import numpy as np
@@ -6,17 +6,18 @@ import pytest
 
 import ocjax
 from ocjax._xla import batches
-from ocjax.console import palette, rom
+from ocjax.console import palette, rom_files
+from ocjax.vision.rules import ByColor
 from tests.support.checks import check, host, random_frames, same
 from tests.support.record.deciding import BATCH, in_batches
 
 GREY_HUES = {0x0, 0x1, 0xE, 0xF}  # of PAL consoles
-ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # by which it tells the enemies' planes apart
+ODD_COLORS = {"TimePilot": {3, 5, 7, 9}}  # to distinguish the enemies' planes
 
 
 def unoptimized_jit(f):
-    """`jax.jit` without optimization of the machine code, which takes a third of the time to
-    compile and computes the same."""
+    """`jax.jit` without optimization of the machine code: it compiles in a third of the time and
+    computes the same."""
     return jax.jit(
         f,
         compiler_options=(batches.compiler_options() or {}) | {"xla_backend_optimization_level": 0},
@@ -26,7 +27,9 @@ def unoptimized_jit(f):
 def test_declaration(game):
     for name in (game.name.lower(), f"ALE/{game.name}-v5", f"{game.name}NoFrameskip-v4"):
         assert ocjax.load(name) is game
-    assert rom.read_rom(game.rom, game.md5), "ale-py has the ROM that the decoder was written for"
+    assert rom_files.read_rom(game.rom, game.md5), (
+        "ale-py has the ROM that the decoder was written for"
+    )
     names = [c.name for c in game.categories]
     assert len(set(names)) == len(names)
     assert names == sorted(names, key=lambda name: game.categories[names.index(name)].hud), (
@@ -40,15 +43,20 @@ def test_declaration(game):
 
 
 def test_colors_of_rules_are_even(game):
-    """As all colours on a screen are.
+    """All colours on a screen are even.
 
     An odd index shows as the even one below it, so that a slip would go unnoticed.
     """
     rules = [rule for c in game.categories for rule in (c.rule, c.otherwise) if rule is not None]
     parts = [
         part for rule in rules for part in getattr(rule, "parts", (rule,))
-    ]  # and what gauges measure
-    told = [color for c in game.categories if c.value is not None for color, _ in c.value.values]
+    ]  # and the colours that gauges measure
+    told = [
+        color
+        for c in game.categories
+        if isinstance(c.value, ByColor)
+        for color, _ in c.value.values
+    ]
     searches = [getattr(f, "search", None) for rule in rules for f in getattr(rule, "filters", ())]
     looked_for = [color for search in searches for color in getattr(search, "colors", ())]
     odd = {
@@ -97,8 +105,8 @@ def arbitrary_frames(game, rng):
 
 
 def test_rgb_is_as_good_as_indices(game):
-    """Where several palette indices show as the same colour, which PAL consoles have for greys, RGB
-    stands for one of them."""
+    """PAL consoles show several palette indices as the same grey; RGB maps such a grey to one of
+    them."""
     shown = np.asarray(palette.to_index(game.palette, game.palette, game.colors))
     assert np.array_equal(game.palette[shown], game.palette)
     different = {color >> 4 for color in np.flatnonzero(shown != np.arange(256) & 0xFE)}
@@ -120,7 +128,7 @@ def test_without_hud_is_a_prefix(game, truth):
 
 
 def test_decode_is_pure(game):
-    """No effects, callbacks or random numbers hide in a decoder."""
+    """A decoder has no effects, callbacks or random numbers."""
     jaxpr = jax.make_jaxpr(game.rem)(
         np.zeros((BATCH, 128), np.uint8)
     )  # as the other tests, so that it is traced once
@@ -130,6 +138,6 @@ def test_decode_is_pure(game):
 
 
 def test_tests_are_grouped(request):
-    """pytest-xdist names a test's group in its ID; ungrouped, every process would compile every
-    game."""
+    """pytest-xdist names a test's group in its ID; without groups, every process would compile
+    every game."""
     assert ("@" in request.node.nodeid) == getattr(request.config.option, "loadgroup", False)

@@ -1,5 +1,4 @@
-"""Every game's objects on all of its recordings are exactly those that `tests/data/expected`
-holds."""
+"""Every game's objects on all of its recordings equal the objects in `tests/data/expected`."""
 
 import pytest
 

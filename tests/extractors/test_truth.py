@@ -1,4 +1,4 @@
-"""Every game against what is on the screen and what the emulator says, on excerpts of recorded
+"""Every game against the screen and the emulator's lives and rewards, on excerpts of recorded
 play."""
 
 import collections
@@ -15,9 +15,9 @@ from tests.support.states import DATA
 
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours
-ON_DETECTED = 0.98  # share of boxes on VEM's detections, which lack objects that are partly covered
-# Least F1 where the emulator's frame is older than its RAM, or objects do not show yet: see the
-# games' docstrings.
+ON_DETECTED = 0.98  # share of boxes on VEM's detections, which lack partly covered objects
+# Least F1 in games with frames older than the RAM, or with objects that are not visible yet: see
+# the games' docstrings.
 STALE = {
     ("Alien", "last"): 0.95,
     ("Alien", "lost"): 0.95,
@@ -25,21 +25,21 @@ STALE = {
     ("Berzerk", "last"): 0.91,
     ("Berzerk", "lost"): 0.87,
     ("Bowling", "last"): 0.9,
-    ("Defender", "last"): 0.68,  # all records are those of the next game
+    ("Defender", "last"): 0.68,  # all records belong to the next game
     ("Gravitar", "last"): 0.95,
     ("Gravitar", "lost"): 0.96,
-    ("KeystoneKapers", "lost"): 0.6,  # the scene's records are those of the next life
-    ("KingKong", "lost"): 0.82,  # the climber's and the bombs' records are those of the next life
+    ("KeystoneKapers", "lost"): 0.6,  # the scene's records belong to the next life
+    ("KingKong", "lost"): 0.82,  # the climber's and the bombs' records belong to the next life
     ("Pooyan", "lost"): 0.64,  # the records of balloons, wolves and missiles are cleared
     ("Qbert", "last"): 0.96,
     ("Robotank", "last"): 0.93,
     ("Robotank", "lost"): 0.96,
-    ("Solaris", "last"): 0.3,  # all records are those of the next game
-    ("Solaris", "lost"): 0.96,  # fuel, ships left and the target are those of the next life
+    ("Solaris", "last"): 0.3,  # all records belong to the next game
+    ("Solaris", "lost"): 0.96,  # fuel, ships left and the target belong to the next life
     ("Venture", "lost"): 0.75,
 }
-# Least F1 of the methods in unusual states, where some objects are covered or blink, or the frame
-# is older than the RAM.
+# Least F1 of the methods in unusual states: some objects are covered or blink, or the frame is
+# older than the RAM.
 UNUSUAL = {
     # three things that take turns of three frames, and dark rooms' walls before them
     "Adventure": 0.8,
@@ -47,7 +47,7 @@ UNUSUAL = {
     "Asteroids": 0.95,
     "Berzerk": 0.92,
     "Bowling": 0.89,
-    "Breakout": 0.92,  # modes in which the bricks are not drawn
+    "Breakout": 0.92,  # modes with invisible bricks
     "Defender": 0.95,
     "DoubleDunk": 0.96,  # figures that cover each other
     "FishingDerby": 0.96,
@@ -55,14 +55,14 @@ UNUSUAL = {
     "PrivateEye": 0.95,
     "Venture": 0.93,
 }
-IN_TURNS = {"Adventure": 0.97}  # where things take turns of three frames, and many rooms have three
-# Samples of unusual states whose score is another one: of two players, or while no score is shown.
+IN_TURNS = {"Adventure": 0.97}  # objects take turns of three frames, and many rooms have three
+# Samples of unusual states with another score: two players, or a hidden score.
 SCORED_OTHERWISE = {
     "Bowling": {"PlayerScore": 1},
     "Jamesbond": {"Score": 1},
     "MarioBros": {"Score": 9},
 }
-# Objects that the other recordings hardly show, or that are easily taken for others.
+# Objects that are rare in the other recordings, or easily confused with others.
 RARE = {
     "Adventure": ("Author", "Chalice", "Gate", "Level", "WhiteKey"),
     "BankHeist": ("Points", "Police"),
@@ -106,32 +106,34 @@ RARE = {
     "WizardOfWor": ("Wizard", "Worluk"),
 }
 # Numbers at the limits of their displays, written into the RAM: the values of some categories in
-# each sample, 0 where there is none.
+# each sample, 0 without a value.
 EDGES = {
     "Amidar": {
         "Score": (99_999, 100_000, 123_456)
     },  # with six digits, the display begins a row earlier
     "Berzerk": {
         "PlayerScore": (100_000, 123_450, 999_990)
-    },  # in place of which the game shows other things, too
+    },  # the game also shows other things in its place
     "Boxing": {"PlayerScore": (100,)},  # shown as KO
-    "Pacman": {"Score": (99_999, 100_000, 123_456)},  # of which the display shows five digits
+    "Pacman": {"Score": (99_999, 100_000, 123_456)},  # the display shows five of its digits
     "RoadRunner": {"Lives": (4, 5, 6, 7, 3), "Bonus": (0, 0, 0, 0, 1000)},  # the ROM gives no more
-    "WizardOfWor": {"Score": (99_900, 100_000, 115_000)},  # of which the display shows five digits
+    "WizardOfWor": {"Score": (99_900, 100_000, 115_000)},  # the display shows five of its digits
 }
-# By VEM, where it differs.
+# VEM's values, if they differ.
 READ_AT_EDGES = {
     "Boxing": {"PlayerScore": (UNKNOWN_VALUE,)},
     "Pacman": {"Score": (99_999, 0, 23_456)},
     "WizardOfWor": {"Score": (99_900, 0, 15_000)},
 }
 
-# Categories with an object for each life, and how many lives have none.
+# It shows the cars left of a day, while rewards count the cars of all days.
+UNSCORED = {"Enduro"}
+# Categories with an object for each life, and the number of lives without one.
 ICONS = {
     "Atlantis": (
         ("AcropolisCommandPost", "Generator", "DomedPalace", "BridgedBazaar", "AquaPlane"),
         -1,
-    ),  # the last one's loss ends the game
+    ),  # the loss of the last one ends the game
     "Assault": (("Lives",), 1),
     "BankHeist": (("Life",), 0),
     "BattleZone": (("Life",), 0),
@@ -139,38 +141,36 @@ ICONS = {
     "Centipede": (("Life",), 1),
     "CrazyClimber": (("Life",), 0),
     "Gopher": (("Carrot",), 0),
-    "KeystoneKapers": (("BonusKops",), 0),
     "KingKong": (("Life",), 1),
     "Krull": (("Life_HUD",), 1),
     "UpNDown": (("Life",), 1),
 }
 SHOWN_BEFORE_A_LIFE = {"KingKong"}  # and not while it is played
-# Categories whose value follows the lives: its sign and offset.
+# Categories with a value that follows the lives: its sign and offset.
 NUMBERS = {
     "Krull": ("Life_HUD", 1, 0),
     "NameThisGame": ("Treasure", 1, 0),
-    "Pitfall": ("LifeCount", 1, 0),
     "VideoPinball": ("LifeUsed", -1, 4),  # the number of the ball
 }
-# Samples in which the game has changed the display and the emulator not yet counted the life.
+# Samples with a changed display and a life that the emulator has not yet counted.
 EARLY = {"BeamRider": 2, "VideoPinball": 1}
 
-KNOWN = 0.9  # share of VEM's boxes of a category whose values it knows
-# The least share where the screen does not always tell the value: a full display hides it, digits
-# look alike, or something else is shown.
+KNOWN = 0.9  # share of VEM's boxes of a category with known values
+# The least share if the screen does not always show the value: a full display hides it, digits look
+# alike, or something else replaces it.
 SELDOM_KNOWN = {
     ("Enduro", "Odometer"): 0.75,  # its digits roll
     ("Hero", "PowerBar"): 0.8,  # full
     ("Jamesbond", "Life"): 0.3,  # full
     ("Pooyan", "PlayerScore"): 0.77,  # the round's number is shown before a round
     ("Qbert", "Cube"): 0.55,  # while the score is not shown, in the colour that cubes have to get
-    ("RoadRunner", "Score"): 0.85,  # two rows of its digits, in which five of ten look alike
+    ("RoadRunner", "Score"): 0.85,  # two rows of its digits; five of ten digits look alike there
     ("Seaquest", "OxygenBar"): 0.7,  # full
     ("StarGunner", "Lives"): 0.2,  # full
     ("Tennis", "PlayerScore"): 0.3,  # points, without the games won
     ("Tennis", "EnemyScore"): 0.3,
     ("TimePilot", "Score"): 0.8,  # a text
-    ("Zaxxon", "Life"): 0.85,  # on one of five lines, two of which are read
+    ("Zaxxon", "Life"): 0.85,  # on one of five lines; VEM reads two
 }
 CLOCKS = {("Skiing", "Score")}
 FRAME_OF_A_CLOCK = 2  # hundredths of a second
@@ -184,14 +184,14 @@ NEVER_KNOWN = {
     ),  # the value of a cannon is on the screen before a life begins, in Lives
     "WizardOfWor": (
         "Lives",
-    ),  # who is in the dungeon counts, too, but is drawn on every other frame
+    ),  # the figure in the dungeon counts, too, but is drawn on every other frame
 }
 
-# Share of moved boxes on detections where walls fill much of the screen.
+# Share of moved boxes on detections in games with many walls on the screen.
 OFF_OBJECTS = {"Hero": 0.25, "Krull": 0.15, "Surround": 0.15, "Venture": 0.15, "WizardOfWor": 0.15}
 
 UPRIGHT = 0, 8  # orientations that are their own mirror images
-# Categories of which the recordings hold no picture together with its mirror image.
+# Categories without a picture and its mirror image in the recordings.
 NO_MIRRORS = {
     "CrazyClimber": ("Enemy_Bird", "Helicopter"),
     "FishingDerby": ("PlayerOneHook", "PlayerTwoHook"),
@@ -202,9 +202,8 @@ NO_MIRRORS = {
     "Tutankham": ("Creature",),
     "YarsRevenge": ("Player_Bullet",),
 }
-# Largest shares of pictures that stand under the same orientation as their mirror images, where the
-# RAM does not tell who has turned round since the frame was drawn, or all ways of flight share
-# pictures.
+# Largest shares of pictures with the same orientation as their mirror images: the RAM does not
+# record turns since the frame was drawn, or all directions of flight share pictures.
 TURNED = {
     ("DonkeyKong", "Player"): 0.06,
     ("Kangaroo", "Player"): 0.07,
@@ -212,7 +211,7 @@ TURNED = {
 }
 
 
-# The savers of some games show these objects in the colours of what is behind them.
+# The savers of some games show these objects in the colours of their background.
 SHOWN_AS_BACKGROUND = {
     "Adventure": ("BlackBat", "BlackKey", "Gate", "Magnet"),
     "ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck"),
@@ -227,7 +226,7 @@ def detected(game, truth):
 
 
 def steady(game, objects):
-    """The objects of categories that are drawn on every other frame at least."""
+    """The objects of categories that are drawn at least on every other frame."""
     blinks = np.array([c.blinks for c in game.categories])[game.slot_category]
     return dataclasses.replace(objects, valid=objects.valid & ~blinks)
 
@@ -251,7 +250,7 @@ def test_methods_agree(game, detected):
     rem, vem, before = detected
     counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
     whole, each = counts.sum(), counts.sum(axis=0)
-    # What blinks is hidden for longer than the two frames that are compared.
+    # Blinking objects are hidden for longer than the two compared frames.
     least = 0.98 if any(c.blinks for c in game.categories) else 0.99
     assert whole.f1 >= IN_TURNS.get(game.name, least), list(
         zip(game.slices, each.precision.round(3), each.recall.round(3), strict=True)
@@ -260,10 +259,11 @@ def test_methods_agree(game, detected):
 
 
 def test_boxes_hold_drawn_pixels(game, truth, detected):
-    """On the frame or the one before. Without a record of what was drawn, boxes are held against
-    VEM's boxes on both frames.
+    """Boxes hold drawn pixels of the frame or the one before. Without a record of drawn pixels, the
+    test compares boxes with VEM's boxes on both frames.
 
-    What blinks for longer has a counterpart in VEM where it is drawn (`test_methods_agree`).
+    Objects that blink for longer have a counterpart in VEM on the frames that show them
+    (`test_methods_agree`).
     """
     rem, vem, before = detected
     boxes = matching.detections(steady(game, rem))
@@ -277,7 +277,7 @@ def test_boxes_hold_drawn_pixels(game, truth, detected):
 
 
 def test_colors_are_drawn(game, truth, detected):
-    """On the frame or the one before, except by what blinks."""
+    """The colours are on the frame or the one before, except for blinking objects."""
     objects = steady(game, detected[0])
     frames = [game.palette[truth[name]] for name in ("screens", "previous")]
     drawn = []
@@ -299,7 +299,7 @@ def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
         (80, 60),
         (40, 100),
         (0, 90),
-    ):  # one of them puts them where nothing of their kind is
+    ):  # one of them moves the boxes away from all objects of their category
         moved = (boxes.xywh + np.array([*shift, 0, 0])) % np.array([160, 200, 999, 999])
         shares.append(share_on_detections(dataclasses.replace(boxes, xywh=moved), *detections))
     assert min(shares) < OFF_OBJECTS.get(game.name, 0.1), shares
@@ -312,8 +312,14 @@ def test_score_and_lives_follow_the_emulator(truth, detected):
     )  # nan: never shown
 
 
+def test_rewards_are_checked(game, truth):
+    """In every game that gives rewards and shows a score."""
+    scores = [c for c in game.categories if c.role == "score" and "value" in c.attributes]
+    assert bool(scores) or not truth["rewards"].any() or game.name in UNSCORED
+
+
 def test_icons_show_the_lives(game, truth, detected):
-    """And so do numbers of other names, and the objects that a game counts as lives."""
+    """Numbers with other names and objects that count as lives show them, too."""
     rem = detected[0]
     if game.name in ICONS:
         categories, hidden = ICONS[game.name]
@@ -333,11 +339,9 @@ def test_icons_show_the_lives(game, truth, detected):
 
 
 def test_lives_are_checked(game, truth):
-    """In every game in which the emulator counts them; in Surround it has a single one."""
+    """The emulator counts lives in each of these games; in Surround it has a single one."""
     lives = [
-        c
-        for c in game.categories
-        if c.name in metrics.LIVES_NAMES and c.count == 1 and "value" in c.attributes
+        c for c in game.categories if c.role == "lives" and c.count == 1 and "value" in c.attributes
     ]
     assert bool(lives) + (game.name in ICONS.keys() | NUMBERS.keys()) == bool(
         (truth["lives"] > 1).any()
@@ -345,11 +349,11 @@ def test_lives_are_checked(game, truth):
 
 
 def test_vem_reads_what_is_shown(game, detected):
-    """A rule that reads digits or a gauge gives REM's value, except on the few frames on which the
-    display lags behind the RAM.
+    """A rule that reads digits or a gauge gives REM's value, except on the few frames with a
+    display that lags behind the RAM.
 
-    A value that VEM cannot read, such as that of a full gauge, is unknown. This is rare, or there
-    is a reason.
+    A value that VEM cannot read, such as the value of a full gauge, is unknown. This is rare, or
+    has a stated reason.
     """
     rem, vem, _ = detected
     valued = [c for c in game.categories if "value" in c.attributes]
@@ -372,9 +376,9 @@ def test_vem_reads_what_is_shown(game, detected):
 
 
 def differences_of_values(rem, vem):
-    """REM's values less VEM's where VEM knows them.
+    """REM's values less VEM's known values.
 
-    Of several slots, those with equal boxes are compared, as VEM's have another order.
+    Categories with several slots compare slots with equal boxes, because VEM has another order.
     """
     one = rem.valid.shape[1] == 1
     pairs = one | (rem.xywh[:, :, None] == vem.xywh[:, None]).all(axis=-1)
@@ -385,8 +389,8 @@ def differences_of_values(rem, vem):
 
 
 def test_screen_savers(game):
-    """The recordings show the screen saver, or a screen that is black: REM and VEM report what can
-    be seen, in the colours of the saver."""
+    """The recordings show the screen saver, or a black screen: REM and VEM report the visible
+    objects, in the colours of the saver."""
     path = DATA / "savers" / f"{game.name}.npz"
     if not path.exists():
         return
@@ -396,7 +400,7 @@ def test_screen_savers(game):
         game.slot_category
     ]
     rem = dataclasses.replace(rem, valid=rem.valid & ~alike)
-    assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # whose screen is black
+    assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # black screens
     if rem.valid.any():
         counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
         assert counts.sum().f1 >= 0.98
@@ -435,8 +439,7 @@ def test_rare_objects(game):
 
 
 def test_states_of_all_modes(game):
-    """In states that were chosen because they are unusual, the methods agree, and score and lives
-    are right."""
+    """The methods agree in unusual states, and score and lives are right."""
     tape = recordings.read(DATA / "modes" / f"{game.name}.npz", game.name)
     rem, vem, before = extracted(tape)
     counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
@@ -455,9 +458,9 @@ def test_states_of_all_modes(game):
 
 
 def facings(rem, vem, screens, slots):
-    """How often each picture stands under each orientation.
+    """The count of each picture under each orientation.
 
-    Where REM and VEM have the same box, nothing covers the object.
+    Only objects with the same box in REM and VEM count, because nothing covers them.
     """
     seen = collections.defaultdict(collections.Counter)
     for n, k in np.argwhere(rem.valid[:, slots]):
@@ -474,8 +477,8 @@ def mirror(picture):
 
 
 def shared_with_mirrors(seen):
-    """The number of pictures whose mirror images occur, and the share of them that has a sideways
-    orientation of its mirror image."""
+    """The number of pictures with a mirror image, and the share of them that has a sideways
+    orientation of the mirror image."""
     pairs = [
         (under, seen[mirror(picture)])
         for picture, under in seen.items()
@@ -489,7 +492,7 @@ def shared_with_mirrors(seen):
 
 
 def test_mirrored_pictures_have_other_orientations(game):
-    """An object that is drawn as the mirror image of another does not face the same side."""
+    """Mirror images do not face the same side."""
     facing = [c.name for c in game.categories if "orientation" in c.attributes]
     paths = [DATA / folder / f"{game.name}.npz" for folder in ("", "rare", "ends")]
     tapes = [recordings.read(path, game.name) for path in paths if facing and path.exists()]

@@ -1,4 +1,4 @@
-"""Work that is spread over a Ray cluster of several nodes, one of which is lost."""
+"""Work on a Ray cluster of several nodes; one node is lost."""
 
 import dataclasses
 import shutil
@@ -49,7 +49,10 @@ def test_lost_node(nodes, tmp_path):
             kept.update(
                 {p: p.stat().st_mtime_ns for p in (tmp_path / "cluster" / "data").glob("train*")}
             )
-            started.remove_node(workers[0], allow_graceful=False)
+            # The driver connects to any of the nodes, and that one must stay.
+            own = ray.get_runtime_context().get_node_id()
+            lost = next(node for node in workers if node.node_id != own)
+            started.remove_node(lost, allow_graceful=False)
 
     datasets.generate(plan, tmp_path / "cluster", ray=started.address, report=report)
     assert reported == list(range(0, 61, 10)), "each file is reported once"
@@ -86,7 +89,7 @@ def test_extraction_and_errors(nodes, tmp_path, monkeypatch):
     assert (tmp_path / "cluster.npz").read_bytes() == (tmp_path / "local.npz").read_bytes()
     (tmp_path / "Pong.npy").write_bytes(
         (tmp_path / "Pong.npy").read_bytes()[: 128 + 36 * 128]
-    )  # in the last block: of several damaged ones, any may come first
+    )  # in the last block: any of several damaged blocks may come first
     with pytest.raises(InputError, match="ends in row 36"):
         files.extract(tmp_path / "Pong.npy", tmp_path / "damaged.npz", ray=address)
 

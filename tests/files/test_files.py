@@ -181,8 +181,8 @@ def test_suffixes_may_be_in_upper_case(tmp_path, pong, rams, frames):
     ],
 )
 def test_pictures_of_palette_indices(tmp_path, name):
-    """Without colours, pictures show `ale.getScreen()`; shades of grey, as of
-    `ale.getScreenGrayscale()`, are refused."""
+    """Pictures without colours show `ale.getScreen()`; shades of grey, as of
+    `ale.getScreenGrayscale()`, raise an error."""
     game = ocjax.load(name)
     screens = excerpt(game.name)["screens"][:12]
     files.extract(write_pictures(tmp_path / game.name, screens), tmp_path / "out.npz")
@@ -214,7 +214,8 @@ def test_pictures_that_may_be_grey_are_refused(tmp_path):
 
 
 def test_arrays_of_grey_frames_are_refused(tmp_path, pong):
-    """A grey frame is no frame of palette indices: some shades are odd, and indices are not."""
+    """A grey frame is not a frame of palette indices: some shades are odd, and all indices are
+    even."""
     gray = np.round(pong.palette @ [0.2989, 0.587, 0.114]).astype(np.uint8)[
         excerpt("Pong")["screens"]
     ]
@@ -228,7 +229,7 @@ def test_arrays_of_grey_frames_are_refused(tmp_path, pong):
 
 
 def test_rows_of_several_dimensions(tmp_path, rams, frames):
-    """Of steps and environments; blocks of 16 rows do not divide into 9 environments."""
+    """The rows are steps and environments; blocks of 16 rows do not divide into 9 environments."""
     h5py, parquet = pytest.importorskip("h5py"), pytest.importorskip("pyarrow.parquet")
     pytest.importorskip("zarr")
     ram = np.concatenate([rams, rams])[:63].reshape(7, 9, 128)
@@ -292,8 +293,7 @@ def test_integers_of_other_widths(tmp_path, pong, rams, dtype):
 
 
 def test_folders_of_the_library_datasets(tmp_path, pong, rams, frames):
-    """Those that `save_to_disk` writes: Arrow files in the order of a list, and a folder for each
-    split."""
+    """`save_to_disk` writes Arrow files in the order of a list, and a folder for each split."""
     pa = pytest.importorskip("pyarrow")
 
     def save(folder, name, parts):
@@ -357,7 +357,7 @@ def test_minari(tmp_path, pong, monkeypatch):
     )
     collector.close()
     del collector
-    gc.collect()  # or its folder is noticed in another test
+    gc.collect()  # otherwise another test notices its folder
     files.extract("minari:pong/test-v0", tmp_path / "out.npz")
     expect(tmp_path / "out.npz", pong, np.stack(rows))
 

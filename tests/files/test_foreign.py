@@ -1,5 +1,5 @@
-"""Inputs from others: every reader keeps its input, stays in its folder, and reads or refuses what
-it gets in bounded memory and time."""
+"""Untrusted inputs: every reader keeps its input, stays in its folder, and reads its input or
+raises an error, in bounded memory and time."""
 
 import importlib.util
 import json
@@ -89,8 +89,8 @@ def test_every_reader_reads(source, rows):
 
 
 def test_outputs_on_top_of_inputs_are_refused(source, tmp_path):
-    """Each file of the input as output: by its name, by a link, by another name of the same file,
-    and through a link to its folder."""
+    """The test names each input file as output: by its name, by a link, by a hard link, and through
+    a link to its folder."""
     before = {path: path.read_bytes() for path in parts(tmp_path)}
     (tmp_path / "folder").symlink_to(tmp_path / "input")
     for k, path in enumerate(before):
@@ -133,7 +133,7 @@ def test_special_files_in_folders_are_refused(source, reader, tmp_path, read, ki
         path.rename(moved)
         put(path, moved)
         found = read(source)
-        if put is put_folder and reader == ".zarr":  # a chunk that is not there is full of zeros
+        if put is put_folder and reader == ".zarr":  # a missing chunk is full of zeros
             assert found == "read" or found.startswith("InputError")
         else:
             assert found.startswith("InputError"), (path, found)
@@ -153,7 +153,7 @@ def test_pipes_are_refused(source, read):
 
 
 def test_damaged_inputs_are_refused_or_read(source, tmp_path, read):
-    """Each file is cut off, or filled with other bytes from some place on.
+    """The test cuts each file off, or overwrites it with other bytes from some offset on.
 
     Nothing crashes, hangs or raises another error.
     """
@@ -246,13 +246,13 @@ def test_sizes_of_pictures_are_checked_before_pixels_are_decoded(holder, tmp_pat
 @pytest.mark.parametrize("holder", HOLDERS)
 @pytest.mark.parametrize("content", OTHERS)
 def test_other_contents_are_refused(holder, tmp_path, read, content):
-    """Whatever the suffix is, only the formats of the documentation are decoded."""
+    """Readers decode only the documented formats, with any suffix."""
     found = read(HOLDERS[holder](tmp_path, OTHERS[content].ljust(33_000, b"0")))
     assert found.startswith("InputError"), found
 
 
 def npz(path, name, header, data):
-    """An archive with RAM and an array whose header and data are given."""
+    """An archive with RAM and an array with the given header and data."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         with archive.open("rams.npy", "w") as file:
             np.lib.format.write_array(file, np.zeros((4, 128), np.uint8))
@@ -287,7 +287,7 @@ def test_giant_texts_are_refused(tmp_path, read, kind, name):
     ("kind", "name"), [("recording", "lives"), ("recording", "screens"), ("policy", "w0")]
 )
 def test_giant_arrays_are_refused(tmp_path, read, kind, name):
-    """They do not fit the other arrays, and are no more read than that."""
+    """Giant arrays do not fit the other arrays, and the reader does not read them further."""
     path = npz(
         tmp_path / "Pong.npz", name, {"descr": "|u1", "shape": (2**29,)}, [bytes(2**23)] * 2**6
     )
@@ -365,7 +365,7 @@ def giant_zarr_chunks(folder):
 
 
 def pickling_zarr(part):
-    """A Zarr array whose metadata ask for pickle."""
+    """A Zarr array with metadata that ask for pickle."""
 
     def write(folder):
         pytest.importorskip("zarr")
@@ -404,7 +404,7 @@ def repeated_rows(folder):
 
 
 def arrow(column):
-    """A column in an Arrow file. Its buffers are written as they are."""
+    """A column in an Arrow file, with its buffers written unchanged."""
 
     def write(folder):
         pa = pytest.importorskip("pyarrow")
@@ -492,7 +492,7 @@ SECRET = 7  # each byte of a file that is not part of the input
 
 @pytest.fixture
 def secret(tmp_path):
-    """Files of the user beside an input, whose rows would be read as RAM."""
+    """Files of the user beside an input, with rows that a reader could take for RAM."""
     rows = np.full((20, 128), SECRET, np.uint8)
     (tmp_path / "secret").mkdir()
     (tmp_path / "secret" / "raw").write_bytes(rows.tobytes())
@@ -612,7 +612,7 @@ def test_files_that_are_listed_twice(tmp_path, rows):
 
 
 def test_names_of_pictures(tmp_path, rows):
-    """Hidden files are ignored; all other names are sorted, those with other digits as well."""
+    """Readers ignore hidden files and sort all other names, also names with other digits."""
     folder = reading.picture_folder("png")(tmp_path, rows[:3])
     for old, new in (("0", "\u00b2"), ("1", "10"), ("2", "9\u0663")):
         (folder / f"{old}.png").rename(folder / f"{new}.png")
@@ -639,7 +639,7 @@ def test_animations_are_refused(tmp_path, suffix):
 
 @pytest.mark.parametrize("suffix", pictures.FORMATS)
 def test_frames_in_pictures(tmp_path, suffix):
-    """In RGB, and palette indices without colours; in folders and in tables."""
+    """Frames as RGB pictures and as pictures of palette indices, in folders and in tables."""
     game, screens = ocjax.load("Pong"), excerpt("Pong")["screens"][:4]
     options = {"lossless": True} if suffix == ".webp" else {}
     for name, frames in (("rgb", np.asarray(game.palette)[screens]), ("indices", screens)):

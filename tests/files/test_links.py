@@ -1,4 +1,4 @@
-"""Links in folders that somebody else made: nothing is written, deleted or read through them."""
+"""Links in untrusted folders: ocjax writes, deletes and reads nothing through them."""
 
 import json
 import os
@@ -71,9 +71,9 @@ def test_a_datasheet_that_is_a_pipe(dataset, made, way):
 
 
 def test_a_shard_that_is_a_link(dataset, made, tmp_path, monkeypatch):
-    """As in the cache of the Hugging Face hub.
+    """The cache of the Hugging Face hub has such links.
 
-    It is read, but a new version does not change the file behind it.
+    ocjax reads the link's file, but a new version does not change it.
     """
     shard, blob = dataset / "data" / "train-00000-of-00001.parquet", tmp_path / "blob"
     shard.rename(blob)
@@ -98,7 +98,7 @@ def test_shards_in_a_folder_that_is_a_link(dataset, outside, way):
 
 
 def test_temporary_files_of_a_dataset(dataset, outside):
-    """Links among them are deleted, and folders stay."""
+    """ocjax deletes links among the temporary files, and keeps folders."""
     (dataset / "data" / ".link.tmp").symlink_to(outside)
     (dataset / "data" / ".folder.tmp").mkdir()
     datasets.relabel(dataset)

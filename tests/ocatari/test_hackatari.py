@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import ocjax
-from ocjax.console.rom import rom_path
+from ocjax.console.rom_files import rom_path
 from ocjax.emulators import variations
 from ocjax.emulators.variations.mechanism import Moment
 from tests.test_neighbours import IMPORT
@@ -29,8 +29,8 @@ BROKEN = (
     ("boxing", "gravity"),
     ("choppercommand", "delay_shots"),
 )
-SPEC = importlib.util.find_spec("hackatari")  # which does not import it
-FRAMES = 700  # in which bytes are compared
+SPEC = importlib.util.find_spec("hackatari")  # without an import of it
+FRAMES = 700  # for the comparison of bytes
 OWN = {
     "Alien:no_alien",
     "Freeway:stopped_cars",
@@ -55,7 +55,7 @@ ONE_OF_OURS = {
     "DonkeyKong:random_start",
     "MontezumaRevenge:random_position_start",
 }  # HackAtari always draws the same place
-OTHER_FRAMES = {  # HackAtari's own counter tells in which frames it writes
+OTHER_FRAMES = {  # HackAtari's own counter selects its frames
     *(f"Breakout:{name}" for name in ("gravity", "inverse_gravity", "left_drift", "right_drift")),
     *(f"Pong:{direction}_drift" for direction in ("up", "down", "left", "right")),
     "Boxing:gravity",
@@ -84,7 +84,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def hackatari(tmp_path_factory):
-    """The package's core module, imported from a copy in which `ocatari` is `ocjax.ocatari`."""
+    """The package's core module, imported from a copy with `ocjax.ocatari` for `ocatari`."""
     folder = tmp_path_factory.mktemp("hackatari")
     shutil.copytree(Path(SPEC.origin).parent, folder / "hackatari")
     for path in (folder / "hackatari").rglob("*.py"):
@@ -166,7 +166,7 @@ def functions(key, console):
 
 
 def frames(key):
-    """The RAM before each frame with a variation, and what the variation makes of it."""
+    """The RAM before each frame with a variation, and the RAM after the variation's writes."""
     game, variation = ocjax.load(key.split(":")[0]), variations.ALL[key]
     ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
     ale, rng, before = ale_py.ALEInterface(), np.random.default_rng(1), None
@@ -205,7 +205,7 @@ def test_variations_write_its_bytes(key):
     assert steps or resets
     for frame, (ram, ours) in enumerate(frames(key)):
         theirs = called(console, ram, steps if frame else [*resets, *steps])
-        if key in OTHER_FRAMES:  # what both write is the same
+        if key in OTHER_FRAMES:  # both write the same bytes
             both = (theirs != ram) & (ours != ram)
             assert (theirs[both] == ours[both]).all()
         else:

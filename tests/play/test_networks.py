@@ -1,4 +1,4 @@
-"""The network whose slots share weights."""
+"""The network with weights shared by slots."""
 
 import jax
 import jax.numpy as jnp
@@ -46,7 +46,7 @@ def path(layers, tmp_path):
 
 
 def observations(count, seed=0):
-    """Random features `[count, inputs]`; slots that are not valid are 0."""
+    """Random features `[count, inputs]`; invalid slots are 0."""
     rng, parts = np.random.default_rng(seed), []
     for group in CONFIG.groups:
         slots = rng.normal(50, 60, size=(count, group.slots, len(group.features))).astype(
@@ -87,7 +87,7 @@ def by_slots(layers, observed, groups):
 
 
 def test_slots_share_an_encoder(layers):
-    """The network is what its docstring says, slot by slot."""
+    """The network equals its definition in the docstring for every slot."""
     x = observations(5)
     logits = NETWORKS["shared"].apply(layers, x, CONFIG.groups)
     assert np.allclose(

@@ -37,7 +37,8 @@ def path(tmp_path_factory):
 
 
 def test_a_policy_on_pixels_sees_what_environments_show(path):
-    """The same frames, through the ends of games, and so the same actions."""
+    """A policy sees the environments' frames, through the ends of games, and so takes the same
+    actions."""
     game, changes = (
         ocjax.load("Pong"),
         {"preset": "dqn", "max_episode_frames": 120, "num_workers": 0},

@@ -66,7 +66,8 @@ def test_a_policy_survives_its_file(policy, tmp_path):
 
 
 def test_a_policy_on_ram_sees_what_environments_show(policy):
-    """The same features, through the ends of games, and so the same actions."""
+    """A policy sees the environments' features, through the ends of games, and so takes the same
+    actions."""
     envs = ocjax.make_vec(
         "Pong", 3, obs=policy.observation, hud=False, num_workers=0, max_episode_frames=120
     )
@@ -168,7 +169,7 @@ RIGHT = {
     ).split(),
 )
 def test_fields_of_the_description(policy, tmp_path, name, kind):
-    """A wrong one is an error at once, not when the policy plays."""
+    """A wrong field raises an error when the file is read, not when the policy plays."""
     path = tmp_path / "policy.npz"
     policy.write(path)
     with np.load(path) as file:
@@ -230,7 +231,7 @@ def test_damaged_policies_are_refused(policy, tmp_path):
 
 @pytest.mark.slow
 def test_every_instance_plays_equally_many_games(policy, tmp_path, monkeypatch):
-    """Games are complete although training ends episodes with lives, and equal seeds play equal
+    """Games are complete although training ends episodes with lives, and equal seeds give equal
     games."""
     monkeypatch.setattr("ocjax.play.games.MOST_ENVS", 2)
     path = tmp_path / "policy.npz"

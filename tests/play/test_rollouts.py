@@ -93,7 +93,7 @@ def test_sample_of_complete_games(count, lengths):
 
 
 def test_fire_after_a_lost_life():
-    """Also where the policy never presses it: the ball is soon back in play."""
+    """The ball is soon back in play, even if the policy never presses FIRE."""
     game = ocjax.load("Breakout")
     pool = AlePool(game, 2, settings("dqn", episodic_life=False), num_workers=0)
     pool.reset([0, 1])

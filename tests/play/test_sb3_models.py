@@ -87,7 +87,7 @@ def test_everything_that_plays_saved_policies_plays_models(tmp_path):
 
 
 class Harm:
-    """An object whose pickle runs code."""
+    """An object with a pickle that runs code."""
 
     def __init__(self, path):
         self.path = path
@@ -210,7 +210,7 @@ MLP = {"policy": "MlpPolicy", "mode": "rem", "obs": "vector"}
     ],
 )
 def test_models_of_stable_baselines3(tmp_path, algorithm, kind, options):
-    """The same numbers as those of Stable-Baselines3's own policy on the same observations."""
+    """ocjax and Stable-Baselines3's own policy give the same numbers on the same observations."""
     sb3 = pytest.importorskip("stable_baselines3", reason="the extra `sb3` is not installed")
     env = gymnasium.make("ocjax/Pong-v5", mode=kind["mode"], obs=kind["obs"], preset="dqn")
     model = getattr(sb3, algorithm)(kind["policy"], env, device="cpu", seed=0, **options)

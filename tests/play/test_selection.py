@@ -1,4 +1,4 @@
-"""Policies whose game has changed since their training."""
+"""Policies for a game that has changed since their training."""
 
 import dataclasses
 import json
@@ -32,7 +32,7 @@ def rebuilt(game, categories, change=lambda name, found: found, **more):
 
 
 def with_category(game):
-    """A category in front of the others, whose objects are always there."""
+    """A new first category with objects that are always valid."""
     new = Category("Ghost", RULE, count=3, attributes=("orientation", "value"))
     return rebuilt(
         game,
@@ -123,7 +123,7 @@ CHANGES = {
 
 
 def actions(path, game, rams):
-    """What a policy does in recorded states, int `[STEPS, ENVS]`."""
+    """A policy's actions in recorded states, int `[STEPS, ENVS]`."""
     count = policies.read(path, game).num_actions
     act = policies.make_policy(str(path), game, count, ENVS, seed=3)
     return np.array(
@@ -160,7 +160,7 @@ def test_a_policy_plays_a_changed_game_as_before(recorded, monkeypatch, name, ch
 
 @pytest.mark.parametrize("change", ["with_category", "with_slots"])
 def test_a_changed_game_has_other_features_for_new_policies(change):
-    """The changes above do change what a policy without selected slots would see."""
+    """The changes above alter the features of a policy without selected slots."""
     game = ocjax.load("Pong")
     kind = policies.read(policies.SHIPPED / "Pong.npz", game).observation
     assert len(kind.features_of(CHANGES[change](game))) > len(kind.features_of(game))
@@ -211,7 +211,7 @@ def test_slots_and_attributes_that_are_gone():
 
 @pytest.mark.parametrize("path", sorted(policies.SHIPPED.glob("*.npz")), ids=lambda path: path.stem)
 def test_policies_that_ship_name_their_slots(path, tmp_path):
-    """Writing a policy that was read changes no weight."""
+    """Rewriting a policy changes no weight."""
     game = ocjax.load(path.stem)
     policies.read(path, game).write(tmp_path / "again.npz")
     with np.load(path) as file, np.load(tmp_path / "again.npz") as again:

@@ -1,4 +1,4 @@
-"""Policies are compared on variations of their game."""
+"""Comparison of policies on variations of their game."""
 
 import dataclasses
 import json
@@ -13,7 +13,7 @@ from tests.support.command import run
 
 
 def test_colors_do_not_matter_to_random_actions():
-    """The seeds are the same for each variation, so that games with other colours are equal."""
+    """Each variation has the same seeds, so games with other colours are equal."""
     rows = varied.compare(
         ocjax.load("Breakout"), "random", ["Breakout:color_all_blocks_red", "gravity"], 2, seed=3
     )

@@ -1,5 +1,6 @@
-"""The reverse-engineering tools must find the known bytes of games whose decoders are written."""
+"""The reverse-engineering tools find the known bytes of games with finished decoders."""
 
+import contextlib
 import dataclasses
 import json
 import re
@@ -10,9 +11,21 @@ import pytest
 from PIL import Image
 
 import ocjax
-from ocjax import recordings
+from ocjax import authoring, recordings
+from ocjax.emulators import progress
+from ocjax.envs import AlePool, Settings
 from ocjax.play import rollouts
-from ocjax.ramtools import causes, correlate, fits, ram_map, residual, targets, twins
+from ocjax.ramtools import (
+    causes,
+    correlate,
+    fits,
+    proposal,
+    ram_map,
+    residual,
+    rows,
+    targets,
+    twins,
+)
 from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import GLOW, Session
 from ocjax.vision.unknown import UNKNOWN_VALUE
@@ -65,7 +78,7 @@ def test_correlate_finds_values_and_presence(pong_findings):
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 @pytest.mark.parametrize("span", [3, 90, 100_000, 2**31 - 1])
 def test_values_that_are_unknown_in_some_samples(share, span):
-    """They are left out, and large values take no memory."""
+    """The search drops unknown values, and large values take no memory."""
     rng = np.random.default_rng(0)
     rams = rng.integers(0, 256, (400, 128), np.uint8)
     tape = recordings.Recording(ocjax.load("Pong"), rams, resets=np.arange(400) % 100 == 0)
@@ -106,7 +119,7 @@ def test_values_that_are_unknown_for_some_values_of_a_byte():
 
 @pytest.mark.slow
 def test_correlate_of_tennis():
-    """Its score is unknown while the screen shows none."""
+    """The score of Tennis is unknown while the screen hides it."""
     result = run("ram", "correlate", "Tennis", "--samples", 400)
     assert result.exit_code == 0, result.output
 
@@ -125,7 +138,7 @@ def test_correlate_finds_freeway():
 
 @pytest.mark.slow
 def test_correlate_with_what_the_chip_drew():
-    """Without vision rules, on a recording that says that the ball was drawn and nothing else."""
+    """The search needs no vision rules; the ball is the only drawn object of this recording."""
     game = ocjax.load("Pong")
     tape = rollouts.rollout(game, 800, seed=4)
     ball = game.rem(tape.rams).of("Ball")
@@ -171,14 +184,100 @@ def test_affine_finds_what_is_there():
     assert table.exact == 1
 
 
+def formation(pitch, rng, samples=400, slots=5, byte=77):
+    """RAM, and the coordinates of a row of objects in it; some objects are missing."""
+    rams = rng.integers(0, 256, (samples, 128), np.uint8)
+    rams[:, byte] = rng.integers(10, 40, samples)
+    at = pitch * np.arange(slots) + rams[:, byte, None].astype(int) - 7
+    present = np.zeros((samples, 256), bool)
+    n, k = np.nonzero(rng.random((samples, slots)) < 0.7)
+    present[n, at[n, k]] = True
+    return rams, present, fits.halves(np.arange(samples) // 50)
+
+
+@pytest.mark.parametrize("pitch", [9, 16, 30])
+def test_rows_of_objects_that_move_together(pitch):
+    found = rows.rows(*formation(pitch, np.random.default_rng(0)))
+    assert str(found[0]) == f"{pitch} * slot + byte(77) - 7, slots 0-4"
+    assert found[0].exact == found[0].near == 1
+
+
+def test_rows_that_do_not_move():
+    rams, present, half = formation(12, np.random.default_rng(0), byte=5)
+    still = np.zeros_like(present)
+    still[:, 20:60:12] = present[:, 20:60:12].any(axis=1, keepdims=True)
+    still[::3, 32] = False
+    (row,) = rows.rows(rams, still, half)
+    assert str(row) == "12 * slot + 20, slots 0-3"
+
+
+def test_no_row_in_noise():
+    rams, present, half = formation(9, np.random.default_rng(1))
+    noise = np.random.default_rng(2).permuted(present[:, :160], axis=1)
+    assert rows.rows(rams, noise, half) == []
+    assert rows.rows(rams, present & (np.arange(256) == 9), half) == [], "one object each"
+
+
+def test_proposed_class():
+    """The class has every type of field, and Python accepts it."""
+    byte, part = fits.Source, fits.Fit
+    moving = rows.Row(16, 6, byte(26), 1, -1, 0.99, 1)
+    found = [
+        correlate.Finding("Ball", "Ball", "x", 99, 0.1, (part(byte(49), 0.994, 1, 1, -49),)),
+        correlate.Finding("Chicken 0", "Chicken", "y", 99, 0.1, (part(byte(14), 1, 1, -1, 193),)),
+        correlate.Finding("Chicken 1", "Chicken", "y", 99, 0.1, (part(byte(15), 1, 1, -1, 193),)),
+        correlate.Finding("Alien, all", "Alien", "x", 99, 0.1, (moving,)),
+        correlate.Finding(
+            "BigScore",
+            "BigScore",
+            "value",
+            99,
+            0.1,
+            tuple(part(byte(a, decimal=True), 1, 1, 1, i) for i, a in enumerate((70, 20))),
+            digits=True,
+        ),
+        correlate.Finding("BigScore", "BigScore", "w", 99, 0.1, (part(byte(70), 1, 1, 8, 0),)),
+        correlate.Finding("Ball", "Ball", "y", 99, 0.1, (part(byte(50), 0.4, 1),)),
+        correlate.Finding(
+            "Car, one of",
+            "Car",
+            "x",
+            99,
+            0.1,
+            (part(byte(3), 1, 1, 1, -3), part(byte(2), 0.9, 1, 1, -3), part(byte(9), 0.8, 1)),
+            members=True,
+        ),
+    ]
+    text = proposal.ram_class(found)
+    assert (
+        text
+        == """\
+class Ram(RamMap):
+    car_x = byte(2, 3)  # x + 3 (90 %)
+    car_x_2 = byte(9)  # x (80 %)
+    chicken_y = byte(14, 15)  # 193 - y (100 %)
+    big_score_value = bcd((20, 70))  # value (100 %)
+    alien_x = byte(26)  # x of slot 0 + 1; 16 pixels from slot to slot, 6 slots (99 %)
+    ball_x = byte(49)  # x + 49 (99 %)
+"""
+    )
+    names = vars(authoring).copy()
+    exec(text, names)
+    assert names["Ram"].fields()["big_score_value"].addresses == (20, 70)
+
+
+def test_proposal_of_nothing():
+    assert proposal.ram_class([]) == "class Ram(RamMap):\n    pass\n"
+
+
 def test_residual(pong):
-    """The bit by which a decoder is wrong is found; a right decoder leaves nothing."""
+    """The command finds the bit that explains a wrong decoder, and nothing for a right decoder."""
     right = residual.residual(pong, "Player", "y")
     assert right.exact > 0.999
     assert right.bits == ()
     odd = np.random.default_rng(0).integers(
         2, size=len(pong)
-    )  # the decoder is one column off where bit 3 of byte 127 is set
+    )  # the decoder is one column off if bit 3 of byte 127 is set
     rams = pong.rams.copy()
     rams[:, 49] += odd.astype(np.uint8)
     rams[:, 127] = 8 * odd
@@ -189,6 +288,30 @@ def test_residual(pong):
     bit = wrong.bits[0]
     assert (str(bit.source), bit.clear, bit.set) == ("bits(127, first=3, count=1)", 0, -1)
     assert bit.exact > 0.99
+
+
+@pytest.mark.parametrize(
+    ("shift", "message"),
+    [
+        (17, r"matched \d+ times .* REM's x is 17 too large in [\d,]+ and y is right in [\d,]+$"),
+        (-40 & 255, r"matched \d+ times .* REM's x is 40 too small in [\d,]+ and y is right"),
+    ],
+)
+def test_residual_of_a_constant_offset(pong, shift, message):
+    """A new decoder often has this error: no box is close enough to match."""
+    rams = pong.rams.copy()
+    rams[:, 49] += np.uint8(shift)
+    tape = recordings.Recording(pong.game, rams, pong.screens, resets=pong.resets)
+    with pytest.raises(ValueError, match=message):
+        residual.residual(tape, "Ball", "x")
+
+
+def test_residual_of_a_decoder_without_boxes(pong):
+    rams = pong.rams.copy()
+    rams[:, 54] = 0  # the ball is above the court
+    tape = recordings.Recording(pong.game, rams, pong.screens, resets=pong.resets)
+    with pytest.raises(ValueError, match=r"REM has it in 0 samples, VEM in [\d,]+, never in the"):
+        residual.residual(tape, "Ball", "x")
 
 
 @pytest.fixture(scope="module")
@@ -210,6 +333,37 @@ def test_causes_finds_pong(pong_causes):
     assert "EnemyScore" not in by_name[14]
     assert (pong_causes.effective == 0).sum() > 60
     assert pong_causes.pixels[14, 1:21, 100:128].any()
+
+
+def test_causes_without_an_effect_say_why(pong_causes):
+    assert causes.notes(pong_causes) == []
+    none = dataclasses.replace(pong_causes, effective=np.zeros(128, int), shortened=True)
+    early, empty = causes.notes(none)
+    assert f"{pong_causes.played:,} frames after the reset" in early
+    assert "No byte changes the picture, 32 values tried" in empty
+
+
+def test_play_for_causes_stops_before_the_end_of_the_game():
+    """After the end, the emulator restarts the game and ignores writes."""
+    game, skip = ocjax.load("Breakout"), 4
+    settings = Settings(frame_skip=skip, repeat_action_probability=0)
+    with contextlib.closing(AlePool(game, 1, settings, num_workers=0)) as pool:
+        assert causes.play_alike(pool, 0, 50) == 50, "the game does not end in 50 steps"
+        played = causes.play_alike(pool, 0, 5000)
+        assert not pool.terminated.any()
+        end = causes._play(pool, 0, 5000)
+        assert pool.terminated.all()
+        assert played == end - causes.BEFORE_END // skip
+
+
+def test_progress_without_a_terminal(monkeypatch, capsys):
+    assert list(progress.progress(range(3), "working")) == [0, 1, 2]
+    assert capsys.readouterr().err == "", "short work shows nothing"
+    monkeypatch.setattr(progress, "SECONDS", 0)
+    assert list(progress.progress(range(3), "working")) == [0, 1, 2]
+    shown = capsys.readouterr()
+    assert shown.err.splitlines() == ["working: 33 %", "working: 66 %", "working: 100 %"]
+    assert shown.out == ""
 
 
 @pytest.mark.slow
@@ -355,7 +509,10 @@ def test_watch_in_terminal():
 @pytest.mark.slow
 def test_commands(tmp_path):
     for args, words in (
-        (("correlate", DATA / "Pong.npz"), ("present", "Constant")),
+        (
+            ("correlate", DATA / "Pong.npz", "--write", "-"),
+            ("present", "Constant", "class Ram(RamMap):"),
+        ),
         (("residual", DATA / "SpaceInvaders.npz", "Alien", "x"), ("matched objects",)),
         (
             (
@@ -392,6 +549,10 @@ def test_wrong_use(tmp_path):
         (("correlate", bare), "has no array screens"),
         (("correlate", DATA / "Pong.npz", "--target", "sprites"), "has no array shown"),
         (("correlate", DATA / "Pong.npz", "--target", "eyes"), "vem or sprites"),
+        (
+            ("correlate", DATA / "Pong.npz", "--write", tmp_path / "no" / "ram.py"),
+            "no folder",
+        ),
         (("residual", DATA / "Pong.npz", "Car", "x"), "no category 'Car'"),
         (("residual", DATA / "Pong.npz", "Ball", "z"), "must be one of x, y, w, h"),
         (("causes", "Pong", "--mode", 99), "no mode 99"),

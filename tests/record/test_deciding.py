@@ -1,4 +1,4 @@
-"""Which states decide about the numbers of a decoder, and the excerpts that are made of them."""
+"""The boundary states of a decoder's numbers, and excerpts of them."""
 
 import shutil
 
@@ -15,7 +15,7 @@ from tests.support.states import DATA, excerpt
 
 PARTS = np.cumsum(
     [arbitrary.ANYTHING, arbitrary.ALTERED, arbitrary.MIXED, arbitrary.MIXED]
-)  # where kinds of arbitrary states end
+)  # the ends of the types of arbitrary states
 SUMS = [98000948, 122015012, 59502019, 59517842, 637821455]
 NEW_GAME = {10: 60, 54: 60}  # bytes of Pong, on the first frame of a game
 
@@ -31,11 +31,21 @@ def test_a_rule_that_holds_in_few_states_is_decided_there():
 
 
 def test_every_operation_of_decoders_is_evaluated():
-    """The synthetic game's decoder uses all of them. Equal states decide equally."""
+    """The synthetic game's decoder uses all operations. Equal states give equal decisions."""
     rams = np.random.default_rng(0).integers(0, 256, (16, 128), np.uint8)
     rows = deciding.decisions(synthetic.GAME, np.concatenate([rams, rams]))
     assert np.array_equal(rows[:, :16], rows[:, 16:])
     assert rows.any(axis=1).mean() > 0.3
+
+
+def test_known_changes_are_skipped():
+    game, rams = ocjax.load("Pong"), excerpt("Pong")["rams"][:8]
+    rows = deciding.decisions(game, rams)
+    known = rows[:, 0]
+    others = deciding.decisions(game, rams, known)
+    assert np.array_equal(others, np.where(known[:, None], False, rows))
+    assert not known.all()
+    assert others.any()
 
 
 def test_cover_takes_what_adds_most():

@@ -1,1 +1,1 @@
-"""What several tests use: recorded states, a synthetic game, checks, and the command."""
+"""Shared code of tests: recorded states, a synthetic game, checks, and the command."""

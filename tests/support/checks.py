@@ -1,4 +1,4 @@
-"""What holds for all objects, and the frames on which it is checked."""
+"""Checks that hold for all objects, and frames for them."""
 
 import jax
 import numpy as np
@@ -24,8 +24,8 @@ def same(a, b):
 
 
 def check(game, objects, batch):
-    """Well-formed: dtypes and shapes, boxes on the screen, invalid slots zero, only declared
-    attributes."""
+    """Objects are well-formed: dtypes and shapes, boxes on the screen, invalid slots zero, only
+    declared attributes."""
     o = host(objects)
     height, width = game.screen
     for name, (dtype, tail) in FIELDS.items():
@@ -43,7 +43,7 @@ def check(game, objects, batch):
 def random_frames(game, rng, n):
     """Noise of all colours, of the game's own, and blocks of them (large, touching objects).
 
-    A third is noise, which takes a hundred times as long as a frame of a game, because it has
+    A third is noise. It takes a hundred times as long as a frame of a game, because it has
     thousands of components.
     """
     height, width = game.screen

@@ -1,4 +1,4 @@
-"""Which of many values of a parameter the quick run takes."""
+"""The quick run's choice among many values of a parameter."""
 
 import hashlib
 
@@ -6,7 +6,7 @@ import pytest
 
 
 def slow_but(quick, values):
-    """All values, as parameters of a test; those that are not among `quick` run only with `--all`.
+    """All values, as parameters of a test; values outside `quick` run only with `--all`.
 
     A tuple is the values of several.
     """
@@ -21,6 +21,6 @@ def slow_but(quick, values):
 
 
 def some(count, values):
-    """All values, of which the quick run takes so many, drawn by a hash of their names."""
+    """All values; the quick run takes `count` of them, drawn by a hash of their names."""
     drawn = sorted(values, key=lambda value: hashlib.sha256(str(value).encode()).digest())
     return slow_but(drawn[:count], list(values))

@@ -8,7 +8,7 @@ import numpy as np
 def changed(path, out, changes):
     """Write the policy of a file with other arrays or other fields of its description.
 
-    None removes an array or a field.
+    The value None removes an array or a field.
     """
     with np.load(path) as file:
         arrays = dict(file)

@@ -58,7 +58,7 @@ for line in sys.stdin:
 
 
 class Reader:
-    """A process that reads inputs, each in a process of its own with a limit of memory and time."""
+    """A process that reads each input in a new process with a limit of memory and time."""
 
     def __init__(self):
         self._process = subprocess.Popen(
@@ -139,7 +139,7 @@ def table(rows):
 
 
 def save_arrow(path, whole, *, stream=False, batch=None):
-    """Write a table as an Arrow file, unchecked, in batches of so many rows."""
+    """Write a table as an Arrow file, unchecked, in batches of `batch` rows."""
     pa = pytest.importorskip("pyarrow")
     new = pa.ipc.new_stream if stream else pa.ipc.new_file
     with pa.OSFile(str(path), "wb") as sink, new(sink, whole.schema) as writer:
@@ -192,7 +192,7 @@ def write_hugging_face(folder, rows):
 
 
 def write_minari(folder, rows, data_format="hdf5"):
-    """Two episodes; the environment variable MINARI_DATASETS_PATH is the folder."""
+    """Write two episodes to the folder in the environment variable MINARI_DATASETS_PATH."""
     pytest.importorskip("minari")
     from gymnasium import spaces
     from minari.data_collector import EpisodeBuffer

@@ -1,4 +1,4 @@
-"""The recordings in `tests/data`, and archives that are damaged."""
+"""The recordings in `tests/data`, and damaged archives."""
 
 import functools
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""A game that exists only for tests: it uses every rule, every way to read RAM, and every part of a
+"""A synthetic game for tests: it uses every rule, every way to read RAM, and every part of a
 box."""
 
 import jax.numpy as jnp

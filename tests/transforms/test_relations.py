@@ -37,8 +37,8 @@ group = st.lists(st.tuples(box, st.booleans()), min_size=4, max_size=4)
 
 
 def touch(a, b):
-    """Whether boxes that are one pixel larger on the right and at the bottom have a pixel in
-    common."""
+    """True if the boxes, enlarged by one pixel on the right and at the bottom, have a common
+    pixel."""
     mine, other = (
         {(i, j) for i in range(x, x + w + 1) for j in range(y, y + h + 1)} for x, y, w, h in (a, b)
     )

@@ -194,7 +194,7 @@ def rows(f, *batches):
     radius=st.sampled_from([0, 2.5, 5, 16, float("inf")]),
 )
 def test_reference(seed, density, span, radius):
-    """From few positions, with many ties, to many positions."""
+    """The number of positions ranges from few, with many ties, to many."""
     rng = np.random.default_rng(seed)
     a, b = (
         some(rng, (12,), density=density, span=span),
@@ -226,8 +226,8 @@ def test_reference(seed, density, span, radius):
 
 
 def test_large_category():
-    """Chains of ties, in which each round settles only one pair, with as many slots as any game
-    has."""
+    """Chains of ties with the largest number of slots of any game; each round settles only one
+    pair."""
     n = 200
     game = GAME.replaced(
         decode=lambda m: {"A": box(m.x + jnp.zeros(n, jnp.int32), 10, 4, 4)},
@@ -258,8 +258,8 @@ FUNCTIONS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("f", FUNCTIONS.values(), ids=FUNCTIONS)
 def test_batch_is_its_rows(f):
-    """A batch gives what its rows give alone, in other batch shapes, and under `vmap`, `jit`,
-    `disable_jit` and `scan`."""
+    """A batch gives the results of its single rows, also in other batch shapes, and under `vmap`,
+    `jit`, `disable_jit` and `scan`."""
     rng = np.random.default_rng(1)
     a, b, first = jax.tree.map(
         jnp.asarray, (some(rng, (6,), SMALL), some(rng, (6,), SMALL), rng.random(6) < 0.5)
@@ -287,7 +287,7 @@ def test_batch_is_its_rows(f):
 
 
 def test_scan_keeps_slots():
-    """Moving objects whose slots are shuffled stay in the slots they began in."""
+    """Moving objects with shuffled slots stay in their first slots."""
     rng = np.random.default_rng(2)
     n, steps = COUNTS["Many"], 20
     s = GAME.slices["Many"]
@@ -316,7 +316,7 @@ def test_scan_keeps_slots():
 
 
 def state(**boxes):
-    """One state from top left corners by category, one entry per slot; None is an empty slot."""
+    """One state from top left corners by category, one entry per slot; an empty slot is None."""
     out = empty(some(np.random.default_rng(0), ()))
     for name, slots in boxes.items():
         for i, b in enumerate(slots):
@@ -410,8 +410,7 @@ def test_wrong_input():
     + ["SpaceInvaders"],
 )
 def test_games(name):
-    """On recorded frames, results are well-formed, equal those of plain Python, and lose
-    nothing."""
+    """Results on recorded frames are well-formed, equal plain Python's, and lose no object."""
     game, data = ocjax.load(name), excerpt(name)
     screens, previous = (
         jax.tree.map(lambda a: a[::8], host(game.vem(data[k]))) for k in ("screens", "previous")
@@ -433,8 +432,8 @@ def test_games(name):
 
 
 def test_flickering_ghosts():
-    """Two merged frames hold at least as many ghosts as either, and in total a fifth more than the
-    later one."""
+    """Two merged frames never hold fewer ghosts than either of them, and in total a fifth more than
+    the later one."""
     game, data = ocjax.load("MsPacman"), excerpt("MsPacman")
     previous, screens = game.vem(data["previous"]), game.vem(data["screens"])
     earlier, later, both = (

@@ -82,8 +82,8 @@ def parts(x, y, w, h, size):
 
 
 def by_picture(component, x, y, search):
-    """The boxes of the first picture that fits at a component's first pixel, and of what is left;
-    none without both."""
+    """The boxes of the first picture that fits at a component's first pixel, and of the remaining
+    pixels; empty without both."""
     for bits in search.pictures:
         rows, columns = np.nonzero(np.array(bits)[:, None] >> np.arange(PICTURE_WIDTH)[::-1] & 1)
         at = {
@@ -240,7 +240,7 @@ SEARCHES = {
     "pictures": Search(60, (Shape(w=(1, 30), h=(1, 20), split=(16, 9)),), pictures=PICTURES),
     "so many pixels": Search(60, (Shape(w=(1, 20), h=(1, 10), pixels=(5, 40)),), gap=(1, 0)),
 }
-# Of which these have all features: a gap, both connectivities, several sizes, parts, numbers of
+# These searches have all features: a gap, both connectivities, several sizes, parts, numbers of
 # pixels, and pictures.
 FEATURES = ("any size", "joined", "4-connected", "two sizes", "pictures")
 
@@ -320,7 +320,7 @@ def test_several_masks_at_once(first, second, third):
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_pictures_that_touch(seed, columns):
-    """Pictures two by two, also across the edges of what is looked at."""
+    """Pairs of pictures, also across the edges of the searched area."""
     rng = np.random.default_rng(seed)
     frames = np.zeros((len(WORST), H + 9, W + 64), bool)
     for frame in frames:
@@ -374,8 +374,8 @@ def test_shifts_and_fills(seed, n, words):
 @settings(max_examples=20)
 @given(seed=st.integers(0, 2**32 - 1), margin=st.integers(0, 15), words=st.integers(1, 6))
 def test_windows_hold_what_moves(seed, margin, words):
-    """Pixels that spread column by column within windows are those that spread across the words of
-    the bitmap."""
+    """Spreading within windows, column by column, equals spreading across the words of the
+    bitmap."""
     rng = np.random.default_rng(seed)
     pixels = jnp.asarray(
         rng.integers(0, 2**32, (words, 4, 3), np.uint32)
@@ -405,7 +405,8 @@ def test_lines_are_left_out(most):
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1), density=st.floats(0.3, 0.8))
 def test_no_pixel_of_a_long_line_is_left(most, seed, density):
-    """Against the steps row by row, on lines that slant at random, branch and cross each other."""
+    """The result equals the steps row by row, on lines that slant at random, branch and cross each
+    other."""
     y, x = np.indices((H, W))
     pixels = (np.random.default_rng(seed).random((H, W)) < density) & ((x + y) % 2 == 0)
     padded = np.pad(pixels, 1)
@@ -445,7 +446,7 @@ def test_only_lines_of_one_colour_are_left(least):
     inner = jax.jit(Lines(least, (1, 60)))(colored, planes[:3])
     assert np.array_equal(
         inner[:, 1:60], found[:, 1:60]
-    )  # no line ends outside of these rows, and these bits tell the colours apart
+    )  # no line ends outside of these rows, and these bits distinguish the colours
     assert not inner[:, :1].any()
     assert not inner[:, 60:].any()
 
@@ -454,8 +455,8 @@ def test_only_lines_of_one_colour_are_left(least):
 @settings(deadline=None, max_examples=5)
 @given(st.randoms(use_true_random=False))
 def test_tight_boxes(random):
-    """The bounds of regions of several masks, high and low ones, some of one mask, some of which
-    overlap; with the first pixels."""
+    """The bounds and first pixels of regions in several masks: high and low regions, some of one
+    mask, some overlapping."""
     height, n_frames = 90, 6
     rng = np.random.default_rng(random.getrandbits(32))
     pixels = rng.random((2, n_frames, height, W)) < rng.choice(
@@ -532,7 +533,7 @@ def test_stage_nth_bit():
 
 
 def test_stage_starts():
-    """First pixels of runs that nothing above touches; each word is judged alone."""
+    """First pixels of runs without a pixel above; each word is tested alone."""
     rows = np.zeros((4, 32), np.uint8)
     rows[1, 3:6] = rows[2, 6] = rows[2, 10] = rows[3, 9:12] = 1
     board = jnp.asarray(np.packbits(rows, axis=1).view(">u4").astype(np.uint32))[None]

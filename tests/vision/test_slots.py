@@ -1,4 +1,4 @@
-"""How objects come to their slots."""
+"""The assignment of objects to slots."""
 
 import jax.numpy as jnp
 import numpy as np

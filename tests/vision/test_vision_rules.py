@@ -1,5 +1,4 @@
-"""VEM's rules for colours that change, for objects side by side, and for cells that others
-cover."""
+"""VEM's rules for changing colours, for objects side by side, and for covered cells."""
 
 import jax
 import jax.numpy as jnp
@@ -17,7 +16,7 @@ from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.scene import Scene
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import EndsAbove, Raised, SideBySide
+from ocjax.vision.steps import Raised, SideBySide
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -84,17 +83,6 @@ def test_only_some_colours_in_a_part_of_the_screen():
     assert boxes == [[[10, 20, 4, 2], [10, 60, 4, 2], [100, 60, 4, 2]]]
 
 
-def test_objects_on_top_of_others():
-    frame = np.zeros((210, 160), np.uint8)
-    frame[40:50, 30:50] = 20
-    frame[32:42, 34:38] = 30  # covers a part of it
-    car = Category("Car", Blobs(20, None, Shape(w=(9, None), h=(9, None))))
-    for steps, driver in (((), [30, 32, 20, 18]), ((EndsAbove("Car"),), [34, 32, 4, 8])):
-        rule = Blobs((20, 30), None, Shape(w=(1, 20), h=(1, 18)), first=30, then=steps)
-        boxes, _, _ = found((Category("Driver", rule, count=2), car), frame)
-        assert boxes == [[driver], [[30, 40, 20, 10]]]
-
-
 def test_heads_of_another_colour():
     frame = np.zeros((210, 160), np.uint8)
     frame[40:50, 30:36] = 20
@@ -151,7 +139,7 @@ def test_wrong_declarations():
 
 
 def test_objects_of_known_pictures_that_overlap():
-    """A triangle that overlaps a wide bar; the bar's edges cut it, so that what shows of it is 12
+    """A triangle that overlaps a wide bar; the bar's edges cut it, so its visible part is 12
     columns wide."""
     triangle, bar = np.tri(8, 8, dtype=int), np.ones((3, 16), int)
     frame = np.zeros((210, 160), np.uint8)

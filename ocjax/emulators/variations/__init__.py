@@ -17,6 +17,7 @@ Names also remove, freeze and recolour categories of objects: `hook="Pong:remove
 
 import difflib
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from ocjax.emulators.variations import mazes, shooters, sports
@@ -35,7 +36,10 @@ __all__ = [
     "remove",
 ]
 
-_GAMES = dict(sorted({**sports.GAMES, **shooters.GAMES, **mazes.GAMES}.items()))
+_GAMES = {
+    game: {name: replace(v, name=name) for name, v in some.items()}
+    for game, some in sorted({**sports.GAMES, **shooters.GAMES, **mazes.GAMES}.items())
+}
 
 ALL: Mapping[str, Variation] = MappingProxyType(
     {f"{game}:{name}": v for game, some in _GAMES.items() for name, v in some.items()}

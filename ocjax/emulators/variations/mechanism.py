@@ -36,13 +36,13 @@ def _numbers(ram: np.ndarray, moment: Moment, name: str) -> Iterator[int]:
 class Variation:
     """A variation of a game, which is a hook.
 
-    All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame and the
-    seed. Saved states contain these and the RAM before the last frame, so that a restored state
-    continues identically.
+    All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame, the seed
+    and the variation's name. Saved states contain the RAM, the frame, the seed and the RAM before
+    the last frame, so that a restored state continues identically.
 
     Args:
         game: the game's name.
-        doc: a description of the difference. It also seeds the random numbers.
+        doc: a description of the difference.
         writes: the byte to write.
         masks: the bits to write, if not all bits of the byte.
         copies: the address to copy a byte from.
@@ -58,6 +58,8 @@ class Variation:
         frames: the emulated frames of a game, counted from 0, that enable this variation; all by
             default.
         parts: further variations of the game with separate conditions.
+        name: the name in `ALL` without the game. Variations with different names draw different
+            random numbers.
 
     Raises:
         ValueError: an address is not from 0 to 127, a value or a mask is not from 0 to 255, or an
@@ -79,6 +81,7 @@ class Variation:
     changed: Collection[int] = ()
     frames: range | None = None
     parts: "tuple[Variation, ...]" = ()
+    name: str = ""
 
     def __post_init__(self) -> None:
         for name in (
@@ -127,7 +130,7 @@ class Variation:
                 environment with seed 0.
         """
         now = Moment(ram.copy(), 0, 0, 0) if moment is None else Moment(*moment)
-        self._apply(ram, now, _numbers(ram.copy(), now, self.doc))
+        self._apply(ram, now, _numbers(ram.copy(), now, self.name))
 
     def _apply(self, ram: np.ndarray, moment: Moment, numbers: Iterator[int]) -> None:
         if self._is_due(ram, moment):

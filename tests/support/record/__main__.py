@@ -18,14 +18,14 @@ from ocjax.recordings import Recording
 from tests.support.record import edits, excerpts, expected, fixtures, limits
 
 DATA = Path("tests", "data")
-# The folder of each part in `tests/data`, in the order in which parts are written: each one may
-# depend on those before.
+# The folder of each part in `tests/data`, in the order of writing: a part may depend on earlier
+# ones.
 RECORDINGS = {"samples": "", "ends": "ends", "modes": "modes"}
 TEXTS = {"limits": limits.describe, "edits": edits.describe, "expected": expected.describe}
 
 
 class Options(NamedTuple):
-    """How the samples of a game are chosen."""
+    """Options for the choice of a game's samples."""
 
     sources: list[Path]
     modes: list[int] | None
@@ -61,18 +61,18 @@ def record(
     """Write the recordings and texts that the tests of a game use.
 
     samples: a few states from all modes, seeds and phases of play, under random actions that are
-    held for 1 to 8 steps. With --from, evenly spaced states of the recordings. If these all contain
-    what the video chip drew, so does the result.
+    held for 1 to 8 steps. With --from, evenly spaced states of the recordings. If all of these
+    contain the drawn pixels, the result contains them, too.
 
-    ends: the first and last states of episodes, and states in which a life has just been lost.
+    ends: the first and last states of episodes, and states directly after the loss of a life.
 
-    modes: states of all modes and difficulties on which numbers in the game's file decide.
+    modes: boundary states of the numbers in the game's file, in all modes and difficulties.
 
-    limits: which frames to make of the samples so that the limits of the vision rules decide.
+    limits: changes of the samples' frames that reach the limits of the vision rules.
 
-    edits: played states with one or two other bytes on which numbers in the game's file decide.
+    edits: boundary states that play does not reach: played states with one or two changed bytes.
 
-    expected: the objects of all recordings as text. Look at what changed before you commit it.
+    expected: the objects of all recordings as text. Look at the changes before you commit it.
 
     A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked
     against pixels: name the other modes.
@@ -130,8 +130,7 @@ def _recording(part: str, game: Game, options: Options, data: Path, out: Path) -
 
 
 def _refuse_to_lose_drawn(out: Path, tape: Recording) -> None:
-    """Raise a ValueError if the file to be replaced contains what the video chip drew and the new
-    recording does not."""
+    """Raise a ValueError if only the old file, not the new recording, contains the drawn pixels."""
     if (
         tape.drawn is None
         and out.exists()

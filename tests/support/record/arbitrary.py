@@ -1,7 +1,6 @@
-"""States and frames that no game shows, to pin down what a game's decoder and rules do with any
-input.
+"""Arbitrary states and frames, to pin down the results of a game's decoder and rules on any input.
 
-They come from a hash function, so that they are the same with every version of NumPy.
+They come from a hash function, so they are the same with every version of NumPy.
 """
 
 import hashlib
@@ -12,24 +11,24 @@ import numpy as np
 from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction.game import Game
 
-ANYTHING = 6_000  # states of any bytes
+ANYTHING = 6_000  # states with arbitrary bytes
 ALTERED = 12_000  # played states with other bytes
-CHANGED = 24  # one byte in so many
-NEAR = 2  # by which half of these are larger or smaller
+CHANGED = 24  # on average one byte among this number changes
+NEAR = 2  # largest change of half of these bytes
 MIXED = 6_000  # mixtures of two played states, of each kind
-SHARES = (8, 2)  # one byte in so many is from the other state
+SHARES = (8, 2)  # one byte among this number is from the other state
 # played states with one or two other bytes; fewer for games with many slots, which take longer
 SWEPT = 64_000
 MANY = 64  # slots
 FRAMES = 2048
-CHANGES = (4, 8, 16, 32)  # of a frame, by turns
+CHANGES = (4, 8, 16, 32)  # of a frame, in rotation
 NEXT = ((-1, 0), (1, 0), (0, -1), (0, 1))
 COLORS = 128  # of the console
 SIZES = (
     8,
     40,
-)  # largest side of what is changed, by turns: as small objects, and as several that touch
-FAR = 8  # pixels by which pieces of frames are moved
+)  # largest side of a change, in rotation: like small objects, and like several that touch
+FAR = 8  # shifts of pieces of frames in pixels
 STRETCHED = (
     (1, 2),
     (2, 3),
@@ -40,7 +39,7 @@ STRETCHED = (
     (4, 3),
     (2, 1),
 )  # (rows or columns after a change, rows or columns before it)
-THINNED = 64  # largest number of pixels, of as many of an object, that are left out
+THINNED = 64  # a change removes 0 to 63 of 64 pixels of an object
 
 
 def _noise(name: str, *shape: int) -> np.ndarray:
@@ -50,8 +49,8 @@ def _noise(name: str, *shape: int) -> np.ndarray:
 
 
 def rams(game: Game, played: np.ndarray) -> np.ndarray:
-    """Arbitrary RAM: anything, and played states in which a few bytes are others, come from another
-    state, or take any value one at a time.
+    """Arbitrary RAM: random bytes, and played states with a few changed bytes, with bytes of
+    another state, or with single bytes of any value.
 
     Args:
         game: the game.
@@ -77,7 +76,7 @@ def _usual(played: np.ndarray, count: int) -> np.ndarray:
 
 
 def _altered(name: str, played: np.ndarray) -> np.ndarray:
-    """Played states in which a few bytes are a little larger or smaller, or others."""
+    """Played states with a few bytes that are a little larger or smaller, or random."""
     kind, anything = (_noise(f"{name} {what}", ALTERED, RAM_SIZE) for what in ("kinds", "bytes"))
     usual = _usual(played, ALTERED)
     near = usual + (anything % (2 * NEAR + 1) - NEAR).astype(np.uint8)
@@ -86,14 +85,14 @@ def _altered(name: str, played: np.ndarray) -> np.ndarray:
 
 
 def _mixed(name: str, played: np.ndarray, share: int) -> np.ndarray:
-    """Played states in which a share of the bytes comes from another one."""
+    """Played states with a share of bytes from another state."""
     others = played[_noise(f"{name} others", MIXED) % len(played)]
     return np.where(_noise(name, MIXED, RAM_SIZE) % share == 0, others, _usual(played, MIXED))
 
 
 def swept(name: str, played: np.ndarray, count: int) -> np.ndarray:
-    """Played states in which one of the bytes that ever change has any value, and in every other
-    state a second one."""
+    """Played states with any value in one of the changing bytes, and in every other state in a
+    second byte."""
     used = np.flatnonzero((played != played[0]).any(axis=0))
     out, state = _usual(played, count), np.arange(count)
     place, value = (
@@ -107,7 +106,7 @@ def swept(name: str, played: np.ndarray, count: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Source:
-    """A played frame, and where each of its colours is."""
+    """A played frame, and the positions of each of its colours."""
 
     frame: np.ndarray
     places: tuple[np.ndarray, ...]  # in the frame as a row of pixels
@@ -124,17 +123,17 @@ class _Source:
     def pixel(self, color: int, number: int) -> tuple[int, int]:
         """Row and column of one of the pixels of one of the colours.
 
-        Small objects are met as often as large ones.
+        Small objects are as frequent as large ones.
         """
         own = self.places[color % len(self.places)]
         return divmod(int(own[number % len(own)]), self.frame.shape[1])
 
 
 def frames(game: Game, played: np.ndarray) -> np.ndarray:
-    """Played frames in which rectangles are changed in eight ways.
+    """Played frames with rectangles that are changed in eight ways.
 
-    Every eighth frame has one of its colours alone, and every eighth all others, so that each
-    colour of a rule is needed somewhere.
+    Every eighth frame has only one of its colours, and every eighth all others, so that each colour
+    of a rule matters on some frame.
 
     Args:
         game: the game.
@@ -174,7 +173,7 @@ def frames(game: Game, played: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Changes:
-    """What may replace a rectangle of a frame."""
+    """Replacements for a rectangle of a frame."""
 
     played: np.ndarray
     colors: np.ndarray
@@ -223,7 +222,7 @@ class _Changes:
 
 
 def _around(source: np.ndarray, where: slice, by: int, axis: int) -> np.ndarray:
-    """Some rows or columns moved by so many; behind the last one is the first."""
+    """Some rows or columns, shifted by `by` and wrapped around."""
     start, stop, size = where.start + by, where.stop + by, source.shape[axis]
     if start >= 0 and stop <= size:
         return source[start:stop] if axis == 0 else source[:, start:stop]
@@ -231,7 +230,6 @@ def _around(source: np.ndarray, where: slice, by: int, axis: int) -> np.ndarray:
 
 
 def _stretched(piece: np.ndarray, axis: int, n: int, of: int) -> np.ndarray:
-    """A piece in which `n` rows or columns replace `of` of them, cut off or filled up to its
-    size."""
+    """A piece with `of` rows or columns stretched to `n`, cut off or filled up to its size."""
     size = piece.shape[axis]
     return piece.take(np.minimum(np.arange(size) * of // n, size - 1), axis)

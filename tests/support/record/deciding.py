@@ -1,8 +1,8 @@
-"""Which states decide: those in which a change of a decoder's number changes the objects.
+"""Boundary states: a change of one of the decoder's numbers changes their objects.
 
-A decoder is traced once, and every integer in it, in an expression or a table, becomes an input.
-With one of them larger or smaller by one, some states have other objects. An excerpt that has such
-a state for every integer notices every slip in the game's file.
+A decoder is traced once, and every integer in it, in an expression or a table, becomes an input. A
+change of an integer by one changes the objects of some states. An excerpt with such a state for
+every integer notices every slip in the game's file.
 """
 
 import itertools
@@ -31,7 +31,7 @@ Numbers = Iterator[jax.Array]
 
 
 def decoder(game: Game) -> Callable[[jax.Array], Any]:
-    """REM of one state, uint8 `[128]`, as whole numbers that differ if the objects do."""
+    """REM of one state, uint8 `[128]`, as integers that differ if the objects do."""
     height, width = game.screen
 
     def one(ram: jax.Array) -> Any:
@@ -47,13 +47,14 @@ def decoder(game: Game) -> Callable[[jax.Array], Any]:
     return one
 
 
-def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
-    """In which states the objects change if one integer of the decoder is changed by one, or one
-    byte is read at the next address.
+def decisions(game: Game, rams: np.ndarray, known: np.ndarray | None = None) -> np.ndarray:
+    """Find the states with other objects after a change of one integer of the decoder by one, or of
+    one address by one.
 
     Args:
         game: the game.
         rams: uint8 `[B, 128]`.
+        known: bool `[changes]`, the changes to skip; their rows are False.
 
     Returns:
         bool `[changes, B]`: for each integer of the decoder, one row for a larger and one for a
@@ -76,13 +77,24 @@ def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
             axis=0
         )
 
-    states = jnp.asarray(rams)
-    usual = outcomes(jnp.asarray(numbers), states)
-    changed = [differs(other, states, usual) for other in _larger_and_smaller(numbers)]
-    for address in game.ram.addresses():
-        shifted = states.at[:, address].set(states[:, (address + 1) % RAM_SIZE])
-        changed.append(differs(numbers, shifted, usual))
-    return np.array(changed)
+    usual = outcomes(jnp.asarray(numbers), jnp.asarray(rams))
+    addresses = tuple(game.ram.addresses())
+    changes = len(STEPS) * len(numbers) + len(addresses)
+    out = np.zeros((changes, len(rams)), bool)
+    changed = _changed(numbers, addresses, jnp.asarray(rams))
+    for i, (other_numbers, other_rams) in enumerate(changed):
+        if known is None or not known[i]:
+            out[i] = differs(other_numbers, other_rams, usual)
+    return out
+
+
+def _changed(
+    numbers: np.ndarray, addresses: Iterable[int], rams: jax.Array
+) -> Iterator[tuple[np.ndarray, jax.Array]]:
+    """The numbers and states of each change."""
+    yield from ((other, rams) for other in _larger_and_smaller(numbers))
+    for address in addresses:
+        yield numbers, rams.at[:, address].set(rams[:, (address + 1) % RAM_SIZE])
 
 
 def _larger_and_smaller(numbers: np.ndarray) -> Iterator[np.ndarray]:
@@ -94,12 +106,12 @@ def _larger_and_smaller(numbers: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def _is_written(value: Any) -> bool:
-    """Whether a constant of a traced function may come from an integer in the game's file."""
+    """True if a constant of a traced function may come from an integer in the game's file."""
     return np.issubdtype(np.asarray(value).dtype, np.integer) and np.size(value) <= LARGEST
 
 
 def _integers(traced: ClosedJaxpr) -> Iterator[np.ndarray]:
-    """The integers of a traced function, in the order in which `_evaluate` asks for them."""
+    """The integers of a traced function, in `_evaluate`'s order."""
     yield from (np.asarray(c) for c in traced.consts if _is_written(c))
     for eqn in traced.jaxpr.eqns:
         inner = eqn.params.get("jaxpr")
@@ -150,8 +162,8 @@ def _evaluate(
 
 
 def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """What each state shows: `decisions` of REM, the sizes, places and values that VEM finds, and
-    the colours on the frame.
+    """The features of each state: `decisions` of REM, the sizes, places and values that VEM finds,
+    and the colours on the frame.
 
     Args:
         game: the game.
@@ -159,8 +171,8 @@ def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> tuple[np.ndarray
         screens: uint8 `[B, H, 160]`, their frames.
 
     Returns:
-        bool `[things, B]`, and how much each thing counts, float32 `[things]`: all that is no
-        decision little, because there is much of it.
+        bool `[features, B]`, and the weight of each feature, float32 `[features]`: small for all
+        features except decisions, because they are many.
     """
     objects = in_batches(game.vem, screens)
     found = [_occurrences(game, objects, c) for c in game.categories]
@@ -173,8 +185,8 @@ def shown(game: Game, rams: np.ndarray, screens: np.ndarray) -> tuple[np.ndarray
 
 
 def _occurrences(game: Game, objects: Objects, category: Category) -> np.ndarray:
-    """Which states have an object of each width, height, value and slot that occurs, and of the
-    outermost edges: bool `[things, B]`."""
+    """The states with an object of each occurring width, height, value and slot, and at the
+    outermost edges: bool `[features, B]`."""
     s = game.slices[category.name]
     x, y, w, h = np.moveaxis(np.asarray(objects.xywh)[:, s].astype(int), -1, 0)
     valid, value = np.asarray(objects.valid)[:, s], np.asarray(objects.value)[:, s]
@@ -195,8 +207,7 @@ def in_batches(method: Callable[[np.ndarray], Objects], inputs: np.ndarray) -> O
 
 
 def cover(rows: np.ndarray, most: int, weights: np.ndarray) -> list[int]:
-    """Few columns that together have a True in as many rows as possible, each the one that adds
-    most.
+    """Choose columns greedily, so that few of them together have a True in most rows.
 
     Args:
         rows: bool `[rows, columns]`.

@@ -1,12 +1,13 @@
-"""Played states with one or two other bytes, on which numbers of a decoder decide.
+"""Edited states: played states with one or two changed bytes.
 
-Play does not reach every state: the last level, a full display, the frame after a rare event. An
-edited state does. Only those edits are kept that change objects when a number of the decoder
-changes by one and no played state does. They are kept as text, one state a line:
+Play does not reach every state, such as the last level, a full display, or the frame after a rare
+event. The edited states are boundary states (`deciding`) of the integers that have no boundary
+state among the played ones. They are kept as text, one state a line:
 
     12 49=130 60=2
 
-It is a played state, by its number in all recordings of the game, with other values of some bytes.
+The line gives the number of a played state, counted over all recordings of the game, and the new
+values of some of its bytes.
 """
 
 from pathlib import Path
@@ -18,7 +19,7 @@ from ocjax.extraction.game import Game
 from tests.support.record import arbitrary, deciding, excerpts
 
 CANDIDATES = 4_096
-MOST = 48  # states of a game that are kept
+MOST = 200  # states of a game
 FOLDER = "edits"
 
 
@@ -36,10 +37,9 @@ def describe(game: Game, data: Path) -> str:
     """
     played = recorded(game, data)
     candidates = arbitrary.swept(game.name, played, CANDIDATES)
-    decisions = deciding.decisions(game, np.concatenate([played, candidates]))
-    known, new = np.split(decisions, [len(played)], axis=1)
-    unknown = new[~known.any(axis=1)]
-    chosen = deciding.cover(unknown, MOST, np.ones(len(unknown), np.float32))
+    known = deciding.decisions(game, played).any(axis=1)
+    decisions = deciding.decisions(game, candidates, known)
+    chosen = deciding.cover(decisions, MOST, np.ones(len(decisions), np.float32))
     lines = (_line(candidates[i], i % len(played), played) for i in sorted(chosen))
     return "".join(f"{line}\n" for line in lines)
 

@@ -1,4 +1,5 @@
-"""The objects that REM and VEM find on a game's excerpts, as text whose changes a reviewer reads.
+"""Expected objects: all objects that REM and VEM report on a game's excerpts, as text that a
+reviewer reads as a diff.
 
     Ball usually #ececec
     [ends/Pong.npz]
@@ -11,13 +12,13 @@
 
 A line holds the objects of one state: for each category its slots in order, each `x,y,w,h`, then
 `=value`, `@orientation` (`?` where it is unknown) and `#rgb` if it is not the category's usual
-colour. `-` is a slot without an object; such slots at the end are left out. The line of VEM names
-only the categories in which it differs from REM, and is left out if there are none. Equal texts
-mean equal fields.
+colour. `-` is a slot without an object; the line omits such slots at the end. VEM's line names only
+the categories that differ from REM; without differences, it is missing. Equal texts mean equal
+fields.
 
-The edited states are those of `edits`; they have no frames. The last section is of states and
-frames that no game shows (`arbitrary`), and of frames with objects at the limits of the vision
-rules (`limits`): by category the number of objects, and a checksum of all their fields.
+The section `edited` covers the edited states (`edits`), which have no frames. The last section
+covers arbitrary states and frames (`arbitrary`), and frames with objects at the limits of the
+vision rules (`limits`): by category the number of objects, and a checksum of all their fields.
 """
 
 import re
@@ -51,7 +52,7 @@ def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
     Args:
         game: the game.
         data: the folder `tests/data`.
-        arbitrary_too: whether the last section is there, which takes most of the time.
+        arbitrary_too: whether to write the last section, which takes most of the time.
     """
     tapes = {path: recordings.read(path, game.name) for path in excerpts.paths(data, game)}
     found = {
@@ -88,7 +89,7 @@ def _frames(tape: Recording) -> np.ndarray:
 
 
 def _checksums(game: Game, data: Path, tapes: list[Recording]) -> Iterator[str]:
-    """The lines about states and frames that no game shows."""
+    """The lines about arbitrary states and frames."""
     rams = arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes]))
     played = [_frames(tape) for tape in tapes]
     frames = np.concatenate(
@@ -167,9 +168,9 @@ def _join(slots: Slots) -> str:
 
 
 def differences(expected: str, got: str) -> list[str]:
-    """What two texts of `describe` say differently, one line a slot.
+    """The differences of two texts of `describe`, one line a slot.
 
-    Beside a box that differs stand the boxes of the other method in this state, and whether the
+    A line with another box also gives the other method's boxes in this state, and whether the
     change moves the box towards them. VEM's boxes come from the screen.
     """
     a, b = _entries(expected), _entries(got)
@@ -186,7 +187,8 @@ def differences(expected: str, got: str) -> list[str]:
 
 
 def _compared(key: str, expected: str, got: str, boxes: Mapping[str, Sequence[str]]) -> str:
-    """How a slot's old and new text compare with the other method's objects, if they are boxes."""
+    """The comparison of a slot's old and new text, if they are boxes, with the other method's
+    boxes."""
     if not (_is_box(expected) or _is_box(got)):
         return ""
     slot = key.rpartition(" ")[0]
@@ -212,7 +214,7 @@ def _numbers(text: str) -> list[int]:
 
 
 def _distance(text: str, others: Sequence[str]) -> float:
-    """How far a slot's text is from the nearest of others.
+    """The distance of a slot's text from the nearest of others.
 
     Overlapping boxes differ by the sum of the differences of their numbers, and by a half if
     their value or colour differs. A missing box is further away than any box that overlaps
@@ -236,7 +238,7 @@ def _overlap(a: Sequence[int], b: Sequence[int]) -> bool:
 
 
 def _entries(text: str) -> dict[str, str]:
-    """What a text says, by state, method, category and slot."""
+    """The entries of a text, by state, method, category and slot."""
     out: dict[str, str] = {}
     states: dict[str, dict[str, list[str]]] = {}
     section = ""

@@ -2,8 +2,8 @@
 
 `record` plays a game and keeps a few samples. `cut` picks samples from longer recordings. Both
 spread the samples over the time of play. `record_boundaries` keeps the first and last states of
-episodes, and states in which a life has just been lost. `record_deciding` keeps the states, of all
-modes and difficulties, on which a number in the game's file decides.
+episodes, and states directly after the loss of a life. `record_deciding` keeps boundary states of
+the numbers in the game's file, in all modes and difficulties.
 """
 
 import contextlib
@@ -75,12 +75,12 @@ def record(
         game: the game.
         samples: number of samples. There is at least one for each mode and difficulty.
         seeds: seeds of the emulators. Together they also seed the actions.
-        modes: as ale-py numbers them; None for all that the game has.
+        modes: as ale-py numbers them, or None for all modes of the game.
         difficulties: as ale-py numbers them.
 
     Returns:
-        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow
-        on each other.
+        A recording with `screens`, `previous`, `rewards` and `lives`. Its samples are not
+        successive.
 
     Raises:
         RomError, ValueError: a wrong ROM, mode or difficulty.
@@ -163,17 +163,17 @@ def _sample(pool: AlePool, k: int) -> dict[str, Any]:
 def record_boundaries(
     game: Game, samples: int = BOUNDARY_SAMPLES, *, seed: int = SEEDS[0]
 ) -> Recording:
-    """Play a game with random actions, and keep first and last states of episodes and states in
-    which a life has just been lost.
+    """Play a game with random actions, and keep first and last states of episodes and states
+    directly after the loss of a life.
 
     Args:
         game: the game.
-        samples: number of samples; a third of them of each kind, fewer where a kind is too rare.
+        samples: number of samples; a third of them of each type, fewer if a type is too rare.
         seed: of the first emulator and of the actions.
 
     Returns:
-        A recording with `screens`, `previous`, `rewards`, `lives`, `resets` and `ends`, whose
-        samples do not follow on each other.
+        A recording with `screens`, `previous`, `rewards`, `lives`, `resets` and `ends`. Its
+        samples are not successive.
 
     Raises:
         RomError: a wrong ROM.
@@ -193,7 +193,7 @@ def record_boundaries(
 
 
 def _boundaries(game: Game, seed: int) -> Iterator[dict[str, Any]]:
-    """Samples of first and last states and of lost lives, in the order in which they occur."""
+    """Samples of first and last states and of lost lives, in temporal order."""
     n, settings = (
         BOUNDARY_INSTANCES,
         Settings(frame_skip=BOUNDARY_SKIP, repeat_action_probability=0.0),
@@ -218,22 +218,22 @@ def record_deciding(
     *,
     seed: int = SEEDS[0],
 ) -> Recording:
-    """Play all modes and difficulties, and keep the states that show most of what other excerpts do
-    not show.
+    """Play all modes and difficulties, and keep the states with most features that other excerpts
+    lack.
 
-    What a state shows is which integers of the decoder change its objects if they are changed by
-    one, and which sizes, places and values of objects VEM finds in its frame.
+    The features of a state are the integers of the decoder that change its objects if they change
+    by one, and the sizes, places and values of objects that VEM finds in its frame.
 
     Args:
         game: the game.
         known: the other excerpts, with frames.
-        more: recordings to choose from, besides what is played.
+        more: further recordings to choose from.
         samples: number of samples at most.
         seed: of the first emulator and of the actions.
 
     Returns:
-        A recording with `screens`, `previous`, `rewards` and `lives`, whose samples do not follow
-        on each other.
+        A recording with `screens`, `previous`, `rewards` and `lives`. Its samples are not
+        successive.
 
     Raises:
         RomError: a wrong ROM.
@@ -257,7 +257,7 @@ def record_deciding(
 
 def _played(game: Game, seed: int) -> Recording:
     """States of all modes and difficulties: at regular times, around the ends of lives and
-    episodes, and where a byte has a new value."""
+    episodes, and with a new value of a byte."""
     settings = list(itertools.product(*variants(game)))
     n = max(DECIDING_INSTANCES, len(settings))
     modes, difficulties = zip(*(settings[i % len(settings)] for i in range(n)), strict=True)
@@ -316,7 +316,7 @@ def cut(recording: Recording, samples: int = SAMPLES) -> Recording:
     """Pick evenly spaced samples of a recording.
 
     Args:
-        recording: with frames. Where it says what the video chip drew, the excerpt has `drawn`.
+        recording: with frames. If it contains the drawn pixels, the excerpt has `drawn`.
         samples: number of samples.
 
     Raises:

@@ -1,15 +1,14 @@
-"""Frames on which the limits of vision rules decide: objects that are just allowed, and some that
-are just not.
+"""Frames at the limits of vision rules: objects that a rule just allows, and objects that it just
+rejects.
 
-Play seldom gets there: a picture has fewer pixels than the limit of its shape, nothing crosses the
-edge of a region, or a number does not fill its cells. The frames are kept as text, so that they
-stay the same when a rule changes. A line is a frame:
+Play rarely reaches the limits: a picture has fewer pixels than its shape allows, nothing crosses
+the edge of a region, or a number does not fill its cells. The frames are kept as text, so they stay
+the same when a rule changes. A line is a frame:
 
     7 | 0 142,144 | 142,50,60,16,7,88 142,80,60,16,7,87
 
-It is a played frame, by its number, in which the pixels of some colours get the background's, and
-then components of one colour each are drawn: colour, left, top, width, height, and number of
-pixels.
+The line gives the number of a played frame, the colours to replace by the background's, and the
+components to draw: colour, left, top, width, height, and number of pixels.
 """
 
 import itertools
@@ -31,16 +30,16 @@ from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Run, Runs
 from ocjax.vision.shapes import Shape, limits
 from tests.support.record.deciding import in_batches
 
-BEYOND = 2  # pixels by which an object crosses an edge
-LARGE = 48  # sides from which a limit is not looked at
+BEYOND = 2  # an object crosses an edge by this number of pixels
+LARGE = 48  # the tests skip limits above this side
 TOGETHER = 12  # objects on a frame at most
-REGIONS = 12  # of one rule at most that get frames of their own
-AREAS = 60  # likewise of those that are ignored, which share frames
+REGIONS = 12  # largest number of a rule's regions with separate frames
+AREAS = 60  # largest number of ignored areas, which share frames
 NO_GAP = (0, 0)
 
 
 class Component(NamedTuple):
-    """What is drawn."""
+    """A component to draw."""
 
     color: int
     left: int
@@ -50,7 +49,7 @@ class Component(NamedTuple):
     pixels: int
 
     def draw(self, frame: np.ndarray) -> None:
-        """Set its pixels, of those that are on the frame."""
+        """Set its pixels on the frame."""
         rows, columns = np.nonzero(_mask(self.width, self.height, self.pixels))
         rows, columns = rows + self.top, columns + self.left
         inside = (rows >= 0) & (rows < frame.shape[0]) & (columns >= 0) & (columns < frame.shape[1])
@@ -75,7 +74,7 @@ def _mask(width: int, height: int, pixels: int) -> np.ndarray:
 
 
 def read(game: Game, data: Path) -> np.ndarray:
-    """The frames that a game's text tells, uint8 `[n, H, 160]`; none if it has no text.
+    """The frames of a game's text, uint8 `[n, H, 160]`; empty without a text.
 
     Args:
         game: the game.
@@ -93,7 +92,7 @@ def _recorded(game: Game, data: Path) -> np.ndarray:
 
 
 def frames(text: str, played: np.ndarray) -> np.ndarray:
-    """The frames that a text tells.
+    """The frames of a text.
 
     Args:
         text: as `describe` returns it.
@@ -147,7 +146,7 @@ def describe(game: Game, data: Path) -> str:
 
 
 def _where_it_holds(rule: Rule, played: np.ndarray) -> np.ndarray:
-    """On which frames a rule holds, bool `[frames]`."""
+    """The frames on which a rule holds, bool `[frames]`."""
     if isinstance(rule, Blobs) and rule.frames is not None:
         return np.asarray(rule.frames(bm.planes(jnp.asarray(played))))
     return np.ones(len(played), bool)
@@ -160,18 +159,18 @@ def _first(shown: Sequence[np.ndarray], holds: np.ndarray) -> int:
 
 
 def _background(frame: np.ndarray, palette: Sequence[int]) -> int:
-    """The most frequent colour of a frame that is not of a palette."""
+    """The most frequent colour of a frame outside a palette."""
     counts = np.bincount(frame[~np.isin(frame, palette)], minlength=1)
     return int(counts.argmax())
 
 
 Frames = Iterator[
     tuple[tuple[int, ...], list[Component]]
-]  # colours that are cleared, and what is drawn
+]  # cleared colours, and components to draw
 
 
 def _drawn(game: Game, rule: Rule, count: int, *, apart: bool) -> Frames:
-    """What is drawn for a rule; `apart`: one object at a time, too."""
+    """The components to draw for a rule; `apart`: also one object at a time."""
     if isinstance(rule, Blobs):
         yield from _of_blobs(game, rule, count)
     elif isinstance(rule, Bounds):
@@ -200,7 +199,7 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
         together = [*together, Component(color, *(place or region[:2]), *size)]
     if together:
         yield rule.palette, together
-    if rule.filters:  # some keep what is at an edge only
+    if rule.filters:  # some keep only objects at an edge
         for together in _at_bottom(color, region, sizes, min(count, TOGETHER)):
             yield rule.palette, together
     shape = next(
@@ -230,7 +229,7 @@ def _of_blobs(game: Game, rule: Blobs, count: int) -> Frames:
 def _next_place(
     before: Sequence[Component], size: tuple[int, int, int], region: Area, gap: tuple[int, int]
 ) -> tuple[int, int] | None:
-    """Where the next component fits: right of the last one, or below all of them; None: nowhere."""
+    """The place of the next component: right of the last one, below all of them, or None."""
     if not before:
         return region[:2]
     last, (right, down) = before[-1], (gap[0] + BEYOND, gap[1] + BEYOND)
@@ -244,7 +243,7 @@ def _next_place(
 def _at_bottom(
     color: int, area: Area, sizes: Iterable[tuple[int, int, int]], most: int
 ) -> Iterator[list[Component]]:
-    """Components of some sizes along the lower edge of an area, so many on a frame."""
+    """Components of some sizes along the lower edge of an area, at most `most` on a frame."""
     every = list(sizes)
     for i in range(0, len(every), most):
         left, together = area[0], []
@@ -255,8 +254,8 @@ def _at_bottom(
 
 
 def pixels_with_gaps(width: int, height: int, gap: tuple[int, int]) -> dict[int, int]:
-    """Numbers of pixels of components of a size, by the number that a shape's limits count: with
-    those that the gap bridges."""
+    """Numbers of pixels of components of a size, by the number that a shape's limits count, which
+    includes the pixels of bridged gaps."""
     out: dict[int, int] = {}
     for pixels in range(width + height - 1, width * height + 1):
         wide = np.pad(_mask(width, height, pixels), ((0, gap[1]), (0, gap[0])))
@@ -267,7 +266,7 @@ def pixels_with_gaps(width: int, height: int, gap: tuple[int, int]) -> dict[int,
 
 
 def _may_be_full(shape: Shape, gap: tuple[int, int]) -> bool:
-    """Whether a shape allows a filled rectangle of its least size."""
+    """True if a shape allows a filled rectangle of its least size."""
     least, most = (0, None) if shape.pixels is None else limits(shape.pixels)
     (w, h), (dx, dy) = shape.min_size, gap
     return least <= (w + dx) * (h + dy) and (most is None or (w + dx) * (h + dy) <= most)
@@ -311,8 +310,7 @@ def sizes_at_limits(shape: Shape, gap: tuple[int, int] = NO_GAP) -> Iterator[tup
 def _across(
     color: int, area: Area, size: tuple[int, int], inside: tuple[int, int], height: int
 ) -> Iterator[Component]:
-    """Components that cross one edge of an area each, with so many columns or rows of them
-    inside."""
+    """Components that each cross one edge of an area, with `inside` columns or rows inside."""
     (w, h), (left, top, right, bottom) = size, area
     x, y = (left + right - w) // 2, (top + bottom - h) // 2
     wide, high = w + BEYOND, h + BEYOND
@@ -329,8 +327,8 @@ def _across(
 def _across_bottom(
     color: int, area: Area, shape: Shape, gap: tuple[int, int]
 ) -> Iterator[Component]:
-    """A component that is no full rectangle and has all of its pixels but a few above the lower
-    edge of an area."""
+    """A component that is not a full rectangle, with all except a few pixels above the lower edge
+    of an area."""
     (w, h), counted = shape.min_size, pixels_with_gaps(*shape.min_size, gap)
     least, most = (0, None) if shape.pixels is None else limits(shape.pixels)
     allowed = [
@@ -347,8 +345,8 @@ def _across_bottom(
 def _across_each(
     color: int, areas: Sequence[Area], size: tuple[int, int], height: int, most: int
 ) -> Iterator[list[Component]]:
-    """Components that cross an edge of an area with as much as counts outside, so many areas on a
-    frame."""
+    """Components that cross an edge of an area and have the least size outside, at most `most`
+    areas on a frame."""
     for of_side in itertools.zip_longest(
         *(_across(color, area, size, (BEYOND, BEYOND), height) for area in areas)
     ):
@@ -359,7 +357,7 @@ def _across_each(
 def _pairs(
     color: int, area: Area, size: tuple[int, int], gap: tuple[int, int]
 ) -> Iterator[list[Component]]:
-    """Two components with a gap that is bridged, and with a larger one."""
+    """Two components with a bridged gap, and with a larger gap."""
     (w, h), (x, y) = size, area[:2]
     first = Component(color, x, y, w, h, w * h)
     for more in (0, 1):
@@ -368,7 +366,7 @@ def _pairs(
 
 
 def other_colors(palette: Sequence[int]) -> list[int]:
-    """Colours that follow on one of several colours of a rule and are none of them."""
+    """The next colours after a rule's several colours, without these."""
     return (
         [c + 2 for c in palette if c + 2 not in palette and c < 254][:TOGETHER]
         if len(palette) > 2
@@ -379,7 +377,7 @@ def other_colors(palette: Sequence[int]) -> list[int]:
 def filtered(
     filters: Iterable[Filter], color: int, area: Area, size: tuple[int, int]
 ) -> Iterator[list[Component]]:
-    """A component, and runs that a filter just allows or not, which touch it or are apart."""
+    """A component, and runs beside it at the limits of a filter, touching or apart."""
     (w, h), x, y = size, (area[0] + area[2] - size[0]) // 2, (area[1] + area[3] - size[1]) // 2
     for own in filters:
         match own:
@@ -400,8 +398,8 @@ def filtered(
 
 
 def _of_bounds(game: Game, rule: Bounds, *, apart: bool) -> Frames:
-    """What fills each region and a little more, and objects of the least and the largest size in
-    all regions."""
+    """A component that overfills each region, and objects of the least and the largest size in all
+    regions."""
     slots = [(region, _color(colors, rule.inverse)) for region, colors in rule.slots]
     cleared = tuple(dict.fromkeys(color for _, color in slots))
     for (left, top, right, bottom), color in slots[:REGIONS]:
@@ -434,8 +432,8 @@ def _of_bounds(game: Game, rule: Bounds, *, apart: bool) -> Frames:
 
 
 def _of_number(game: Game, rule: Bounds, number: Digits) -> Frames:
-    """A number that fills its cells, and one with something in a cell that has to be free, or
-    beyond the edges of the region."""
+    """A number that fills its cells, and numbers with a pixel in a cell that must be free, or
+    across the edges of the region."""
     area, colors = rule.slots[0]
     color = _color(colors, rule.inverse)
     picture = _plainest(number.font)
@@ -477,12 +475,13 @@ def _rectangles(font: Font, glyph: tuple[int, ...]) -> list[Area]:
 
 
 def _color(colors: Sequence[int], inverse: bool) -> int:
-    """One of some colours, or one that is not."""
+    """One of the colours, or another colour if `inverse`."""
     return colors[0] if not inverse else next(c for c in range(14, 256, 2) if c not in colors)
 
 
 def of_cells(rule: Cells) -> Frames:
-    """Full cells, cells that lack their last row or column, and some whose margins are not free."""
+    """Full cells, cells that lack their last row or column, and cells with a pixel in or beside the
+    margin."""
     color, cells = rule.palette[0], list(zip(rule.x, rule.y, strict=True))[:REGIONS]
     (right, down), (w, h) = rule.margin, (rule.w, rule.h)
     for width, height in ((w, h), (w - 1, h), (w, h - 1)):
@@ -503,7 +502,7 @@ def of_runs(rule: Runs, count: int) -> Frames:
     """Runs of the least and the largest width, at the outermost columns, and beyond; one in each
     row of a frame.
 
-    Where a category has fewer slots than rows, each of them is alone on a frame, too.
+    If a category has fewer slots than rows, each run is also alone on a frame.
     """
     if rule.slot_count is None and count < len(rule.rows):
         for run in rule.runs:

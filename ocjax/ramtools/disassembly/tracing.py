@@ -1,0 +1,98 @@
+"""Run a game's program on states of play, and find when it writes each byte of RAM."""
+
+import copy
+import dataclasses
+from collections.abc import Iterable
+
+import numpy as np
+
+from ocjax.ramtools.disassembly.cartridge import Cartridge
+from ocjax.ramtools.disassembly.machine import IDLE, LINE, NOT_PRESSED, Frame, Machine, Visit
+from ocjax.ramtools.disassembly.processor import StopError
+
+BOOT = 8  # frames from the reset before states of play are loaded
+STICKS = (IDLE, IDLE & ~0x10, IDLE & ~0x20, IDLE & ~0x40, IDLE & ~0x80)  # of the first player
+TIMES = ("before", "during", "after")
+
+
+@dataclasses.dataclass
+class Writes:
+    """The writes of one instruction to one byte of RAM at one time of the frame.
+
+    Args:
+        count: number of writes.
+        first, last: scan lines, counted from the end of the vertical sync.
+    """
+
+    count: int
+    first: int
+    last: int
+
+
+@dataclasses.dataclass
+class Trace:
+    """The execution of a program.
+
+    Args:
+        visits: the executed instructions by their offsets in the file.
+        writes: in frames of play, by byte of RAM, offset of the instruction and time: "before",
+            "during" or "after" the drawing of the picture.
+        frames: number of frames of play that were run.
+        failed: number of states from which the program could not be followed for a frame.
+    """
+
+    visits: dict[int, Visit]
+    writes: dict[tuple[int, int, str], Writes]
+    frames: int
+    failed: int
+
+
+def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
+    """Run a program from its reset, then for one frame from each state of play.
+
+    A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
+    state of play replaces the machine's. The registers stay those of the frame before. If a program
+    gets lost, the machine continues from the frames after its reset.
+
+    Args:
+        cartridge: the cartridge.
+        rams: 128 bytes each.
+        seed: of the inputs.
+    """
+    machine, rng = Machine(cartridge), np.random.default_rng(seed)
+    out = Trace(machine.visits, {}, 0, 0)
+    try:
+        for _ in range(BOOT):
+            machine.run_frame()
+    except StopError:
+        out.failed += 1
+        return out
+    booted = copy.deepcopy(machine)
+    for ram in rams:
+        machine.load(ram)
+        machine.joysticks = STICKS[rng.integers(len(STICKS))]
+        machine.button = int(rng.integers(2)) * NOT_PRESSED
+        try:
+            _count(machine.run_frame(), out)
+        except StopError:
+            out.failed += 1
+            machine = copy.deepcopy(booted)
+            machine.visits = out.visits
+    return out
+
+
+def _count(frame: Frame, out: Trace) -> None:
+    """Add the writes of a frame."""
+    out.frames += 1
+    for byte, at, cycle in frame.writes:
+        line = (cycle - frame.start) // LINE
+        found = out.writes.setdefault((byte, at, _time(frame, cycle)), Writes(0, line, line))
+        found.count += 1
+        found.first, found.last = min(found.first, line), max(found.last, line)
+
+
+def _time(frame: Frame, cycle: int) -> str:
+    """One of `TIMES`."""
+    if frame.first_drawn is None or frame.last_drawn is None or cycle < frame.first_drawn:
+        return TIMES[0]
+    return TIMES[1] if cycle <= frame.last_drawn else TIMES[2]
