@@ -35,8 +35,10 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
+    LifeIcons,
     RamMap,
     Rom,
     Shape,
@@ -379,6 +381,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Red_Thing",),
+        lives=(LifeIcons(("Life",)),),
+    ),
     categories=(
         on_plain("Player", PLAYER, rgb=(26, 102, 26), role="player", doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),

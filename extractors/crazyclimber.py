@@ -35,7 +35,9 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
+    LifeIcons,
     NumberDisplay,
     Pictures,
     RamMap,
@@ -374,6 +376,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        lives=(LifeIcons(("Life",)),),
+        mirrored={"Enemy_Bird": None, "Helicopter": None},
+    ),
     categories=(
         Category("Player", CLIMBER, role="player", doc="the climber"),
         Category("Window", WINDOWS, count=78, doc="row * 6 + column"),

@@ -37,6 +37,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -362,6 +363,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     screen=(210, 160),
+    checks=Checks(
+        miscounted={"Score": 9},  # two players
+    ),
     categories=(
         Category(
             "Player",

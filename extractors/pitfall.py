@@ -32,6 +32,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     Gauge,
@@ -364,6 +365,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (29, 193), 12, mask=Saved.MASK, taken=(12, 14, 24, 66)),
+    checks=Checks(
+        rare=("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
+    ),
     categories=(
         Category("Player", HARRY, rgb=(92, 186, 92), role="player", doc="Harry"),
         Category("Logs", LOG, count=3, doc="rolling or lying"),

@@ -1,6 +1,7 @@
 """All names that game files use.
 
-- The declaration: `Game`, `Category`, `display`, `Rom`, `Shades`, `Saver`.
+- The declaration: `Game`, `Category`, `display`, `Rom`, `Shades`, `Saver`, and `Checks` with
+  `LifeIcons` and `LifeNumber`: how a game differs from what the tests of all games expect.
 - The RAM: `RamMap` and its fields (`byte`, `bits`, `low`, `high`, `signed`, `bcd`).
 - Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
 - Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
@@ -36,6 +37,7 @@ from ocjax.console.registers import (
     wrap,
 )
 from ocjax.console.rom import Pictures, Rom
+from ocjax.extraction.checks import Checks, LifeIcons, LifeNumber
 from ocjax.extraction.game import Category, Game, display
 from ocjax.vision import bitmap as bitmaps
 from ocjax.vision.bitmap import (
@@ -88,6 +90,7 @@ __all__ = [
     "ByColor",
     "Category",
     "Cells",
+    "Checks",
     "Colors",
     "Context",
     "Detected",
@@ -96,6 +99,8 @@ __all__ = [
     "Game",
     "Gauge",
     "IconRow",
+    "LifeIcons",
+    "LifeNumber",
     "Lines",
     "LoneRuns",
     "NoLines",

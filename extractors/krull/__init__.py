@@ -38,9 +38,12 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
     Gauge,
+    LifeIcons,
+    LifeNumber,
     Lines,
     Packed,
     Pictures,
@@ -351,6 +354,11 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
+        lives=(LifeIcons(("Life_HUD",), hidden=1), LifeNumber("Life_HUD")),
+        moved=0.15,  # many walls
+    ),
     categories=(
         Category(
             "Player",
