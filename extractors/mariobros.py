@@ -383,7 +383,12 @@ GAME = Game(
         Category(
             "Platform", Bounds((RED, BLUE), FLOOR_AREAS, min_size=(8, 3)), count=7, doc="floors"
         ),
-        display("Level", COUNTER.rule(YELLOW), doc="level, or in a bonus phase the seconds left"),
+        display(
+            "Level",
+            COUNTER.rule(YELLOW),
+            doc="level, or in a bonus phase the seconds left",
+            aliases=("Time",),
+        ),
         display(
             "Score",
             Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value),

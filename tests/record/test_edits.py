@@ -3,6 +3,7 @@
 import shutil
 
 import numpy as np
+import pytest
 
 import ocjax
 from tests.support.command import run_app
@@ -19,15 +20,30 @@ def test_states_come_from_text():
     assert edits.states("", played).shape == (0, 128)
 
 
-def test_command(tmp_path):
+@pytest.fixture
+def data(tmp_path):
+    """Pong's recordings, without its edited states."""
     for folder in ("", "ends", "modes"):
         (tmp_path / folder).mkdir(exist_ok=True)
         shutil.copy(DATA / folder / "Pong.npz", tmp_path / folder)
     (tmp_path / edits.FOLDER).mkdir()
-    result = run_app(command.app, "Pong", "edits", "--data", tmp_path)
+    return tmp_path
+
+
+def test_command(data):
+    result = run_app(command.app, "Pong", "edits", "--data", data)
     assert result.exit_code == 0, result.output
     game = ocjax.load("Pong")
-    text = edits.path(game, tmp_path).read_text()
+    text = edits.path(game, data).read_text()
     assert text == edits.path(game, DATA).read_text()
     changed = edits.states(text, edits.recorded(game, DATA))
     assert len(changed) == len(text.splitlines()) <= edits.MOST
+
+
+def test_states_of_the_file_are_kept_if_they_decide(data, monkeypatch):
+    monkeypatch.setattr(edits, "CANDIDATES", 1)
+    game = ocjax.load("Pong")
+    first, *_ = edits.path(game, DATA).read_text().splitlines()
+    edits.path(game, data).write_text(f"0\n{first}\n")
+    assert first in edits.describe(game, data).splitlines()
+    assert "0" not in edits.describe(game, data).splitlines()

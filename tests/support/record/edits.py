@@ -7,7 +7,8 @@ state among the played ones. They are kept as text, one state a line:
     12 49=130 60=2
 
 The line gives the number of a played state, counted over all recordings of the game, and the new
-values of some of its bytes.
+values of some of its bytes. The search changes one or two bytes. Lines with more changes can be
+added by hand: a new search keeps the states of the file that are still needed.
 """
 
 from pathlib import Path
@@ -18,7 +19,8 @@ from ocjax import recordings
 from ocjax.extraction.game import Game
 from tests.support.record import arbitrary, deciding, excerpts
 
-CANDIDATES = 4_096
+CANDIDATES = 4_096  # fewer for decoders with many numbers, which take longer
+WORK = 4_194_304  # pairs of a changed number and a candidate
 MOST = 200  # states of a game
 FOLDER = "edits"
 
@@ -29,19 +31,24 @@ def path(game: Game, data: Path) -> Path:
 
 
 def describe(game: Game, data: Path) -> str:
-    """Choose edited states of a game and write them as text.
+    """Choose edited states of a game, first from those in its file, and write them as text.
 
     Args:
         game: the game.
         data: the folder `tests/data`.
     """
-    played = recorded(game, data)
-    candidates = arbitrary.swept(game.name, played, CANDIDATES)
-    known = deciding.decisions(game, played).any(axis=1)
+    played, own = recorded(game, data), path(game, data)
+    text = own.read_text(encoding="utf-8") if own.exists() else ""
+    known = np.logical_or.reduce(deciding.decisions(game, played), axis=1)
+    swept = arbitrary.swept(game.name, played, min(CANDIDATES, WORK // len(known)))
+    lines = [
+        *text.splitlines(),
+        *(_line(ram, i % len(played), played) for i, ram in enumerate(swept)),
+    ]
+    candidates = np.concatenate([states(text, played), swept])
     decisions = deciding.decisions(game, candidates, known)
     chosen = deciding.cover(decisions, MOST, np.ones(len(decisions), np.float32))
-    lines = (_line(candidates[i], i % len(played), played) for i in sorted(chosen))
-    return "".join(f"{line}\n" for line in lines)
+    return "".join(f"{lines[i]}\n" for i in sorted(chosen))
 
 
 def recorded(game: Game, data: Path) -> np.ndarray:
