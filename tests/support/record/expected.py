@@ -31,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from ocjax import recordings
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
@@ -40,10 +41,16 @@ from tests.support.record.deciding import in_batches
 
 EDITED = "[edited]"  # the heading of the section of edited states
 ARBITRARY = "[arbitrary]"  # the heading of the last section
+ONE_METHOD = ("edited ", "arbitrary ")  # sections with states for one method only
 NOTHING = "-"
 ABSENT = 1000.0  # the distance of a missing box; boxes that overlap are nearer
 
 Slots = dict[str, tuple[str, ...]]  # the texts of a state's slots by category
+
+
+def path(game: Game, data: Path) -> Path:
+    """The file of a game's expected objects in `tests/data`."""
+    return data / "expected" / f"{game.name}.txt"
 
 
 def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
@@ -54,22 +61,22 @@ def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
         data: the folder `tests/data`.
         arbitrary_too: whether to write the last section, which takes most of the time.
     """
-    tapes = {path: recordings.read(path, game.name) for path in excerpts.paths(data, game)}
+    tapes = {file: recordings.read(file, game.name) for file in excerpts.paths(data, game)}
     found = {
-        path: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape)))
-        for path, tape in tapes.items()
+        file: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape)))
+        for file, tape in tapes.items()
     }
     usual = _usual_colors(game, [objects for both in found.values() for objects in both])
     lines = [f"{category} usually {color}" for category, color in usual.items()]
-    for path, (rem, vem) in found.items():
-        lines.append(f"[{path.relative_to(data).as_posix()}]")
-        for i in range(len(tapes[path])):
+    for file, (rem, vem) in found.items():
+        lines.append(f"[{file.relative_to(data).as_posix()}]")
+        for i in range(len(tapes[file])):
             lines += _lines_of_state(
                 str(i), slots_of(game, rem[i], usual), slots_of(game, vem[i], usual)
             )
     lines += [EDITED, *_edited_states(game, data, usual)]
     if arbitrary_too:
-        lines += [ARBITRARY, *_checksums(game, data, list(tapes.values()))]
+        lines += [ARBITRARY, *_checksums(game, data)]
     return "\n".join(lines) + "\n"
 
 
@@ -88,16 +95,26 @@ def _frames(tape: Recording) -> np.ndarray:
     return tape.screens
 
 
-def _checksums(game: Game, data: Path, tapes: list[Recording]) -> Iterator[str]:
+def arbitrary_inputs(game: Game, data: Path) -> dict[str, np.ndarray]:
+    """The arbitrary states and frames by method.
+
+    Args:
+        game: the game.
+        data: the folder `tests/data`.
+    """
+    tapes = [recordings.read(file, game.name) for file in excerpts.paths(data, game)]
+    played = np.concatenate([_frames(tape) for tape in tapes])
+    return {
+        "rem": arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes])),
+        "vem": np.concatenate([arbitrary.frames(game, played), limits.read(game, data)]),
+    }
+
+
+def _checksums(game: Game, data: Path) -> Iterator[str]:
     """The lines about arbitrary states and frames."""
-    rams = arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes]))
-    played = [_frames(tape) for tape in tapes]
-    frames = np.concatenate(
-        [arbitrary.frames(game, np.concatenate(played)), limits.read(game, data)]
-    )
-    for name, method, inputs in (("rem", game.rem, rams), ("vem", game.vem, frames)):
-        found = in_batches(method, inputs)
-        yield f"all {name}: " + "; ".join(
+    for method, inputs in arbitrary_inputs(game, data).items():
+        found = in_batches(getattr(game, method), inputs)
+        yield f"all {method}: " + "; ".join(
             f"{c.name} {_checksum(found.of(c))}" for c in game.categories
         )
 
@@ -127,7 +144,7 @@ def _hex(rgb: Any) -> str:
     return "#" + bytes(rgb.tolist()).hex()
 
 
-def slots_of(game: Game, state: Objects, usual: Mapping[str, str]) -> Slots:
+def slots_of(game: Declaration, state: Objects, usual: Mapping[str, str]) -> Slots:
     """The texts of a state's slots, by category."""
     out = {}
     for c in game.categories:
@@ -171,7 +188,8 @@ def differences(expected: str, got: str) -> list[str]:
     """The differences of two texts of `describe`, one line a slot.
 
     A line with another box also gives the other method's boxes in this state, and whether the
-    change moves the box towards them. VEM's boxes come from the screen.
+    change moves the box towards them. VEM's boxes come from the screen. Edited and arbitrary states
+    have no frames, and arbitrary frames no RAM.
     """
     a, b = _entries(expected), _entries(got)
     boxes: dict[str, list[str]] = defaultdict(list)  # by state, method and category
@@ -189,7 +207,7 @@ def differences(expected: str, got: str) -> list[str]:
 def _compared(key: str, expected: str, got: str, boxes: Mapping[str, Sequence[str]]) -> str:
     """The comparison of a slot's old and new text, if they are boxes, with the other method's
     boxes."""
-    if not (_is_box(expected) or _is_box(got)):
+    if key.startswith(ONE_METHOD) or not (_is_box(expected) or _is_box(got)):
         return ""
     slot = key.rpartition(" ")[0]
     is_rem = " rem " in slot
@@ -256,9 +274,11 @@ def _entries(text: str) -> dict[str, str]:
                 if part
                 for category, *texts in [part.split(" ")]
             }
-            if method == "rem:":
-                states[f"{section} state {state} rem"] = slots
-            states[f"{section} state {state} vem"] = states[f"{section} state {state} rem"] | slots
+            own = f"{section} state {state}"
+            if method == "rem:" or f"{section} ".startswith(ONE_METHOD):
+                states[f"{own} {method.rstrip(':')}"] = slots
+            if not f"{section} ".startswith(ONE_METHOD):
+                states[f"{own} vem"] = states[f"{own} rem"] | slots
     return out | {
         f"{s} {c} {k}": t
         for s, slots in states.items()
