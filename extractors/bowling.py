@@ -221,7 +221,7 @@ GAME = Game(
     checks=Checks(
         # When a throw ends, the RAM has put back the pins and the ball.
         agreement={"last": 0.9, "modes": 0.89},
-        miscounted={"PlayerScore": 1},
+        miscounted={"PlayerScore": 1},  # the console crashes at the end of some games
     ),
     categories=(
         Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, role="player", doc="the bowler"),

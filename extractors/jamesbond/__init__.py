@@ -301,7 +301,7 @@ GAME = Game(
         # Objects that are hit or leave are gone a frame early; VEM misses covered objects.
         agreement={"modes": 0.95},
         rare=("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
-        miscounted={"Score": 1},
+        miscounted={"Score": 1},  # hidden
         known={"Life": 0.3},  # full
     ),
     categories=(
