@@ -24,7 +24,15 @@ from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.registry import as_game
 from ocjax.transforms.game_objects import NS_MEANING, ORIENTATION, POSITION, WIDTH
 
-__all__ = ["blendrl", "blendrl_slots", "declared_slots", "nudge", "ocatari", "ocatari_slots"]
+__all__ = [
+    "blendrl",
+    "blendrl_slots",
+    "declared_slots",
+    "nudge",
+    "ocatari",
+    "ocatari_slots",
+    "places",
+]
 
 _FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
 
