@@ -39,7 +39,7 @@ from ocjax.authoring import (
     Checks,
     Game,
     Gauge,
-    LifeIcons,
+    LivesAsIcons,
     NumberDisplay,
     RamMap,
     Rom,
@@ -408,7 +408,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
-    checks=Checks(lives=(LifeIcons(("Lives",), hidden=1),)),
+    checks=Checks(lives=(LivesAsIcons(("Lives",), hidden=1),)),
     categories=(
         Category(
             "Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, role="player", doc="the cannon"

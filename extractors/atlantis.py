@@ -36,7 +36,7 @@ from ocjax.authoring import (
     Checks,
     Digits,
     Game,
-    LifeIcons,
+    LivesAsIcons,
     Number,
     RamMap,
     Rom,
@@ -383,7 +383,7 @@ GAME = Game(
     checks=Checks(
         # Each building is a life. The loss of the last one ends the game.
         lives=(
-            LifeIcons(
+            LivesAsIcons(
                 ("AcropolisCommandPost", "Generator", "DomedPalace", "BridgedBazaar", "AquaPlane"),
                 hidden=-1,
             ),

@@ -41,7 +41,7 @@ from ocjax.authoring import (
     Digits,
     Game,
     Gauge,
-    LifeIcons,
+    LivesAsIcons,
     RamMap,
     Rom,
     Saver,
@@ -285,7 +285,7 @@ GAME = Game(
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
     checks=Checks(
         rare=("Points", "Police"),
-        lives=(LifeIcons(("Life",)),),
+        lives=(LivesAsIcons(("Life",)),),
     ),
     categories=(
         Category(

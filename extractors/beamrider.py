@@ -34,7 +34,7 @@ from ocjax.authoring import (
     Checks,
     Digits,
     Game,
-    LifeIcons,
+    LivesAsIcons,
     NumberDisplay,
     RamMap,
     Rom,
@@ -418,7 +418,7 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         rare=("Torpedos", "Player_Projectile"),
-        lives=(LifeIcons(("Life",), hidden=1, early=2),),
+        lives=(LivesAsIcons(("Life",), hidden=1, early=2),),
     ),
     categories=(
         Category("Player", SHIP, color_row=-1, role="player", doc="the ship"),

@@ -42,7 +42,7 @@ from ocjax.authoring import (
     Checks,
     Digits,
     Game,
-    LifeIcons,
+    LivesAsIcons,
     NumberDisplay,
     RamMap,
     Rom,
@@ -349,7 +349,7 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         rare=("Flea", "Scorpion"),
-        lives=(LifeIcons(("Life",), hidden=1),),
+        lives=(LivesAsIcons(("Life",), hidden=1),),
     ),
     categories=(
         Category("Player", SHOOTER_RULE, role="player", doc="the shooter"),

@@ -32,7 +32,7 @@ from ocjax.authoring import (
     Cells,
     Checks,
     Game,
-    LifeIcons,
+    LivesAsIcons,
     NumberDisplay,
     Pictures,
     RamMap,
@@ -363,7 +363,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     checks=Checks(
-        lives=(LifeIcons(("Carrot",)),),
+        lives=(LivesAsIcons(("Carrot",)),),
         mirrored={"Bird": None},
     ),
     categories=(

@@ -37,7 +37,7 @@ from ocjax.authoring import (
     Checks,
     Digits,
     Game,
-    LifeNumber,
+    LivesAsNumber,
     NumberDisplay,
     RamMap,
     Rom,
@@ -342,7 +342,7 @@ GAME = Game(
     checks=Checks(
         rare=("Logo", "Rollover", "Spinner"),
         # The number of the ball.
-        lives=(LifeNumber("LifeUsed", sign=-1, offset=4, early=1),),
+        lives=(LivesAsNumber("LifeUsed", sign=-1, offset=4, early=1),),
     ),
     categories=(
         Category("Ball", BALL, doc="the ball"),

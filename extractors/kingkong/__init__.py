@@ -31,7 +31,7 @@ from ocjax.authoring import (
     Category,
     Checks,
     Game,
-    LifeIcons,
+    LivesAsIcons,
     NumberDisplay,
     Pictures,
     Rom,
@@ -187,7 +187,7 @@ GAME = Game(
     pal=True,
     checks=Checks(
         agreement={"lost": 0.82},  # the climber's and the bombs' records belong to the next life
-        lives=(LifeIcons(("Life",), hidden=1, between_lives=True),),
+        lives=(LivesAsIcons(("Life",), hidden=1, between_lives=True),),
     ),
     categories=(
         Category("Player", CLIMBER, rgb=SHIRT_RGB, role="player", doc="the climber"),

@@ -42,7 +42,7 @@ from ocjax.authoring import (
     Detected,
     Game,
     Gauge,
-    LifeNumber,
+    LivesAsNumber,
     NumberDisplay,
     Rom,
     Run,
@@ -357,7 +357,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
-    checks=Checks(lives=(LifeNumber("Treasure"),)),
+    checks=Checks(lives=(LivesAsNumber("Treasure"),)),
     categories=(
         Category("Player", DIVER, attributes=("orientation",), role="player", doc="the diver"),
         Category("Shark", FISH, attributes=("orientation",), doc="in a lane, or with the diver"),

@@ -40,7 +40,7 @@ from ocjax.authoring import (
     Category,
     Checks,
     Game,
-    LifeIcons,
+    LivesAsIcons,
     NumberDisplay,
     Shape,
     among,
@@ -146,7 +146,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
-    checks=Checks(lives=(LifeIcons(("Life",), hidden=1),)),
+    checks=Checks(lives=(LivesAsIcons(("Life",), hidden=1),)),
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="its car"),
         Category("Truck", CARS, count=3, doc="the other cars, by record"),

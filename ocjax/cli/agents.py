@@ -1,8 +1,6 @@
 """The commands `ocjax train` and `ocjax play`."""
 
-import csv as csv_format
 import dataclasses
-import io
 import json as json_format
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +11,8 @@ import typer
 from ocjax._extras import extras
 from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.options import START_HELP, fields_as_options
+from ocjax.cli.options import START_HELP, count_option, fields_as_options
+from ocjax.cli.outputs import write_csv, write_markdown, write_text
 from ocjax.cli.render import extract, pictures, save
 from ocjax.emulators import ram_starts
 from ocjax.emulators.settings import PRESETS
@@ -40,8 +39,8 @@ def train(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     frames: Annotated[
         int,
-        typer.Option(
-            min=1, help="Emulated frames to train for, counted from the start of the training."
+        count_option(
+            "Emulated frames to train for, such as 20M, counted from the start of the training."
         ),
     ] = 20_000_000,
     seed: Annotated[
@@ -51,7 +50,11 @@ def train(
         Path | None, typer.Option(help="Folder of the training. Default: ocjax-<Game>-<seed>.")
     ] = None,
     inputs: Annotated[
-        str, typer.Option(help="objects (from RAM), or pixels (four grey frames of 84 x 84).")
+        str,
+        typer.Option(
+            metavar="objects|pixels",
+            help="Objects from RAM, or four grey frames of 84 x 84 pixels.",
+        ),
     ] = "objects",
     experiment: Annotated[
         str,
@@ -101,9 +104,9 @@ def train(
 ) -> None:
     """Train an agent with PPO, and show how it plays.
 
-    To resume from the latest checkpoint, run the command again with the same folder. The folder
-    gets the metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an
-    animation of a game (agent.gif).
+    To resume from the latest checkpoint, run the command again with the same
+    folder. The folder gets the metrics (metrics.csv and tensorboard/),
+    checkpoints, the policy (policy.npz) and an animation of a game (agent.gif).
     """
     if inputs not in ("objects", "pixels"):
         raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
@@ -183,10 +186,11 @@ def play(
     policy: Annotated[
         str,
         typer.Option(
+            metavar="trained|random|repeat|FILE",
             help=(
                 "trained (ships with ocjax), random, repeat, or a file of a saved "
                 "policy: .npz, or .zip of Stable-Baselines3."
-            )
+            ),
         ),
     ] = TRAINED,
     episodes: Annotated[int, typer.Option(min=1, help="Games to play.")] = EVALUATION_EPISODES,
@@ -194,7 +198,8 @@ def play(
     preset: Annotated[
         str | None,
         typer.Option(
-            help="Settings of the emulators. Default: from the policy's training, or dqn."
+            metavar="NAME",
+            help=f"Settings: {', '.join(PRESETS)}. Default: from the policy's training, or dqn.",
         ),
     ] = None,
     frame_skip: Annotated[
@@ -240,12 +245,12 @@ def play(
 ) -> None:
     """Let a policy play complete games, under the settings of its training.
 
-    With --variations, the policy plays the original game and each variation with the same seeds,
-    and a table compares the returns.
+    With --variations, the policy plays the original game and each variation
+    with the same seeds, and a table compares the returns.
 
-    With --human, you play in a window: arrows or wasd move, space fires, and Escape ends. Your play
-    is saved as an animation and as a recording for `ocjax evaluate`, `ocjax render` and `ocjax
-    extract`.
+    With --human, you play in a window: arrows or wasd move, space fires, and
+    Escape ends. Your play is saved as an animation and as a recording for
+    `ocjax evaluate`, `ocjax render` and `ocjax extract`.
     """
     with errors_in_one_line():
         spec = registry.load(game)
@@ -254,8 +259,7 @@ def play(
             "frame_skip": frame_skip,
             "repeat_action_probability": repeat_action_probability,
         }
-        if gif is not None:
-            writing.check_suffix(gif, (".gif",))
+        writing.check_suffix(gif, (".gif",))
         if human:
             plays = (
                 csv is not None
@@ -295,9 +299,7 @@ def play(
         writing.check(csv, gif, reads=[policies.file_of(policy)])
         played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None, **protocol)
         tables.show(_table(spec, played), console)
-        if csv is not None:
-            writing.write_text(csv, _to_csv(played))
-            writing.announce(console, "Written", csv)
+        write_csv(csv, ("episode", "return", "frames"), _csv_rows(played))
         if gif is not None:
             save(played.pictures, gif, frame_time=FRAME_TIME)
             writing.announce(console, "The first game", gif)
@@ -309,23 +311,19 @@ def _show_rows(
     """Show the comparison of the original and variations, and write it."""
     table = varied.table(game, policy, rows)
     tables.show(table, console)
-    if markdown is not None:
-        writing.write_text(markdown, tables.to_markdown([table]))
-        writing.announce(console, "Written", markdown)
-    if json is not None:
-        about = {
-            "game": game.name,
-            "policy": policy,
-            "variations": [dataclasses.asdict(row) for row in rows],
-        }
-        writing.write_text(json, json_format.dumps(about, indent=2) + "\n")
-        writing.announce(console, "Written", json)
+    write_markdown(markdown, [table])
+    about = {
+        "game": game.name,
+        "policy": policy,
+        "variations": [dataclasses.asdict(row) for row in rows],
+    }
+    write_text(json, json_format.dumps(about, indent=2) + "\n")
 
 
 def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
     """Let a person play, and write the recording and an animation of its first steps."""
-    writing.check_suffix(out, (".npz",))
-    writing.check(out, gif)
+    writing.check(out, suffixes=(".npz",))
+    writing.check(gif)
     playing = human_play.HumanGame(game, seed)
     try:
         human_play.play(playing)
@@ -368,12 +366,6 @@ def _table(game: Game, played: Played) -> Table:
     )
 
 
-def _to_csv(played: Played) -> str:
-    text = io.StringIO()
-    out = csv_format.writer(text, lineterminator="\n")
-    out.writerow(("episode", "return", "frames"))
-    for i, (total, frames) in enumerate(
-        zip(played.returns.tolist(), played.frames.tolist(), strict=True)
-    ):
-        out.writerow((i, f"{total:g}", frames))
-    return text.getvalue()
+def _csv_rows(played: Played) -> list[tuple[int, str, int]]:
+    games = zip(played.returns.tolist(), played.frames.tolist(), strict=True)
+    return [(i, f"{total:g}", frames) for i, (total, frames) in enumerate(games)]

@@ -11,9 +11,10 @@ import typer
 
 from ocjax._extras import require
 from ocjax.cli.gallery import states
-from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.options import OCATARI_ENV
+from ocjax.cli.outputs import write_text
+from ocjax.emulators.start import load_playable
 from ocjax.evaluation import ocatari_peer, tables, time_plots, timing
 from ocjax.evaluation.timing import Measurement
 from ocjax.extraction.game import Game
@@ -43,12 +44,12 @@ def bench(
 ) -> None:
     """Time REM, VEM, the environments and other programs on one core of this machine.
 
-    The other programs are ale-py's vector environment, envpool and OpenCV, if they are installed,
-    and OCAtari with --ocatari. Some systems, such as macOS, cannot bind a process to a core. They
-    use all cores.
+    The other programs are ale-py's vector environment, envpool and OpenCV, if
+    they are installed, and OCAtari with --ocatari. Some systems, such as macOS,
+    cannot bind a process to a core. They use all cores.
 
-    A time is per state, frame or agent step of four emulated frames. It is the median of repeated
-    calls after the first one.
+    A time is per state, frame or agent step of four emulated frames. It is the
+    median of repeated calls after the first one.
     """
     with errors_in_one_line(), timing.one_core():  # before JAX starts its threads
         if plots is not None:
@@ -83,11 +84,9 @@ def _measurements(
 
 
 def _write(found: list[Measurement], out: Path | None, plots: Path | None) -> None:
-    if out is not None:
-        machine = timing.machine()
-        lines = [json.dumps(dataclasses.asdict(m) | machine) for m in found]
-        writing.write_text(out, "\n".join(lines) + "\n")
-        writing.announce(console, f"{len(lines)} measurements", out)
+    machine = timing.machine()
+    lines = [json.dumps(dataclasses.asdict(m) | machine) for m in found]
+    write_text(out, "\n".join(lines) + "\n", f"{len(lines)} measurements")
     if plots is not None:
         for name, draw in (
             ("steps.png", time_plots.steps_figure),
@@ -100,6 +99,11 @@ def _write(found: list[Measurement], out: Path | None, plots: Path | None) -> No
             writing.announce(console, "A figure", plots / name)
 
 
+def _digits(number: float) -> str:
+    """A number with three significant digits or more."""
+    return f"{number:.3g}" if number < 1000 else f"{number:,.0f}"
+
+
 def _table(found: list[Measurement]) -> tables.Table:
     machine = timing.machine()
     cores = "1 core" if machine["cores"] == 1 else f"{machine['cores']} cores"
@@ -110,8 +114,8 @@ def _table(found: list[Measurement]) -> tables.Table:
             m.what,
             m.batch,
             f"{m.first_call:.2f}",
-            f"{m.median:.3f}",
-            f"{m.low:.3f}-{m.high:.3f}",
+            _digits(m.median),
+            f"{_digits(m.low)}-{_digits(m.high)}",
             round(1e6 / m.median),
         )
         for m in found

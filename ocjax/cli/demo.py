@@ -12,13 +12,14 @@ import numpy as np
 import typer
 from PIL import Image
 from rich.progress import track
-from rich.table import Table
 
 from ocjax.cli.gallery import richest
-from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.outputs import write_picture
+from ocjax.emulators.start import load_playable
 from ocjax.envs import AlePool, Settings
 from ocjax.evaluation import tables
+from ocjax.evaluation.tables import Table
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files import writing
@@ -29,7 +30,7 @@ ROWS = 3  # instances in the picture
 
 
 def demo(
-    game: Annotated[str, typer.Argument(help="Name of the game.")] = "Pong",
+    game: Annotated[str, typer.Argument(help="Name of the game.")] = "MsPacman",
     num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 64,
     steps: Annotated[int, typer.Option(min=1, help="Agent steps of each instance.")] = 250,
     seed: Annotated[int, typer.Option(min=0, help="Seed of actions and emulators.")] = 0,
@@ -38,20 +39,18 @@ def demo(
     ] = None,
 ) -> None:
     """Play a game with random actions, time both extraction methods, and draw their objects."""
-    spec = load_playable(game)
     with errors_in_one_line():
+        spec = load_playable(game)
         out = out or writing.unnamed(Path(f"ocjax-{spec.name}.png"))
-        writing.check_suffix(out, (".png",))
-        writing.check(out)
+        writing.check(out, suffixes=(".png",))
     result = run(spec, num_envs, steps, seed)
-    tables.print_whole(to_table(result), console)
+    tables.show(to_table(result), console)
     console.print(
         "First call, compilation included: "
         + ", ".join(f"{name} {s:.2f} s" for name, s in result.first_call.items())
     )
     with errors_in_one_line():
-        writing.write_picture(out, picture(result))
-    writing.announce(console, "Objects on the last frames, REM beside VEM", out)
+        write_picture(out, picture(result), "Objects on the last frames, REM beside VEM")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -128,27 +127,23 @@ def to_table(shown: Demonstration) -> Table:
         f"{shown.game.name}: {num_envs} instances, {len(steps)} steps of {FRAME_SKIP} emulated "
         "frames, random actions"
     )
-    table = Table(title=title, title_justify="left")
-    for heading in ("", "median", "10-90 %", "per second", "of step"):
-        table.add_column(heading, justify="right" if heading else "left")
-    table.add_row(
-        "step",
-        f"{1e3 * step:.2f} ms",
-        _spread(steps, 1e3),
-        f"{num_envs / step:,.0f} agent steps",
-        "100 %",
-    )
-    table.add_row("", "", "", f"{num_envs * FRAME_SKIP / step:,.0f} emulated frames")
+    rate = f"{num_envs / step:,.0f} agent steps"
+    rows = [
+        ["step", f"{1e3 * step:.2f} ms", _spread(steps, 1e3), rate, "100 %"],
+        ["", "", "", f"{num_envs * FRAME_SKIP / step:,.0f} emulated frames", ""],
+    ]
     for name in ("REM", "VEM"):
         median = float(np.median(shown.seconds[name]))
-        table.add_row(
-            f"{name} per frame",
-            f"{1e6 * median / num_envs:.2f} us",
-            _spread(shown.seconds[name], 1e6 / num_envs),
-            f"{num_envs / median:,.0f} frames",
-            f"{100 * median / step:.2f} %",
+        rows.append(
+            [
+                f"{name} per frame",
+                f"{1e6 * median / num_envs:.2f} us",
+                _spread(shown.seconds[name], 1e6 / num_envs),
+                f"{num_envs / median:,.0f} frames",
+                f"{100 * median / step:.2f} %",
+            ]
         )
-    return table
+    return Table(title, ["", "median", "10-90 %", "per second", "of step"], rows)
 
 
 def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:

@@ -8,9 +8,10 @@ from typing import Annotated, Any
 import typer
 
 from ocjax import recordings
-from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.options import OCATARI_ENV
+from ocjax.cli.outputs import write_markdown, write_text
+from ocjax.emulators.start import load_playable
 from ocjax.evaluation import formats, ocatari_peer, report, tables
 from ocjax.extraction.game import Game
 from ocjax.files import writing
@@ -34,9 +35,9 @@ def evaluate(
     policy: Annotated[
         str,
         typer.Option(
+            metavar="NAME|FILE",
             help="random, repeat (random actions held for 1 to 8 steps), idle (no action), seldom "
-            "(mostly none), trained, "
-            "or an .npz file of a saved policy."
+            "(mostly none), trained, or an .npz file of a saved policy.",
         ),
     ] = "repeat",
     after: Annotated[
@@ -123,6 +124,8 @@ def evaluate(
             for note in report.notes(done[-1]):
                 console.print(note, markup=False, soft_wrap=True)
     tables.show(report.overview(done), console)
+    if not (markdown or csv):
+        console.print("--markdown and --csv write more columns.")
     with errors_in_one_line():
         _write_reports(done, markdown, csv, latex, html)
 
@@ -167,21 +170,13 @@ def _write_reports(
     latex: Path | None,
     html: Path | None,
 ) -> None:
-    def to_markdown(evaluations: Sequence[report.Evaluation]) -> str:
-        return tables.to_markdown(
-            [
-                report.overview(evaluations),
-                *(table for e in evaluations for table in report.tables_of(e)),
-            ]
-        )
-
-    outputs = (
-        (markdown, to_markdown),
+    if markdown is not None:
+        of_games = (table for e in done for table in report.tables_of(e))
+        write_markdown(markdown, [report.overview(done), *of_games])
+    for path, to_text in (
         (csv, formats.to_csv),
         (latex, formats.to_latex),
         (html, formats.to_html),
-    )
-    for path, to_text in outputs:
+    ):
         if path is not None:
-            writing.write_text(path, to_text(done))
-            writing.announce(console, "Written", path)
+            write_text(path, to_text(done))

@@ -122,58 +122,42 @@ def _print_page(about: dict[str, Any]) -> None:
             markup=False,
             highlight=False,
         )
-    varied = [_variations(about["variations"])] if about["variations"] else []
-    for table in (_categories(about["categories"]), *varied, _ram(about["ram"])):
-        console.print()
-        tables.print_whole(table, console)
+    fields = [[f["name"], ", ".join(f["bytes"]), f["read"], f["comment"]] for f in about["ram"]]
+    for title, header, rows in (
+        (
+            "Objects",
+            ["Category", "Slots", "Attributes", "Meaning"],
+            [_category(c) for c in about["categories"]],
+        ),
+        ("Variations", ["Variation", "Difference"], list(about["variations"].items())),
+        ("RAM that REM reads", ["Field", "Bytes", "Read as", "Meaning"], fields),
+    ):
+        if rows:
+            console.print()
+            tables.show(tables.Table(title, header, rows), console)
 
 
 def _listed(numbers: Iterable[int]) -> str:
     return ", ".join(map(str, numbers)) or "not known without the ROM"
 
 
-def _categories(categories: Iterable[dict[str, Any]]) -> Table:
-    table = Table(
-        "Category", "Slots", "Attributes", "Meaning", title="Objects", title_justify="left"
-    )
-    for c in categories:
-        first, end = c["slots"]
-        attributes = [name for name in ("hud", "value", "orientation", "blinks") if c[name]]
-        if c["value"] and not c["vem_reads_value"]:
-            attributes[attributes.index("value")] = "value (REM)"
-        also = f" (also {', '.join(c['aliases'])})" if c["aliases"] else ""
-        table.add_row(
-            c["name"] + also,
-            str(first) if end - first == 1 else f"{first}-{end - 1}",
-            ", ".join(attributes),
-            c["doc"],
-        )
-    return table
-
-
-def _variations(docs: dict[str, str]) -> Table:
-    table = Table("Variation", "Difference", title="Variations", title_justify="left")
-    for name, doc in docs.items():
-        table.add_row(name, doc)
-    return table
-
-
-def _ram(fields: Iterable[dict[str, Any]]) -> Table:
-    table = Table(
-        "Field", "Bytes", "Read as", "Meaning", title="RAM that REM reads", title_justify="left"
-    )
-    for f in fields:
-        table.add_row(f["name"], ", ".join(f["bytes"]), f["read"], f["comment"])
-    return table
+def _category(c: dict[str, Any]) -> list[str]:
+    """The row of a category."""
+    first, end = c["slots"]
+    attributes = [name for name in ("hud", "value", "orientation", "blinks") if c[name]]
+    if c["value"] and not c["vem_reads_value"]:
+        attributes[attributes.index("value")] = "value (REM)"
+    also = f" (also {', '.join(c['aliases'])})" if c["aliases"] else ""
+    slots = str(first) if end - first == 1 else f"{first}-{end - 1}"
+    return [c["name"] + also, slots, ", ".join(attributes), c["doc"]]
 
 
 def _draw(game: Any, path: Path) -> None:
     """Draw REM's and VEM's objects after some random steps."""
     from ocjax.cli.gallery import picture
+    from ocjax.cli.outputs import write_picture
     from ocjax.files import writing
 
     with errors_in_one_line():
-        writing.check_suffix(path, (".png",))
-        writing.check(path)
-        writing.write_picture(path, picture(game, STEPS))
-    writing.announce(console, f"Objects of {game.name}, REM beside VEM", path)
+        writing.check(path, suffixes=(".png",))
+        write_picture(path, picture(game, STEPS), f"Objects of {game.name}, REM beside VEM")

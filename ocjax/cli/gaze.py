@@ -1,16 +1,15 @@
 """The command `ocjax gaze`."""
 
-import csv
-import io
 from collections import Counter
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 from PIL import Image, ImageDraw
 
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console, errors_in_one_line, warn
+from ocjax.cli.outputs import write_csv, write_picture
 from ocjax.emulators.progress import progress_bar
 from ocjax.evaluation import tables
 from ocjax.extraction import registry
@@ -60,19 +59,17 @@ def gaze(
     folder = trial.with_suffix("") if frames is None else frames
     with errors_in_one_line():
         known = registry.load(game)
-        writing.check_suffix(out, (".csv",))
-        if picture is not None:
-            writing.check_suffix(picture, (".png",))
-        writing.check(out, picture, reads=[trial, *PictureFolder(folder).reads])
+        reads = [trial, *PictureFolder(folder).reads]
+        writing.check(out, suffixes=(".csv",), reads=reads)
+        writing.check(picture, suffixes=(".png",), reads=reads)
         with progress_bar("extracting", "frames", console) as report:
             found = list(looks(known, trial, folder, report))
-        writing.write_text(out, _to_csv(found))
+        tables.show(_to_table(known, found), console)
+        write_csv(out, COLUMNS, map(_csv_row, found))
         if picture is not None:
-            writing.write_picture(picture, _drawn(known, folder, _first_look(found)))
-    tables.show(_to_table(known, found), console)
-    for path in (out, picture):
-        if path is not None:
-            writing.announce(console, "Written", path)
+            write_picture(picture, _drawn(known, folder, _first_look(found)))
+    if not any(look.objects.valid.any() for look in found):
+        warn(f"no object of {known.name} is in {folder}: are these pictures of another game?")
 
 
 def _first_look(found: list[Look]) -> Look:
@@ -80,26 +77,11 @@ def _first_look(found: list[Look]) -> Look:
     return next((look for look in found if look.slot is not None), found[0])
 
 
-def _to_csv(found: list[Look]) -> str:
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for look in found:
-        f = look.frame
-        box = [""] * 4 if look.slot is None else np.asarray(look.objects.xywh)[look.slot].tolist()
-        row = [
-            f.frame_id,
-            f.episode,
-            f.action,
-            f.reward,
-            len(f.gaze),
-            look.category,
-            look.index,
-            *box,
-            f"{look.share:.3f}",
-        ]
-        writer.writerow(["" if cell is None else cell for cell in row])
-    return file.getvalue()
+def _csv_row(look: Look) -> list[Any]:
+    f = look.frame
+    box = [""] * 4 if look.slot is None else np.asarray(look.objects.xywh)[look.slot].tolist()
+    facts = [f.frame_id, f.episode, f.action, f.reward, len(f.gaze), look.category, look.index]
+    return [*facts, *box, f"{look.share:.3f}"]
 
 
 def _to_table(game: Game, found: list[Look]) -> tables.Table:

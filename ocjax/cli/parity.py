@@ -7,6 +7,7 @@ import typer
 from rich.progress import track
 
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.outputs import write_markdown
 from ocjax.cli.render import save
 from ocjax.evaluation import parity as referee
 from ocjax.evaluation import tables
@@ -15,7 +16,6 @@ from ocjax.extraction import registry
 from ocjax.files import writing
 from ocjax.jaxatari import FIELDS
 
-AGAINST = ("jaxtari",)
 FRAME_TIME = 50  # milliseconds per frame of an animation
 
 
@@ -26,7 +26,6 @@ def parity(
             metavar="GAME", help="Name of the game, or all: a line for each common game."
         ),
     ],
-    against: Annotated[str, typer.Option(help="The other implementation: jaxtari.")] = "jaxtari",
     seeds: Annotated[
         int, typer.Option(min=1, help="Number of runs; their seeds are 0, 1, 2, ...")
     ] = 3,
@@ -46,25 +45,19 @@ def parity(
     ] = None,
     markdown: Annotated[Path | None, typer.Option(help="Write the table as Markdown.")] = None,
 ) -> None:
-    """Compare another implementation of a game with the real ROM, frame by frame.
+    """Compare a game of JAXtari with the real ROM, frame by frame.
 
     Both play the same actions.
     """
     with errors_in_one_line():
-        if against not in AGAINST:
-            raise ValueError(f"--against must be one of {', '.join(AGAINST)}, got {against!r}")
         writing.check(markdown)
-        if out is not None:
-            writing.check_suffix(out, (".png", ".gif"))
-            writing.check(out)
+        writing.check(out, suffixes=(".png", ".gif"))
         games = list(FIELDS) if name == "all" else [name]
         found = [_runs(game, seeds, frames, align=align) for game in games]
     table = referee.to_summary(found) if name == "all" else referee.to_table(found[0])
     tables.show(table, console)
-    if markdown is not None:
-        with errors_in_one_line():
-            writing.write_text(markdown, tables.to_markdown([table]))
-        writing.announce(console, "Written", markdown)
+    with errors_in_one_line():
+        write_markdown(markdown, [table])
     if out is not None:
         first = found[0][0]
         save(referee.pictures(first, _frames(first, out)), out, frame_time=FRAME_TIME)

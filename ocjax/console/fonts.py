@@ -1,7 +1,5 @@
 """Numbers on the screen: fonts, boxes around displayed numbers, and rules for reading digits."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ is at offset `a & (size - 1)`. A ROM of 8 KiB has two banks of 4 KiB, and the ad
 `4096 * bank + (a & 0xFFF)`.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -103,7 +101,7 @@ class Rom:
 
     def pictures(
         self, offsets: Sequence[int], height: int | Sequence[int], *, top_first: bool = False
-    ) -> Pictures:
+    ) -> "Pictures":
         """Read the tight extents of players' pictures, eight dots wide.
 
         Args:
@@ -155,7 +153,7 @@ class Pictures:
             )
 
     @classmethod
-    def of(cls, pictures: Iterable[np.ndarray], **axes: int) -> Pictures:
+    def of(cls, pictures: Iterable[np.ndarray], **axes: int) -> "Pictures":
         """Pack pictures given as rows from the top, as returned by `Rom.rows`.
 
         `axes` are documented in the class.

@@ -178,7 +178,7 @@ def _check_play(plan: Plan) -> None:
     for seed in plan.seeds:
         integer("a seed", seed, 0, 2**31 - 1)
     if not plan.seeds or len(set(plan.seeds)) < len(plan.seeds):
-        raise ValueError(
+        raise DatasetError(
             f"seeds must be distinct, and at least one, got {reprlib.repr(plan.seeds)}"
         )
     for policy in plan.policies:
@@ -196,7 +196,7 @@ def _check_play(plan: Plan) -> None:
         or isinstance(plan.least_f1, bool)
         or not 0 <= plan.least_f1 <= 1
     ):
-        raise ValueError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
+        raise DatasetError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
     if not all(isinstance(start, Mapping) for start in plan.starts):
         raise ValueError(f"a start must map names to values, got {reprlib.repr(plan.starts)}")
     names = [name for name, _ in plan.policies]
@@ -252,10 +252,6 @@ def plan(
             f"the percentages of the policies must be multiples of {100 // ENVS} that add up to "
             f"100, got {dict(chosen)}"
         )
-    if not seeds or len(set(seeds)) < len(seeds):
-        raise DatasetError(f"seeds must be distinct, and at least one, got {list(seeds)}")
-    if not 0 <= least_f1 <= 1:
-        raise DatasetError(f"the least F1 must be between 0 and 1, got {least_f1}")
     begin = tuple({str(name): value for name, value in start.items()} for start in starts)
     for start in begin:
         ram_starts.variation(game, start)

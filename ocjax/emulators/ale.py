@@ -245,7 +245,9 @@ class AlePool(EmulatorPool):
         commands = self._commands
         commands.seed[:], commands.chosen[:] = seed, chosen
         commands.loaded[chosen & (commands.seed >= 0)] = False
-        self._execute_all(interface.RESET, report)
+        self._ready = False
+        self._execute(interface.RESET, report)
+        self._ready = True
 
     def clone_state(self) -> States:
         """Save the state of every emulator, including its random state.
@@ -421,12 +423,6 @@ class AlePool(EmulatorPool):
         """Execute a command and wait for its end."""
         self._start(command)
         self._finish(report)
-
-    def _execute_all(self, command: bytes, report: StartReport | None = None) -> None:
-        """Execute a command that makes the emulators ready."""
-        self._ready = False
-        self._execute(command, report)
-        self._ready = True
 
     def _finish(self, report: StartReport | None = None) -> None:
         """Wait for a command.

@@ -6,6 +6,7 @@ import ale_py
 
 from ocjax.console.rom_files import read_rom, rom_path
 from ocjax.emulators.settings import Settings
+from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 
 
@@ -18,6 +19,18 @@ def check_rom(game: Game) -> Path:
     """
     read_rom(game.rom, game.md5)
     return rom_path(game.rom)
+
+
+def load_playable(name: str) -> Game:
+    """Load a game whose ROM is installed.
+
+    Raises:
+        UnknownGameError: no game has that name; a ValueError.
+        RomError: see `check_rom`.
+    """
+    game = registry.load(name)
+    check_rom(game)
+    return game
 
 
 def log_errors_only() -> None:

@@ -208,7 +208,7 @@ def _measured(
 def _summary(
     game: Game, what: str, batch: int, first_call: float, spent: list[float]
 ) -> Measurement:
-    deciles = statistics.quantiles(spent, n=10)
+    deciles = statistics.quantiles(spent, n=10, method="inclusive")
     return Measurement(
         game.name, what, batch, first_call, statistics.median(spent), deciles[0], deciles[-1]
     )

@@ -1,7 +1,5 @@
 """`Category`: a kind of object, the rule that finds it in frames, and its properties."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["EXCERPTS", "USUAL", "Checks", "LifeIcons", "LifeNumber"]
+__all__ = ["EXCERPTS", "USUAL", "Checks", "LivesAsIcons", "LivesAsNumber"]
 
 EXCERPTS = ("samples", "modes", "last", "lost")  # keys of `Checks.agreement`
 
 
 @dataclass(frozen=True)
-class LifeIcons:
+class LivesAsIcons:
     """Categories that show one object for each life, such as houses to defend.
 
     Args:
@@ -27,14 +27,14 @@ class LifeIcons:
 
 
 @dataclass(frozen=True)
-class LifeNumber:
+class LivesAsNumber:
     """A category with the value `sign * lives + offset`, such as the number of the ball.
 
     Args:
         category: its name.
         sign: -1 if the value grows when a life is lost.
         offset: the value without lives.
-        early: as for `LifeIcons`.
+        early: as for `LivesAsIcons`.
     """
 
     category: str
@@ -77,7 +77,7 @@ class Checks:
     agreement: Mapping[str, float] = field(default_factory=dict)
     rare: tuple[str, ...] = ()
     at_limits: Mapping[str, tuple[int | tuple[int, int], ...]] = field(default_factory=dict)
-    lives: tuple[LifeIcons | LifeNumber, ...] = ()
+    lives: tuple[LivesAsIcons | LivesAsNumber, ...] = ()
     scored: bool = True
     miscounted: Mapping[str, int] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)

@@ -3,8 +3,6 @@
 The decoder is validated before its first use, everything else on construction.
 """
 
-from __future__ import annotations
-
 import functools
 import inspect
 from collections.abc import Callable, Iterator, Mapping
@@ -163,10 +161,10 @@ class Declaration:
         return sum(c.count for c in self.categories)
 
     @functools.cached_property
-    def _parts(self) -> dict[str, _Part]:
+    def _parts(self) -> "dict[str, _Part]":
         return {}
 
-    def part(self, name: str) -> Declaration:
+    def part(self, name: str) -> "Declaration":
         """Return the declaration of one category: its slots alone, in the same game.
 
         The same category gives the same object, so that objects of `Objects.of` are one pytree.

@@ -11,8 +11,6 @@ A batch goes through four stages, each a separate function:
 numbers per state vectorises over thousands of states.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple

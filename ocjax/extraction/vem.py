@@ -1,7 +1,5 @@
 """Vision Extraction Method: compiles a game's vision rules to a function of frames."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Sequence
 

@@ -50,7 +50,7 @@ class _Batch(Input):
         return self._batch
 
 
-class _Array(_Batch):
+class Array(_Batch):
     """An array that can be sliced without reading all of it.
 
     Args:
@@ -111,7 +111,7 @@ class _Stored(_Batch):
         self._file.close()
 
 
-class _Episodes(_Batch):
+class Episodes(_Batch):
     """The arrays of one or more episodes, joined along the first axis.
 
     Args:
@@ -163,6 +163,7 @@ class _Episodes(_Batch):
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
     def close(self) -> None:
+        """Close the file."""
         self._part[1].close()
         self._close()
 
@@ -193,7 +194,7 @@ def open_npz(path: Path, wanted: str | None) -> Input:
             check_claim(found.name, found.rows, members[key].compress_size)
             return found
 
-        return _Episodes(path, keys, shapes, opened, facts, archive.close)
+        return Episodes(path, keys, shapes, opened, facts, archive.close)
 
 
 def _shape_in(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> tuple[int, ...]:
@@ -211,7 +212,7 @@ def open_hdf5(path: Path, wanted: str | None, group: str = "") -> Input:
             if not group or group in key.split("/")
         }
         keys = choose(str(path), shapes, wanted)
-        return _Episodes(
+        return Episodes(
             path,
             keys,
             shapes,
@@ -259,7 +260,7 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
 def _of_hdf5(name: str, dataset: Any) -> _Batch:
     """Open a dataset of an HDF5 file."""
     check_own(name, dataset)
-    return _Array(name, dataset, dataset.id.get_storage_size())
+    return Array(name, dataset, dataset.id.get_storage_size())
 
 
 def check_own(name: str, dataset: Any) -> None:
@@ -304,9 +305,9 @@ def open_zarr(path: Path, wanted: str | None) -> Input:
     def part(key: str) -> _Batch:
         for chunks in (arrays[key].chunks, arrays[key].shards or ()):
             check_block(f"{path}, {key}", math.prod(chunks) * arrays[key].dtype.itemsize)
-        return _Array(f"{path}, {key}", arrays[key], sum(contents.values()))
+        return Array(f"{path}, {key}", arrays[key], sum(contents.values()))
 
-    found = _Episodes(
+    found = Episodes(
         path, keys, {key: arrays[key].shape for key in keys}, part, facts_in(opened.attrs)
     )
     found.reads = [path, *contents]

@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from ocjax._extras import MissingExtraError, require
-from ocjax.console.ram import RAM_SIZE
 from ocjax.files import arrays, folders, jobs, pictures, tables
-from ocjax.files.rows import Input, InputError, check_claim, check_rows, choose, facts_in, is_row
+from ocjax.files.rows import Input, InputError, check_claim, choose, facts_in
 
 MINARI = "minari:"  # prefix of a Minari dataset's name
 
@@ -91,7 +90,7 @@ def _open_minari(name: str, wanted: str | None) -> Input:
     if dataset.storage.FORMAT == "hdf5":
         opened = arrays.open_hdf5(path / "data" / "main_data.hdf5", wanted, "observations")
     else:
-        opened = _Minari(name, dataset, wanted)
+        opened = _episodes(name, path, dataset, wanted)
     spec = dataset.env_spec
     opened.facts = facts_in(
         dataset.storage.metadata.get("ocjax", {} if spec is None else {"game": spec.id})
@@ -100,39 +99,25 @@ def _open_minari(name: str, wanted: str | None) -> Input:
     return opened
 
 
-class _Minari(Input):
+def _episodes(name: str, path: Path, dataset: Any, wanted: str | None) -> Input:
     """The observations of a Minari dataset in Arrow or Parquet files, one episode in memory."""
+    metadata = dataset.storage.get_episode_metadata(dataset.episode_indices)
+    lengths = [int(episode["total_steps"]) + 1 for episode in metadata]
+    if min(lengths, default=0) < 1:
+        raise InputError(f"{name} has no episodes, or one with a negative number of steps")
 
-    def __init__(self, name: str, dataset: Any, wanted: str | None) -> None:
-        self.name, self._dataset, self._wanted = name, dataset, wanted
-        metadata = dataset.storage.get_episode_metadata(dataset.episode_indices)
-        self.episodes = [int(episode["total_steps"]) + 1 for episode in metadata]
-        if min(self.episodes, default=1) < 1:
-            raise InputError(f"{name} has an episode with a negative number of steps")
-        self._ends, self.rows = np.cumsum([0, *self.episodes]), sum(self.episodes)
-        self._loaded = (0, self._load(0)) if self.rows else (-1, np.zeros((0, RAM_SIZE), np.uint8))
-        first = self._loaded[1]
-        check_rows(name, first.dtype, first.shape)
-        if not is_row(first.shape[1:]):
-            raise InputError(f"{name} must have rows of RAM or frames, got {list(first.shape[1:])}")
-        self.row_shape = first.shape[1:]
-
-    def _load(self, k: int) -> np.ndarray:
-        observations: Any = self._dataset[k].observations
+    def load(key: str) -> arrays.Array:
+        observations: Any = dataset[int(key)].observations
         if isinstance(observations, Mapping):
             shapes = {key: np.shape(v) for key, v in observations.items()}
-            observations = observations[choose(self.name, shapes, self._wanted)[0]]
-        return np.asarray(observations)
+            observations = observations[choose(name, shapes, wanted)[0]]
+        array = np.asarray(observations)
+        return arrays.Array(name, array, array.nbytes)
 
-    def _read(self, start: int, stop: int) -> np.ndarray:
-        k, parts = int(np.searchsorted(self._ends, start, "right")) - 1, []
-        while start < stop:
-            first, end = self._ends[k : k + 2].tolist()
-            if k != self._loaded[0]:
-                self._loaded = k, self._load(k)
-            parts.append(self._loaded[1][start - first : stop - first])
-            start, k = min(stop, end), k + 1
-        return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    first = load("0")
+    tail = (*first.batch[1:], *first.row_shape)
+    shapes = {str(k): (length, *tail) for k, length in enumerate(lengths)}
+    return arrays.Episodes(path, list(shapes), shapes, load, {})
 
 
 _OPENERS: Mapping[str, Callable[[Path, str | None], Input]] = {

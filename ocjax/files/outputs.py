@@ -134,9 +134,7 @@ def _write_npz(blocks: Blocks, file: BinaryIO) -> None:
 
 
 def _write_hdf5(blocks: Blocks, file: BinaryIO) -> None:
-    h5py = require("h5py")
-    buffer = h5py.File(file, "w")
-    with buffer:
+    with require("h5py").File(file, "w") as buffer:
         n = blocks.game.num_slots
         for name, (dtype, tail) in FIELDS.items():
             shape = (*blocks.batch, n, *tail)

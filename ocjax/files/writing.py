@@ -16,14 +16,18 @@ from rich.text import Text
 from ocjax._files.atomic import is_replaced, write
 
 
-def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
+def check(
+    *paths: Path | None, suffixes: Sequence[str] = (), reads: Iterable[str | Path | None] = ()
+) -> None:
     """Check that files can be written at the paths that are not None.
 
     Args:
         paths: paths of the output files.
+        suffixes: the allowed suffixes of their names; by default all.
         reads: the inputs; see `check_apart`.
 
     Raises:
+        ValueError: a suffix is not allowed.
         OSError: a folder is missing or not writable, a path is a folder, or an output would replace
             an input.
     """
@@ -31,6 +35,8 @@ def check(*paths: Path | None, reads: Iterable[str | Path | None] = ()) -> None:
     for path in paths:
         if path is None:
             continue
+        if suffixes:
+            check_suffix(path, suffixes)
         target = Path(os.path.realpath(path))
         if not target.parent.is_dir():
             raise NotADirectoryError(f"no folder {target.parent} for {path.name}")
@@ -73,13 +79,13 @@ def _is_in(places: Sequence[os.stat_result | None], read: Path) -> bool:
     return any(place is not None and os.path.samestat(place, status) for place in candidates)
 
 
-def check_suffix(path: Path, suffixes: Iterable[str]) -> None:
-    """Check the suffix of a picture's name, which selects its format.
+def check_suffix(path: Path | None, suffixes: Iterable[str]) -> None:
+    """Check the suffix of a file's name, which selects its format.
 
     Raises:
         ValueError: the suffix is not supported.
     """
-    if path.suffix not in suffixes:
+    if path is not None and path.suffix not in suffixes:
         raise ValueError(f"the output must end in {' or '.join(suffixes)}, got {path}")
 
 

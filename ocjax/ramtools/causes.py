@@ -135,7 +135,8 @@ def causes(
         state, saved = pool.ram[0].copy(), pool.clone_state()
         # the reference frame also follows a restored state, without a change
         pool.restore_state(saved)
-        screen = next_frames(pool)[0]
+        pool.step(np.zeros(num_envs, int))
+        screen = pool.screen[0, 1].copy()
         before = jax.tree.map(np.asarray, game.vem(screen))
         changed, found = _change_every_byte(pool, saved, tried, screen)
     effects = {}
@@ -182,12 +183,6 @@ def _play(pool: AlePool, seed: int, steps: int) -> int:
         if pool.terminated.any():
             return played
     return steps
-
-
-def next_frames(pool: AlePool) -> np.ndarray:
-    """The frames after a step without action, uint8 `[instances, H, 160]`."""
-    pool.step(np.zeros(pool.num_envs, int))
-    return pool.screen[:, 1].copy()
 
 
 def _change_every_byte(

@@ -152,14 +152,14 @@ def _explain_set(recording: Recording, target: Target, half: Halves) -> Iterator
             yield Finding(f"{target.name}, all", target.name, field, count, base, regular)
             continue
         members = [
-            m
-            for m in fits.members(rams, present[some], MEMBERS)
-            if m.share > m.chance + MEMBER_GAIN
+            (fit, chance)
+            for fit, chance in fits.members(rams, present[some], MEMBERS)
+            if fit.exact > chance + MEMBER_GAIN
         ]
-        formulas = tuple(Fit(m.source, m.share, m.share, m.scale, m.offset) for m in members)
-        chance = float(np.mean([m.chance for m in members])) if members else 0.0
+        base = float(np.mean([chance for _, chance in members])) if members else 0.0
+        formulas = tuple(fit for fit, _ in members)
         name = f"{target.name}, one of"
-        yield Finding(name, target.name, field, count, chance, formulas, members=True)
+        yield Finding(name, target.name, field, count, base, formulas, members=True)
 
 
 def to_table(findings: list[Finding], title: str) -> Table:

@@ -286,18 +286,7 @@ def _digits_of_base(
     return found
 
 
-@dataclasses.dataclass(frozen=True)
-class Member:
-    """A byte that, scaled and shifted, is the coordinate of some object of a category."""
-
-    source: Source
-    scale: int
-    offset: int
-    share: float  # fraction of samples with an object at this coordinate
-    chance: float  # the same by chance
-
-
-def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[Member]:
+def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[tuple[Fit, float]]:
     """Bytes that, scaled by 1 or -1 and shifted, are the coordinate of some object of a category.
 
     Args:
@@ -306,7 +295,7 @@ def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[Member]:
         most: number of bytes.
 
     Returns:
-        Bytes, best first.
+        Formulas, best first, each with its accuracy by chance.
     """
     n, chance = np.arange(len(rams))[:, None], present.mean(axis=0)
     out = []
@@ -319,16 +308,10 @@ def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[Member]:
             at = (scale * value[:, None] + np.arange(256)) % 256
             hits, expected = present[n, at].mean(axis=0), chance[at].mean(axis=0)
             best = int((hits - expected).argmax())
-            options.append(
-                Member(
-                    Source(address),
-                    scale,
-                    (best + 128) % 256 - 128,
-                    float(hits[best]),
-                    float(expected[best]),
-                )
-            )
+            share = float(hits[best])
+            fit = Fit(Source(address), share, share, scale, (best + 128) % 256 - 128)
+            options.append((fit, float(expected[best])))
         plain, mirrored = options
-        out.append(mirrored if mirrored.share > plain.share + MIRROR_GAIN else plain)
-    out.sort(key=lambda m: m.chance - m.share)
+        out.append(mirrored if mirrored[0].exact > plain[0].exact + MIRROR_GAIN else plain)
+    out.sort(key=lambda member: member[1] - member[0].exact)
     return out[:most]

@@ -126,8 +126,8 @@ def twins(
 def _changes(game: Game, seed: int, game_mode: int | None) -> list[tuple[int, int]]:
     """Choose addresses and values to try: some of each byte's values in random play."""
     rng = np.random.default_rng(seed)
-    played = _play(start_emulator(game, seed, game_mode), seed)
-    rams = np.stack([state.ale.getRAM() for state in itertools.islice(played, OBSERVED)])
+    ale = start_emulator(game, seed, game_mode)
+    rams = np.stack([ale.getRAM() for _ in itertools.islice(_play(ale, seed), OBSERVED)])
     out = []
     for address in range(128):
         values = np.unique(rams[:, address])
@@ -136,17 +136,11 @@ def _changes(game: Game, seed: int, game_mode: int | None) -> list[tuple[int, in
     return out
 
 
-class _Frame(NamedTuple):
-    """The emulator after a frame of play."""
+def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[tuple[Any, ale_py.Action, bool]]:
+    """Endless random play; finished games restart.
 
-    ale: ale_py.ALEInterface
-    state: Any  # before the frame
-    action: ale_py.Action
-    lost: bool  # a life was lost in it
-
-
-def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[_Frame]:
-    """Endless random play; finished games restart."""
+    Yields, after each frame, the state before it, its action, and whether it lost a life.
+    """
     actions = ale.getMinimalActionSet()
     policy = RandomPolicy(len(actions), 1, np.random.default_rng(seed), HOLD)
     while True:
@@ -155,18 +149,18 @@ def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[_Frame]:
         lives, state = ale.lives(), ale.cloneSystemState()
         action = actions[int(policy(Seen(np.empty(0), np.empty(0)))[0])]
         ale.act(action)
-        yield _Frame(ale, state, action, ale.lives() < lives)
+        yield state, action, ale.lives() < lives
 
 
 def _moments(ale: ale_py.ALEInterface, moment: str, count: int, seed: int) -> Iterator[_Moment]:
     """Moments of random play."""
     before: collections.deque[tuple[Any, ale_py.Action]] = collections.deque(maxlen=max(BACK))
     found, since = 0, 0
-    for frame in _play(ale, seed):
-        before.append((frame.state, frame.action))
+    for state, action, lost in _play(ale, seed):
+        before.append((state, action))
         since += 1
         over = ale.game_over()
-        wanted = {"play": since >= APART and not over, "life": frame.lost and not over, "end": over}
+        wanted = {"play": since >= APART and not over, "life": lost and not over, "end": over}
         if wanted[moment] and len(before) == max(BACK):
             yield _Moment(ale.getRAM(), ale.getScreen(), tuple(before))
             found, since = found + 1, 0

@@ -1,7 +1,5 @@
 """`Blobs` rules: the connected components of all categories, in one search."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Mapping, Sequence
 

@@ -1,7 +1,5 @@
 """`Detected`: the objects that VEM finds, one word per box."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import jax
@@ -57,7 +55,7 @@ class Detected(NamedTuple):
     def _byte(self, i: int) -> jax.Array:
         return (self.box >> (8 * i) & 255).astype(jnp.int32)
 
-    def where(self, valid: jax.Array) -> Detected:
+    def where(self, valid: jax.Array) -> "Detected":
         """Keep the objects where `valid`, bool `[count, B]`, is True."""
         return self._replace(box=jnp.where(valid, self.box, jnp.uint32(0)))
 

@@ -5,8 +5,6 @@ colours, `[7, words, rows, B]`. It returns the selected pixels of the bitmap. A 
 own filters. The filters here are frozen dataclasses, so that rules can be compared and printed.
 """
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Pictures of objects, with which VEM separates touching objects."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ Colours are ALE palette indices (0-255), one or several. Rules with several regi
 colours for each region.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -51,7 +49,7 @@ class Gauge:
     side: str = "w"
     full: int | None = None
     worth: int = 1
-    of: Bounds | None = None
+    of: "Bounds | None" = None
 
     def __post_init__(self) -> None:
         if self.unit == 0:
@@ -144,7 +142,7 @@ class Bounds:
         )
 
     @property
-    def parts(self) -> tuple[Bounds, ...]:
+    def parts(self) -> "tuple[Bounds, ...]":
         """This rule, and the rule that its gauge measures."""
         return (
             (self, self.value.of)
@@ -176,7 +174,7 @@ class Bounds:
             0,
         )
 
-    def check(self, rules: Mapping[str, Rule]) -> None:
+    def check(self, rules: "Mapping[str, Rule]") -> None:
         """Check the names of other categories, given all rules; raises ValueError."""
         for name in self.exclude:
             other = rules.get(name)
@@ -226,11 +224,11 @@ class Blobs:
     ignore: tuple[Area, ...] = ()
     exclude: tuple[str, ...] = ()
     then: tuple[Step, ...] = ()
-    also: tuple[Blobs, ...] = ()
+    also: "tuple[Blobs, ...]" = ()
     frames: Callable[[jax.Array], jax.Array] | None = None
 
     @property
-    def rules(self) -> tuple[Blobs, ...]:
+    def rules(self) -> "tuple[Blobs, ...]":
         """This rule and the rules of `also`."""
         return (self, *self.also)
 
@@ -290,7 +288,7 @@ class Blobs:
         if any(rule.also or rule.then for rule in self.also):
             raise ValueError("a rule in also must have no also and no steps")
 
-    def check(self, rules: Mapping[str, Rule]) -> None:
+    def check(self, rules: "Mapping[str, Rule]") -> None:
         """Check the names of other categories, given all rules; raises ValueError."""
         for name in (name for rule in self.rules for name in rule.exclude):
             if not _is_whole_cells(rules.get(name)):
@@ -373,7 +371,7 @@ class Cells:
                 )
             color_set(self.anchor[0])
 
-    def check(self, rules: Mapping[str, Rule]) -> None:
+    def check(self, rules: "Mapping[str, Rule]") -> None:
         """Check the names of other categories, given all rules; raises ValueError."""
         for name in self.exclude:
             if not isinstance(rules.get(name), Blobs):
@@ -490,7 +488,7 @@ class Runs:
             raise ValueError(f"gap must be 0 to 31 pixels, got {self.gap}")
         check_area((self.columns[0], 0, self.columns[1], 1))
 
-    def check(self, rules: Mapping[str, Rule]) -> None:
+    def check(self, rules: "Mapping[str, Rule]") -> None:
         """Nothing to check: the rule names no other category."""
 
 

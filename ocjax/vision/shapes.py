@@ -1,7 +1,5 @@
 """`Shape`: size limits that decide whether a connected component is an object."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import TypeVar
 

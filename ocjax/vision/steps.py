@@ -4,8 +4,6 @@ A step is a function of the objects and of their `Context`. A game may define it
 subclasses of `Step`.
 """
 
-from __future__ import annotations
-
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping

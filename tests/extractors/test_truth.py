@@ -9,7 +9,7 @@ import pytest
 
 from ocjax import recordings
 from ocjax.evaluation import matching, metrics
-from ocjax.extraction.checks import LifeIcons
+from ocjax.extraction.checks import LivesAsIcons
 from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.record.deciding import in_batches
 from tests.support.states import DATA
@@ -131,7 +131,7 @@ def test_rewards_are_checked(game, truth):
 def test_other_categories_show_the_lives(game, truth, detected):
     """Objects that count as lives and numbers with other names show the lives, too."""
     for shown in game.checks.lives:
-        wrong = icons_differ if isinstance(shown, LifeIcons) else numbers_differ
+        wrong = icons_differ if isinstance(shown, LivesAsIcons) else numbers_differ
         assert np.count_nonzero(wrong(game, detected[0], shown, truth["lives"])) == shown.early
 
 

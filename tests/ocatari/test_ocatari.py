@@ -389,3 +389,24 @@ def test_names_that_are_absent():
         env = OCAtari("Pong")
         env.objects_v  # noqa: B018
     env.close()
+
+
+def test_imports_from_modules():
+    from ocjax.ocatari import core, utils, vision
+    from ocjax.ocatari.core import UPSCALE_FACTOR
+    from ocjax.ocatari.core import OCAtari as Core
+    from ocjax.ocatari.utils import load_agent, parser
+    from ocjax.ocatari.vision.utils import make_darker, mark_bb
+
+    assert Core is OCAtari
+    assert UPSCALE_FACTOR == ocatari.UPSCALE_FACTOR
+    assert (load_agent, mark_bb, make_darker) == (
+        ocatari.load_agent,
+        ocatari.mark_bb,
+        ocatari.make_darker,
+    )
+    assert parser.parse_args(["-p", "model"]).path == "model"
+    for module in (core, utils, vision.utils):
+        assert set(module.__all__) <= set(ocatari.__all__)
+        with pytest.raises(ImportError, match="has no find_objects: it is a part of OCAtari's"):
+            module.find_objects  # noqa: B018

@@ -18,7 +18,7 @@ HELP = (
     "r acts at random, m by hand, q quits"
 )
 ARROWS = {"\x1b[A": "w", "\x1b[D": "a", "\x1b[B": "s", "\x1b[C": "d"}
-ENTER, ESCAPE, BACKSPACE, INTERRUPT = ("\r", "\n"), "\x1b", ("\x7f", "\x08"), "\x03"
+ENTER, ESCAPE, BACKSPACE = ("\r", "\n"), "\x1b", ("\x7f", "\x08")
 HELD = 6  # emulated frames that a key press lasts: terminals do not report releases
 GLOW = 15  # emulated frames that a changed byte stays marked
 
@@ -65,19 +65,6 @@ class Session:
         self.changed = np.zeros(128, int)  # remaining frames of each byte's mark
         self.reward = 0
         self.ram = self.ale.getRAM()
-        self._commands = {
-            ":": self._start_typing,
-            "p": self._toggle_pause,
-            "n": self._step_one,
-            "v": self._toggle_vision,
-            "k": self._save,
-            "l": self._load,
-            "r": self._act_at_random,
-            "m": self._act_by_hand,
-            "q": self._quit,
-            INTERRUPT: self._quit,
-            ESCAPE: self._quit,
-        }
         self._observe()
 
     def _observe(self) -> None:
@@ -131,46 +118,43 @@ class Session:
             self._type(key)
         elif key in MOVES:
             self.held[key] = HELD
-        elif key in self._commands:
-            self._commands[key]()
+        else:
+            self._command(key)
 
-    def _start_typing(self) -> None:
-        self.typed = ""
-
-    def _toggle_pause(self) -> None:
-        self.paused = not self.paused
-        self.message = "paused; n steps one frame" if self.paused else HELP
-
-    def _step_one(self) -> None:
-        self.paused = True
-        self.frame()
-
-    def _toggle_vision(self) -> None:
-        self.vision = not self.vision
-        self._observe()
-        self.message = "boxes from pixels (VEM)" if self.vision else "boxes from RAM (REM)"
-
-    def _save(self) -> None:
-        self.saved = (self.ale.cloneState(include_rng=True), self.reward)
-        self.message = "state saved"
-
-    def _load(self) -> None:
-        if self.saved is None:
-            self.message = "no state has been saved: k saves one"
-            return
-        state, self.reward = self.saved
-        self.ale.restoreState(state)
-        self._observe()
-        self.message = "state loaded; the picture follows with the next frame"
-
-    def _act_at_random(self) -> None:
-        self.policy, self.message = self._random, "random actions; m returns to the keyboard"
-
-    def _act_by_hand(self) -> None:
-        self.policy, self.message = None, HELP
-
-    def _quit(self) -> None:
-        self.done = True
+    def _command(self, key: str) -> None:
+        """Execute the command of a key."""
+        match key:
+            case ":":
+                self.typed = ""
+            case "p":
+                self.paused = not self.paused
+                self.message = "paused; n steps one frame" if self.paused else HELP
+            case "n":
+                self.paused = True
+                self.frame()
+            case "v":
+                self.vision = not self.vision
+                self._observe()
+                self.message = "boxes from pixels (VEM)" if self.vision else "boxes from RAM (REM)"
+            case "k":
+                self.saved = (self.ale.cloneState(include_rng=True), self.reward)
+                self.message = "state saved"
+            case "l" if self.saved is None:
+                self.message = "no state has been saved: k saves one"
+            case "l":
+                state, self.reward = self.saved
+                self.ale.restoreState(state)
+                self._observe()
+                self.message = "state loaded; the picture follows with the next frame"
+            case "r":
+                self.policy, self.message = (
+                    self._random,
+                    "random actions; m returns to the keyboard",
+                )
+            case "m":
+                self.policy, self.message = None, HELP
+            case "q" | "\x03" | "\x1b":  # Ctrl-C and Escape
+                self.done = True
 
     def _type(self, key: str) -> None:
         assert self.typed is not None

@@ -43,8 +43,6 @@ Rejected alternatives, in microseconds per frame on one core for a game's comple
   computation that the words share.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

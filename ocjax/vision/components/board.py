@@ -1,7 +1,5 @@
 """First stage: the board, which holds all masks of a game."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Fourth stage: select the components that are objects, and compute their boxes."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import jax

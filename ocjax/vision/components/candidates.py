@@ -1,7 +1,5 @@
 """Second stage: candidates, the pixels where components may begin."""
 
-from __future__ import annotations
-
 import functools
 import operator
 from collections.abc import Callable, Sequence

@@ -1,10 +1,8 @@
 """Static layout of the masks on the board, and each mask's table entries for the stages."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -120,7 +118,7 @@ class Layout:
     unlimited: bool
 
     @classmethod
-    def of(cls, masks: Sequence[Bitmap], searches: Sequence[Search]) -> Layout:
+    def of(cls, masks: Sequence[Bitmap], searches: Sequence[Search]) -> Self:
         """Lay out masks and their searches."""
         # Masks with equal gaps are bridged together, so they must be adjacent.
         order = sorted(range(len(searches)), key=lambda i: searches[i].gap)

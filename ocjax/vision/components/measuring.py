@@ -1,7 +1,5 @@
 """Third stage: fill and measure the component of each candidate."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import jax

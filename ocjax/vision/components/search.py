@@ -1,7 +1,5 @@
 """`Search`: which connected components of a mask are objects."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Fifth stage: assign the objects of a round to slots."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -8,8 +8,6 @@ Windows are uint32 `[words, rows, n]` for `n` components. The first pixel of eac
 the first row, in column `reach`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -10,8 +10,8 @@ from typing import Annotated, NamedTuple
 import typer
 
 from ocjax import recordings
-from ocjax.cli.loading import load_playable
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.emulators.start import load_playable
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.recordings import Recording
