@@ -31,8 +31,10 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
+    LivesAsIcons,
     NumberDisplay,
     RamMap,
     Rom,
@@ -414,6 +416,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Torpedos", "Player_Projectile"),
+        lives=(LivesAsIcons(("Life",), hidden=1, early=2),),
+    ),
     categories=(
         Category("Player", SHIP, color_row=-1, role="player", doc="the ship"),
         Category("Saucer", SAUCERS_SHOWN, count=3, doc="white; dots at the horizon"),

@@ -46,6 +46,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     LoneRuns,
@@ -476,6 +477,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (8, 15), 136, mask=SAVER_MASK, taken=(136, 38)),
+    checks=Checks(
+        saver_hides=("EnemyPlane", "MiniEnemy", "MiniTruck"),
+    ),
     categories=(
         Category("Player", CHOPPER, attributes=("orientation",), role="player", doc="the chopper"),
         enemies("EnemyHelicopter", vehicles(WHITE, FIELD), doc="lanes from the bottom"),

@@ -43,8 +43,10 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Icons,
+    LivesAsIcons,
     NumberDisplay,
     Pictures,
     RamMap,
@@ -422,6 +424,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        lives=(LivesAsIcons(("Life",)),),
+        mirrored={"Enemy_Bird": None, "Helicopter": None},
+    ),
     categories=(
         Category("Player", CLIMBER, role="player", doc="the climber"),
         Category("Window", WINDOWS, count=78, doc="row * 6 + column"),

@@ -466,7 +466,14 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), role="player", doc="the ship"),
-        Category("Enemy", DEMONS, count=7, color_row=COLOR_ROW, doc="demons, halves, the diver"),
+        Category(
+            "Enemy",
+            DEMONS,
+            count=7,
+            color_row=COLOR_ROW,
+            doc="demons, halves, the diver",
+            aliases=("EnemyPart",),
+        ),
         Category("PlayerMissile", SHOTS, doc="the shot in flight"),
         Category("EnemyMissile", MISSILES, count=2 * MISSILE_ROWS, doc="bombs, pieces of rays"),
         display("Score", SCORE.rule(YELLOW, required=True), role="score", doc="points"),

@@ -47,6 +47,7 @@ from ocjax.authoring import (
     Box,
     BoxTable,
     Category,
+    Checks,
     Game,
     Gauge,
     KindEntry,
@@ -490,6 +491,12 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     shades=BY_ERA,
+    checks=Checks(
+        rare=("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
+        known={"Score": 0.8},  # a text
+        # All directions of flight share pictures of Enemy_Orange.
+        mirrored={"Enemy_Yellow": None, "Enemy_Blue": None, "Enemy_Orange": 0.34},
+    ),
     categories=(
         Category("Player", WHOLE_JET, attributes=("orientation",), role="player", doc="the jet"),
         Category("Player_Shot", JET_SHOT, blinks=True, doc="its shot"),

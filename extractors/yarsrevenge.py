@@ -39,6 +39,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Game,
     NumberDisplay,
     Pictures,
@@ -391,6 +392,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        mirrored={"Player_Bullet": None},
+    ),
     categories=(
         facing("Player", PLAYER, role="player", doc="the Yar"),
         facing("Player_Bullet", SHOT, doc="its shot"),

@@ -1,6 +1,7 @@
 """All names that game files use.
 
-- The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`.
+- The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`, and `Checks`
+  with `LivesAsIcons` and `LivesAsNumber`: differences from what the tests of all games expect.
 - The RAM: `RamMap` and its fields (`byte`, `bits`, `flag`, `low`, `high`, `signed`, `bcd`).
 - Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
 - Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
@@ -39,6 +40,7 @@ from ocjax.console.registers import (
 )
 from ocjax.console.rom import Pictures, Rom
 from ocjax.console.word import Word
+from ocjax.extraction.checks import Checks, LivesAsIcons, LivesAsNumber
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extraction.kinds import KindEntry, Kinds
 from ocjax.vision import bitmap as bitmaps
@@ -92,6 +94,7 @@ __all__ = [
     "ByColor",
     "Category",
     "Cells",
+    "Checks",
     "Colors",
     "Context",
     "Detected",
@@ -104,6 +107,8 @@ __all__ = [
     "KindEntry",
     "Kinds",
     "Lines",
+    "LivesAsIcons",
+    "LivesAsNumber",
     "LoneRuns",
     "NoLines",
     "Number",

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import ocjax
+from ocjax.extraction.suites import SUITES
 from tests.support.states import ROOT, excerpt
 
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -87,6 +88,16 @@ assert objects.valid.shape[0] == 64 * cores
     code = block.replace("os.cpu_count()", "3", 1) + check
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_readme_counts_the_games():
+    """If this fails, correct the README."""
+    text = " ".join(README.read_text(encoding="utf-8").split())
+    places = (r"\) for (\d+) games\.", r"agreement in all (\d+) games", r"The (\d+) games are all")
+    for place in places:
+        assert re.findall(place, text) == [str(len(ocjax.games()))], place
+    for suite in ("atari100k", "atari5", "atari10", "atari57", "ocatari"):
+        assert set(SUITES[suite].games) <= set(ocjax.games())
 
 
 def test_readable_records_of_the_readme():

@@ -35,6 +35,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Gauge,
     NumberDisplay,
@@ -296,6 +297,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     shades=NIGHT,
+    checks=Checks(
+        # Objects that are hit or leave are gone a frame early; VEM misses covered objects.
+        agreement={"modes": 0.95},
+        rare=("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
+        miscounted={"Score": 1},  # hidden
+        known={"Life": 0.3},  # full
+    ),
     categories=(
         Category("Player", VEHICLE, role="player", doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),

@@ -39,11 +39,14 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
     Gauge,
     Icons,
     Lines,
+    LivesAsIcons,
+    LivesAsNumber,
     Packed,
     Pictures,
     Run,
@@ -358,6 +361,11 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
+        lives=(LivesAsIcons(("Life_HUD",), hidden=1), LivesAsNumber("Life_HUD")),
+        moved=0.15,  # many walls
+    ),
     categories=(
         Category(
             "Player",

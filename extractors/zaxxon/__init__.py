@@ -36,6 +36,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     Gauge,
@@ -334,6 +335,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        known={"Life": 0.85},  # on one of five lines; VEM reads two
+    ),
     categories=(
         Category("Player", PLANE_RULE, role="player", doc="the plane"),
         in_play("Player_Shot", SHOT_RULE, 2, doc="the plane's shots, drawn by turns"),

@@ -9,7 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import ocjax
-from ocjax import ocatari
+from ocjax import layouts, ocatari
 from ocjax.emulators import variations
 from ocjax.ocatari import GameObject, NoObject, OCAtari, Orientation, ValueObject
 from tests.support.states import excerpt
@@ -222,12 +222,41 @@ def test_objects_without_a_slot_follow(name):
             (r["x"], r["y"], r["w"], r["h"]) for r in records
         )
         for o, meaning in zip(listed, table.meaning, strict=False):
-            assert not o or game.slices[meaning.split(" ")[0]] == game.slices[o.category]
+            assert not o or meaning.split(" ")[0] == o.category
         assert (
             len(table.ns_state(listed))
             == len(table.ns_state(table.empty()))
             == 2 * sum(table.counts.values())
         )
+
+
+@pytest.mark.parametrize("name", ocjax.games())
+def test_all_names_of_ocatari_are_known(name):
+    game = ocjax.load(name)
+    table = layouts.declared_slots(game, hud=True) or {}
+    assert table.keys() <= {*game.slices, *(a for c in game.categories for a in c.aliases)}
+
+
+def test_two_names_of_one_category():
+    """The first name gets the objects."""
+    game = ocjax.load("DemonAttack")
+    objects = ocatari._host(game.rem(excerpt("DemonAttack")["rams"][30:31]))
+    listed = [o for o in ocatari.SlotTable(game, True).arrange(objects, None) if o]
+    assert [o.category for o in listed].count("Enemy") == np.count_nonzero(
+        objects.of("EnemyPart").valid
+    )
+    assert "EnemyPart" not in {o.category for o in listed}
+    assert layouts.places(game, ("Enemy", "EnemyPart"))["EnemyPart"] == slice(0, 0)
+
+
+def test_objects_have_names_of_ocatari():
+    game = ocjax.load("MarioBros")
+    objects = ocatari._host(game.rem(excerpt("MarioBros")["rams"][30:31]))
+    listed = ocatari.SlotTable(game, True).arrange(objects, None)
+    (time,) = [o for o in listed if o.category == "Time"]
+    assert isinstance(time, ValueObject)
+    assert [time.value] == objects.of("Level").value.ravel().tolist()
+    assert pickle.loads(pickle.dumps(time)) == time
 
 
 def test_slots_of_games_that_differ():
