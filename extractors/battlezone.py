@@ -308,7 +308,7 @@ def _enemies_as_drawn(m: Ram) -> Enemy:
         (kind >= Kind.BOSS, FIRST_BOSS + size),
         otherwise=FIRST_FLYER + size,
     )
-    stored = DOTS_WORD.unpack(lookup(STORED_DOTS, SIZES * picture + size))
+    stored = DOTS_WORD.unpack(lookup(np.asarray(STORED_DOTS), SIZES * picture + size))
     zoom = stored.zoom
     lowest = _from_left(m, stored.lowest & m.mask)
     shows = _from_left(m, stored.used & m.mask)

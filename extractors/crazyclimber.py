@@ -305,7 +305,7 @@ def _row_start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
     zone_rows = jnp.maximum(jnp.minimum(row, _end_of_zone(m)) - ZONE_START, 0)
     below_head = _has_thrower(m) & (head_row < ZONE_END) & (row > head_row)
     for_bird = when(_has_bird(m) & (row > 1), BIRD_STEPS)
-    return ROW_STEPS * row + zone_rows + when(below_head, 1) + for_bird
+    return jnp.asarray(ROW_STEPS * row + zone_rows + when(below_head, 1) + for_bird)
 
 
 def _counters(m: Ram, row: jax.Array) -> jax.Array:

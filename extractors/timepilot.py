@@ -321,12 +321,12 @@ def _jet_box(m: Ram) -> Box:
     cloud = when(~_warps(m), jnp.clip(place + 1, 1, CLOUDS))
     not_drawn_yet = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
     exists = (m.look != Look.GONE) | _just_gone(m)
-    fields = {
-        "valid": exists & ~not_drawn_yet & (m.idle < BLANKED),
-        "orientation": 2 * m.way,
-    }
-    whole = JETS.box(JETS.index(look=look, cloud=0), *NOSE[:2], **fields)
-    seen = JETS.box(JETS.index(look=look, cloud=cloud), *NOSE[:2], **fields)
+    valid = exists & ~not_drawn_yet & (m.idle < BLANKED)
+    facing = 2 * m.way
+    whole_jet = JETS.index(look=look, cloud=0)
+    seen_jet = JETS.index(look=look, cloud=cloud)
+    whole = JETS.box(whole_jet, *NOSE[:2], valid=valid, orientation=facing)
+    seen = JETS.box(seen_jet, *NOSE[:2], valid=valid, orientation=facing)
     return choose(seen.w > 0, seen, whole)
 
 
@@ -419,7 +419,7 @@ def _box_of_icons(era: Era, icons: list[int]) -> tuple[int, ...]:
     pictures = [ROM.rows(at | icons[place], ICON_ROWS) for place in used]
     ink = np.flatnonzero(np.sum(pictures, axis=0))
     width = 8 * (used[-1] - used[0] + 1)
-    return ICON_X + 8 * used[0], ink[0], width, np.ptp(ink) + 1
+    return ICON_X + 8 * used[0], int(ink[0]), width, int(np.ptp(ink)) + 1
 
 
 def _boxes_of_icons() -> BoxTable:

@@ -96,7 +96,7 @@ class Box:
         found = self.valid & chosen
         others = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "valid"}
         one = {name: v if v is None else only(found, v) for name, v in others.items()}
-        return Box(**one, valid=jnp.any(found))
+        return Box(**one, valid=jnp.any(found))  # pyright: ignore
 
     @property
     def slots(self) -> int:
