@@ -323,10 +323,10 @@ def _jet_box(m: Ram) -> Box:
     exists = (m.look != Look.GONE) | _just_gone(m)
     valid = exists & ~not_drawn_yet & (m.idle < BLANKED)
     facing = 2 * m.way
-    whole_jet = JETS.index(look=look, cloud=0)
-    seen_jet = JETS.index(look=look, cloud=cloud)
-    whole = JETS.box(whole_jet, *NOSE[:2], valid=valid, orientation=facing)
-    seen = JETS.box(seen_jet, *NOSE[:2], valid=valid, orientation=facing)
+    without_cloud = JETS.index(look=look, cloud=0)
+    with_cloud = JETS.index(look=look, cloud=cloud)
+    whole = JETS.box(without_cloud, *NOSE[:2], valid=valid, orientation=facing)
+    seen = JETS.box(with_cloud, *NOSE[:2], valid=valid, orientation=facing)
     return choose(seen.w > 0, seen, whole)
 
 
