@@ -31,7 +31,9 @@ def path(game: Game, data: Path) -> Path:
 
 
 def describe(game: Game, data: Path) -> str:
-    """Choose edited states of a game, first from those in its file, and write them as text.
+    """Choose edited states of a game and write them as text.
+
+    States of its file come first, as far as they decide.
 
     Args:
         game: the game.
@@ -41,14 +43,14 @@ def describe(game: Game, data: Path) -> str:
     text = own.read_text(encoding="utf-8") if own.exists() else ""
     known = np.logical_or.reduce(deciding.decisions(game, played), axis=1)
     swept = arbitrary.swept(game.name, played, min(CANDIDATES, WORK // len(known)))
-    lines = [
-        *text.splitlines(),
-        *(_line(ram, i % len(played), played) for i, ram in enumerate(swept)),
-    ]
-    candidates = np.concatenate([states(text, played), swept])
-    decisions = deciding.decisions(game, candidates, known)
-    chosen = deciding.cover(decisions, MOST, np.ones(len(decisions), np.float32))
-    return "".join(f"{lines[i]}\n" for i in sorted(chosen))
+    new = [_line(ram, i % len(played), played) for i, ram in enumerate(swept)]
+    lines: list[str] = []
+    for candidates in filter(None, (text.splitlines(), new)):
+        decisions = deciding.decisions(game, states("\n".join(candidates), played), known)
+        chosen = deciding.cover(decisions, MOST - len(lines), np.ones(len(known), np.float32))
+        lines += [candidates[i] for i in sorted(chosen)]
+        known |= decisions[:, chosen].any(axis=1)
+    return "".join(f"{line}\n" for line in lines)
 
 
 def recorded(game: Game, data: Path) -> np.ndarray:
