@@ -1,8 +1,13 @@
-"""Draw docs/games.gif, the objects of both methods in play, and docs/variations.png.
+"""Draw docs/games.gif, the objects of both methods in play, docs/variations.png and docs/games.
 
-python docs/picture.py
+    python docs/picture.py [GAME ...]
+
+With names of games, only their pictures in docs/games are drawn: REM's objects in one recorded
+state of tests/data.
 """
 
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import jax
@@ -10,7 +15,10 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 import ocjax
+from ocjax import recordings
+from ocjax.cli.gallery import richest
 from ocjax.envs import variations
+from ocjax.extraction.game import Game
 from ocjax.play.policies import SHIPPED
 from ocjax.play.rollouts import rollout
 from ocjax.transforms.drawing import overlay, sheet
@@ -53,8 +61,17 @@ STEPS, PAIRS, GAP, LINE = (
 )  # random steps before a picture, pairs in a row, pixels between them and for a name
 
 
-def main() -> None:
-    """Write the pictures."""
+def main(names: Sequence[str]) -> None:
+    """Write the pictures of some games, or all pictures."""
+    for name in names or ocjax.games():
+        picture = draw_game(ocjax.load(name)).quantize(64)
+        picture.save(ROOT / "docs" / "games" / f"{name}.png", optimize=True)
+    if not names:
+        draw_animations()
+
+
+def draw_animations() -> None:
+    """Write docs/games.gif and docs/variations.png."""
     games = [draw_play(name, after) for name, after in PLAYED.items()]
     sheets = [sheet([pictures[t] for pictures in games], TITLES) for t in range(FRAMES)]
     colors = sheets[0].quantize(64)
@@ -94,6 +111,15 @@ def draw_play(name: str, after: int) -> list[list[Image.Image]]:
     ]
 
 
+def draw_game(game: Game) -> Image.Image:
+    """REM's objects in the recorded state with most kinds of objects on the screen."""
+    tape = recordings.read(ROOT / "tests" / "data" / f"{game.name}.npz", game.name)
+    screens = np.asarray(tape.screens)
+    objects = jax.tree.map(np.asarray, game.rem(np.asarray(tape.rams)))
+    at = int(richest(game, objects, screens, 1)[0])
+    return overlay(game, screens[at], objects[at], scale=2)
+
+
 def draw_variations() -> Image.Image:
     """Variations beside the original game, after the same random actions."""
     width, height = 2 * 160 + GAP, 210 + LINE
@@ -125,4 +151,4 @@ def play(game: str, hook: str | None) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

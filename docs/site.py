@@ -2,33 +2,28 @@
 
     mkdocs build --strict  # with the extra `docs`
 
-Pictures show recorded states in tests/data, so neither ROMs nor ale-py are needed.
+`python docs/picture.py` draws the pictures of the games.
 """
 
 import functools
-import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import griffe
-import jax
-import numpy as np
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 
 import ocjax
-from ocjax import recordings
 from ocjax.cli.description import describe
-from ocjax.cli.gallery import richest
 from ocjax.cli.games import FIGURES
 from ocjax.emulators.settings import PRESETS
 from ocjax.emulators.start import action_set, load_emulator
 from ocjax.envs import Vector
 from ocjax.extraction.game import Game
 from ocjax.extraction.suites import SUITES
-from ocjax.transforms.drawing import category_colors, overlay
+from ocjax.transforms.drawing import category_colors
 
 ROOT = Path(__file__).parent.parent
 PAGES = {
@@ -94,8 +89,6 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     texts |= {f"games/{game.name}.md": "\n".join(_page(game)) for game in games}
     for path, text in texts.items():
         files.append(File.generated(config, path, content=text))
-    for game in games:
-        files.append(File.generated(config, f"games/{game.name}.png", content=_picture(game)))
     return files
 
 
@@ -220,23 +213,6 @@ def _machine(about: dict[str, Any]) -> Iterator[str]:
         f"| `{f['name']}` | {', '.join(f['bytes'])} | {f['read']} | {f['comment']} |"
         for f in about["ram"]
     )
-
-
-def _picture(game: Game) -> bytes:
-    """A PNG of the recorded state in which most kinds of objects are on the screen."""
-    tape = recordings.read(ROOT / "tests" / "data" / f"{game.name}.npz", game.name)
-    assert tape.screens is not None
-    objects = game.rem(np.asarray(tape.rams))
-    at = int(richest(game, objects, np.asarray(tape.screens), 1)[0])
-    image = overlay(
-        game,
-        np.asarray(tape.screens[at]),
-        jax.tree.map(lambda field: np.asarray(field[at]), objects),
-        scale=2,
-    )
-    out = io.BytesIO()
-    image.quantize(64).save(out, "PNG", optimize=True)
-    return out.getvalue()
 
 
 def _modules() -> Iterator[str]:

@@ -1,5 +1,7 @@
 """Air Raid: a ship that defends two buildings against enemies and their bombs.
 
+Picture: docs/games/AirRaid.png
+
 Screen: exploding enemies and ships are not objects. The flashing ground is scenery. After a frame
 with an odd number of lines, the emulator shows the next one in grey, as a PAL television does. An
 object keeps its colour from other frames.

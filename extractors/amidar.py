@@ -1,5 +1,7 @@
 """Amidar: the player paints a maze of lines and ladders; up to six warriors or pigs walk in it.
 
+Picture: docs/games/Amidar.png
+
 Screen: in odd levels the player is a gorilla among warriors, in even levels a roller among pigs. A
 jump turns the others into shadows. The last corner turns them into chickens. A caught figure
 becomes a shadow. Shadows are black: their boxes are the missing pixels of the maze. A shadow on the

@@ -1,5 +1,7 @@
 """Assault: a cannon below a mother ship that sends enemies down in three rows.
 
+Picture: docs/games/Assault.png
+
 Screen: the mother ship's box includes its open bay. The rows of an enemy have different colours;
 its colour is the last row's. The gauge is not valid until a new game colours it. The ground's line
 is scenery.

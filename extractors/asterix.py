@@ -1,5 +1,7 @@
 """Asterix: the hero runs about on a stage of eight lanes, and things pass through the lanes.
 
+Picture: docs/games/Asterix.png
+
 Screen: each lane has one thing at a time: a lyre (an enemy), something to eat, or the points for
 it. In later stages Obelix replaces Asterix, and the food is helmets, shields, lamps, apples, fish,
 meat and mugs. Between the two heroes, a picture of Obelix fills the screen. The last life has no

@@ -1,5 +1,7 @@
 """Asteroids: a ship among large, medium and small asteroids that drift up and down, and a saucer.
 
+Picture: docs/games/Asteroids.png
+
 Screen: odd frames show the asteroids, even frames the ship, the saucer and the shots. If an edge
 cuts the ship or the saucer, the box covers the larger part. Player is not valid without a ship
 (OCAtari's placeholder NoObjectPlayer is omitted).

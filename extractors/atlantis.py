@@ -1,5 +1,7 @@
 """Atlantis: three cannons and six other buildings of a city, below ships that fly over in lanes.
 
+Picture: docs/games/Atlantis.png
+
 Screen: the outermost eight columns of the sky are black masks. The ground, the water and the black
 dashes at the left edge are scenery.
 

@@ -1,5 +1,7 @@
 """Bank Heist: a getaway car, three banks, the police cars that come out of them, and dynamite.
 
+Picture: docs/games/BankHeist.png
+
 Screen: fuel, spare cars and the loot are outside the maze. If three objects share lines, the game
 alternates them. After an explosion the streets flash. While they are as grey as banks, points and
 explosions, those objects are invisible and not valid. Walls hide dynamite. Scenery: the maze, the

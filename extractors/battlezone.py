@@ -1,5 +1,7 @@
 """Battlezone: a plain seen from inside a tank, with at most two enemies and two shots on it.
 
+Picture: docs/games/BattleZone.png
+
 Screen: the radar is at the top, score and spare tanks are at the bottom. Radar_Content is the
 radar's hand and two blips. Odd frames show the player's shot, even frames the enemy's. Mountains
 and the lines of a crash are scenery. When the player is hit, the game draws the other objects on

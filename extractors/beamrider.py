@@ -1,5 +1,7 @@
 """Beam Rider: a ship on five beams; saucers and other enemies come down the beams.
 
+Picture: docs/games/BeamRider.png
+
 Screen: the beams' lines and dots and the maker's name are scenery. The sentinel passes above the
 beams at the end of a sector.
 

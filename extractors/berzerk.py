@@ -1,5 +1,7 @@
 """Berzerk: a human and at most eight robots in the rooms of a maze, a shot per side, Evil Otto.
 
+Picture: docs/games/Berzerk.png
+
 Screen: while a room appears, human and robots are absent and not valid. The score is valid, also
 while lives or a bonus replace it on the screen. A robot stays valid while it explodes. Otto and the
 human share a sprite, which shows them alternately. The walls are scenery.

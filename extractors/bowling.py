@@ -1,5 +1,7 @@
 """Bowling: a bowler, the ball and ten pins on an alley.
 
+Picture: docs/games/Bowling.png
+
 Screen: the score, the round and the current player's number are at the top. The two lines of the
 alley and the marks of the score sheet (one per round, below the score) are scenery.
 

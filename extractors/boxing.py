@@ -1,5 +1,7 @@
 """Boxing: a white and a black boxer in a ring from above; the scores and the clock are at the top.
 
+Picture: docs/games/Boxing.png
+
 Screen: a boxer is one object with both arms, at their current stretch. The box includes parts that
 the other boxer hides. The chip draws a boxer in three pieces of 16 rows (arm, head, arm), and the
 box is their union. The ring, the maker's name and the black edge are scenery.

@@ -1,5 +1,7 @@
 """Breakout: a ball, a paddle, and a wall of six rows of 18 bricks between three grey walls.
 
+Picture: docs/games/Breakout.png
+
 Screen: the ball has the colour of its row: grey above the bricks, the bricks' colours among them,
 the paddle's colour below. The grey walls and the coloured feet of the side walls are scenery. The
 paddle may cover the right foot, which has its colour.

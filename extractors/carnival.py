@@ -1,5 +1,7 @@
 """Carnival: a gun below three rows of targets, a wheel of pipes, and a sign that offers a bonus.
 
+Picture: docs/games/Carnival.png
+
 Screen: the beam's late blank hides the leftmost eight columns of the rows. The lines, the foot of
 the wheel and the stand of the sign are scenery. PlayerScore stays valid while a text replaces it
 between levels. The bar with its last bullets and a hit sign stay valid while they blink.

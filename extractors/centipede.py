@@ -1,5 +1,7 @@
 """Centipede: a shooter, mushrooms, a centipede of at most nine segments, spider, flea and scorpion.
 
+Picture: docs/games/Centipede.png
+
 Screen: it has 20 zones of nine rows. A zone shows one object besides mushrooms: a chain of segments
 (several chains alternate), or the spider, the flea or the scorpion, which have priority. Therefore
 CentipedeSegment is sometimes hidden for a few frames. Eight colours are permuted from level to

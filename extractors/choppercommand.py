@@ -1,5 +1,7 @@
 """Chopper Command: a helicopter that guards convoys of trucks, enemies in three lanes, a radar.
 
+Picture: docs/games/ChopperCommand.png
+
 Screen: the shot is the remaining part of a line. MiniTruck, MiniEnemy and MiniPlayer are the dots
 on the radar. Life has a box around the helicopters in reserve, one less than its `value`. An
 exploding object is not valid, but a hit truck blinks and stays valid. Sky, mountains and the

@@ -1,5 +1,7 @@
 """CrazyClimber: a climber on a skyscraper, windows that shut, throwers, a bird, a helicopter.
 
+Picture: docs/games/CrazyClimber.png
+
 Screen: the walls and the open sky between them are scenery. The box of a partly shut window is its
 open part. Projectile is any falling object: pots, bars, eggs, girders (OCAtari's VEM names them by
 colour). The climber and a falling object on the same rows are drawn alternately.

@@ -1,5 +1,7 @@
 """Demon Attack: a ship that shoots at up to three demons, which drop bombs or fire rays.
 
+Picture: docs/games/DemonAttack.png
+
 Screen: the ground is scenery. Appearing demons (OCAtari's EnemyPart) and exploding demons or ships
 are clouds of particles and not objects. A ray fills its rows. Each row of a demon has a colour of
 the level; the demon's colour is the fourth row's from below.

@@ -1,5 +1,7 @@
 """DonkeyKong: Mario, four barrels or fireballs, a hammer, Donkey Kong, Pauline, two boards.
 
+Picture: docs/games/DonkeyKong.png
+
 Screen: the first board has slanted girders and barrels. The second one (blue) has fireballs and
 eight rivets, which Mario takes out by walking over them. Ladder includes broken ladders, each from
 its first rung to its last. A held hammer is drawn in the rows where it hung, on any floor. During a

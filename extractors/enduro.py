@@ -1,5 +1,7 @@
 """Enduro: a race by day, on snow, at night and in fog, past 200 cars on the first day, then 300.
 
+Picture: docs/games/Enduro.png
+
 Screen: the beam's late blank hides the eight columns at the left edge. The road, mountains, the
 board with its car or flags, and the maker's name are scenery. At night, the game draws only the
 cars' lights.

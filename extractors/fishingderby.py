@@ -1,5 +1,7 @@
 """FishingDerby: two anglers on piers, their poles and lines, six fish, a shark, and two scores.
 
+Picture: docs/games/FishingDerby.png
+
 Screen: the line and the hook have one box, from the pole down. The hook is at its bottom. The
 orientation (south-east, south or south-west) gives its side of the pole's end. Boxes exclude the
 parts of fish, shark and lines behind the bars of the piers, but include parts that these objects

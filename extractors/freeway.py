@@ -1,5 +1,7 @@
 """Freeway: two chickens cross a road of ten lanes.
 
+Picture: docs/games/Freeway.png
+
 Screen: the beam's late blank keeps the leftmost eight columns black. Cars drive in and out under
 them and over the right edge. The kerbs, the dashed lines and the copyright line are scenery.
 

@@ -1,5 +1,7 @@
 """Frostbite: Frostbite Bailey, a bear, four rows of floes, birds, fish, crabs and clams, an igloo.
 
+Picture: docs/games/Frostbite.png
+
 Screen: floes are white. A row turns blue when Bailey steps on it, and white again when all rows are
 blue. Temperature and Lives blink together below 10 degrees. The beam's late blank hides the eight
 columns at the left edge. The fish on the display from level 21, the sky and the maker's name are

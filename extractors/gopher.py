@@ -1,5 +1,7 @@
 """Gopher: a farmer guards three carrots from a gopher, which digs tunnels and holes to get them.
 
+Picture: docs/games/Gopher.png
+
 Screen: a duck may bring a seed of a single pixel. The farmer catches it and plants it as a carrot.
 The grass, the solid dirt and a dash at the left edge are scenery.
 

@@ -1,5 +1,7 @@
 """IceHockey: two teams of two players, a puck, both scores and the clock.
 
+Picture: docs/games/IceHockey.png
+
 Screen: the ice, the two goals (black, so they hide a puck) and the maker's name are scenery. A
 player's box includes his stick. Only the player nearer to the puck holds his stick out. If a blue
 player covers a part of a yellow one, the yellow box still includes that part. The puck's box

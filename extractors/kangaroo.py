@@ -1,5 +1,7 @@
 """Kangaroo: a mother climbs floors and ladders to her child while monkeys throw coconuts.
 
+Picture: docs/games/Kangaroo.png
+
 Screen: the walls and the dashes on the left one are scenery. The player's box includes her fist.
 Nothing is valid on the title screen, which follows the last life. If three or four monkeys are in
 one column, each is drawn on every third or fourth frame.

@@ -1,5 +1,7 @@
 """Mario Bros.: Mario knocks pests over from below and kicks them off four floors.
 
+Picture: docs/games/MarioBros.png
+
 Screen: player 0 is Mario. Player 1 is the pest of a floor, set again below each of three platforms.
 On some frames player 1 is the fireball instead, so the fireball and the pest of its floor flicker.
 The missiles are two coins that roll and turn. In a bonus phase, player 1 alternates between four

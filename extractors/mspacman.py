@@ -1,5 +1,7 @@
 """Ms. Pac-Man: a maze of pills, four power pills, up to four ghosts, a fruit that wanders through.
 
+Picture: docs/games/MsPacman.png
+
 Screen: score, lives and the level's fruit are below the maze. The walls, all other pixels in the
 pills' colour, are scenery. Ghosts on the same rows, also at one position in the pen, share a sprite
 and alternate, and so do fruit and player. The left power pills and the right ones alternate, eight

@@ -1,5 +1,7 @@
 """Pac-Man: a maze of wafers, four power pills, four ghosts and the vitamin.
 
+Picture: docs/games/Pacman.png
+
 Screen: score and lives are below the maze. The walls, all other pixels in the wafers' colour, are
 scenery. The ghosts alternate: each is drawn on every fourth frame. The left power pills and the
 right ones alternate, eight frames each. A figure in the tunnel between top and bottom is not valid

@@ -1,5 +1,7 @@
 """Pitfall: Harry runs through 255 scenes of a jungle with pits, tar, logs, beasts and treasures.
 
+Picture: docs/games/Pitfall.png
+
 Screen: a scene has up to three objects of one kind on the ground. Below the ground it has a
 scorpion, or a brick wall and a ladder. StairPit is the hole above the ladder; some scenes have a
 Pit on either side of it. Tarpit and Waterhole open and close in some scenes. Holes are background,

@@ -1,5 +1,7 @@
 """Pong: two paddles, a ball and two scores.
 
+Picture: docs/games/Pong.png
+
 Screen: Player is the right paddle (green), Enemy the left one (orange). The white walls above and
 below the court are scenery: paddles and the ball are drawn under them and end at the court's first
 and last row.

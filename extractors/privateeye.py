@@ -1,5 +1,7 @@
 """Private Eye: a detective in a car that jumps, in the streets and the woods of a city.
 
+Picture: docs/games/PrivateEye.png
+
 Screen: Badguy and Badguy_Head look out of windows and doors, as Clue does. Passage leads to another
 street or into the woods. Shop_Sign is any sign except Police, Bank and Guns. Hydrants, curtains,
 branches, bricks and jail windows are scenery. Player is the detective, whose lower part is in the

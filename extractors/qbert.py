@@ -1,5 +1,7 @@
 """Qbert: a figure hops on a pyramid of 21 cubes, which change colour; balls, Coily, Sam, disks.
 
+Picture: docs/games/Qbert.png
+
 Screen: the score, the lives and the first row's figures share the top of the screen. Score and
 Lives are displayed only while the player is not on the highest cube; while hidden, Score stays
 valid and Lives does not. Curse is the speech of a hit player. The sides of cubes are scenery.

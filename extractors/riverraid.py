@@ -1,5 +1,7 @@
 """River Raid: a jet flies up a river past ships, helicopters, jets, fuel depots and bridges.
 
+Picture: docs/games/Riverraid.png
+
 Screen: the eight columns at the left edge are blank. Explosions, banks, roads and the gauge's frame
 are scenery. Fuel is the needle of the gauge; its value is the needle's position, in steps of eight
 units of fuel. Lives shows one less than the emulator counts. It shows nothing with the last life,

@@ -1,5 +1,7 @@
 """Robotank: the view from a tank that fights enemy tanks by day, by night and in fog.
 
+Picture: docs/games/Robotank.png
+
 Screen: enemies come one at a time. The whole view bobs as the tank drives. Player_Crosshair is the
 sight with both lines and the visible part of a flying shell inside it. PlayerShot is the shell's
 shadow on the ground. Sky, mountains, ground and explosions are scenery. While a message, noise or a

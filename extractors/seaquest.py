@@ -1,5 +1,7 @@
 """Seaquest: a submarine, divers to be rescued, sharks and enemy submarines in four lanes, oxygen.
 
+Picture: docs/games/Seaquest.png
+
 Screen: the eight columns at the left edge are blank. The explosion of the submarine, the waves, the
 ground and the maker's name are scenery. Six divers, and oxygen that is low, blink.
 OxygenBarDepleted is the background right of the bar.

@@ -1,5 +1,7 @@
 """Skiing: a skier, and gates of two flags, moguls and trees that scroll up.
 
+Picture: docs/games/Skiing.png
+
 Screen: the gates to go and the clock are above the hill. The upper number is two objects, Gates and
 Score (OCAtari's name). The `value` of Gates is the number itself. The `value` of Score is the sum
 of the emulator's rewards: minus the hundredths of a second so far (the emulator ends a run with

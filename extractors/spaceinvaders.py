@@ -1,5 +1,7 @@
 """Space Invaders: 36 aliens, three shields that wear away, cannons, bombs and shots, the saucer.
 
+Picture: docs/games/SpaceInvaders.png
+
 Screen: the saucer's row hides the scores. P1Score stays valid at its position, because its value
 follows the rewards at every step (until the display wraps at 10000). The `value` of a player is the
 number of lives, which only Lives shows, before a life begins. The ground and its two coloured marks

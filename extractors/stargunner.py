@@ -1,5 +1,7 @@
 """Star Gunner: a ship shoots at flying enemies, below a creature that throws bombs.
 
+Picture: docs/games/StarGunner.png
+
 Screen: one enemy is drawn per frame; two or three enemies, in later waves, alternate. A bomb has
 the colour of the drawn enemy, or the ship's colour while an enemy explodes. Explosions, new enemies
 that come together from four lines, mountains and the title are scenery. While the ship explodes and

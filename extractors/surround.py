@@ -1,5 +1,7 @@
 """Surround: the player and the computer leave walls behind and try to make the other crash.
 
+Picture: docs/games/Surround.png
+
 Screen: the field has 40 columns and 20 rows; the outer ones are the border. The last rows of the
 border's top and bottom are apart.
 

@@ -1,5 +1,7 @@
 """Tennis: two players who change ends, a ball and its shadow, and two scores.
 
+Picture: docs/games/Tennis.png
+
 Screen: Player is pink, Enemy is blue. The boxes of the players include their rackets. A score is
 the text on the display: points (0, 15, 30, 40), games, or its half of DEUCE or of an advantage. The
 court, the net and the maker's name are scenery. The net and the edges hide the ball, which is valid

@@ -1,5 +1,7 @@
 """Time Pilot: a jet in the middle of the sky, and enemies that fly around it, in five eras.
 
+Picture: docs/games/TimePilot.png
+
 Screen: the era sets the enemies' colour and category: green biplanes (1910), black ones (1940),
 yellow helicopters (1970), blue jets (1983), orange saucers (2001). The mother ship, which comes
 when no enemies are left, is an enemy of its era. Clouds, the purple bars beside the lives, and the

@@ -1,5 +1,7 @@
 """Video Pinball: a ball, two flippers, a plunger, and targets of the ball.
 
+Picture: docs/games/VideoPinball.png
+
 Screen: the walls are scenery. After too strong a shake, the score's background is red until the
 ball is lost. Other names that OCAtari 2.2 has for this game (Fish, Shark, the strings, ScoreP1,
 ScoreP2) belong to another game.

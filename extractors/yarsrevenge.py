@@ -1,5 +1,7 @@
 """Yars' Revenge: an insect nibbles at the Qotile's shield and shoots it with the Zorlon cannon.
 
+Picture: docs/games/YarsRevenge.png
+
 Screen: the game draws the shield on one frame and the neutral zone, Barrier, on the next, with the
 missiles and the cannon. An object that the game skips on a frame keeps its last box. Score and Life
 are shown between two rounds; they stay valid and keep their values. The Qotile is an Enemy until it

@@ -1,5 +1,7 @@
 """Adventure: a square in a land of castles and mazes looks for a chalice and brings it home.
 
+Picture: docs/games/Adventure.png
+
 Screen: a room with walls of one colour on grey. Player is a square in the walls' colour. Dragons, a
 bat, keys and the other things are sprites before the walls. Each castle has a Gate. Dark rooms have
 walls as grey as the ground. A sprite lights them round the player; it is scenery, and walls hide

@@ -1,5 +1,7 @@
 """Alien: a crewman in a ship's maze of eggs, three aliens, a pulsar that makes them weak.
 
+Picture: docs/games/Alien.png
+
 Screen: the crewman also has a flame-thrower and finds a rocket; score and lives are at the bottom.
 The prize of the bonus screen is a Rocket. The walls are scenery. The game draws the eggs of both
 halves alternately, as missiles, so they have the colours of the sprites on their rows (`eggs.py`).

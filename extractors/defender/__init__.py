@@ -1,5 +1,7 @@
 """Defender: a ship above a city saves humans from aliens, in a world wider than the screen.
 
+Picture: docs/games/Defender.png
+
 Screen: a frame shows one alien and one human; the aliens and humans on the screen alternate. The
 scanner at the top shows one alien and one human of the whole world per frame, and the ship on every
 sixteenth frame. Alternating objects of the last two frames are valid. While the game draws a human,

@@ -1,5 +1,7 @@
 """DoubleDunk: two teams of two players, a ball, a basket, the scores, and the limits of the game.
 
+Picture: docs/games/DoubleDunk.png
+
 Screen: the court, the poles and the texts at the bottom (offence and defence, fouls, calls) are
 scenery. The menu of options is a screen that does not appear in the emulator's modes.
 

@@ -1,5 +1,7 @@
 """Frogger: a frog crosses a road and a river, and jumps into one of five bays.
 
+Picture: docs/games/Frogger.png
+
 Screen: green strips of eight columns at both edges hide cars and swimmers under them. The verges,
 the banks and the marks at the left edge are scenery. On odd frames, the frog's lane shows only the
 frog. The same holds for a lane with the lady frog, and for a lane with a snake on a log. Bays show

@@ -1,5 +1,7 @@
 """Galaxian: a ship below a formation of aliens, which dive at it and drop bombs.
 
+Picture: docs/games/Galaxian.png
+
 Screen: the frame around the field is scenery. Explosions are not objects. An alien of the formation
 has two or three colours; its `rgb` is the upper part's.
 

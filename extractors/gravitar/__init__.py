@@ -1,5 +1,7 @@
 """Gravitar: a ship visits planets of a solar system, destroys their bunkers and takes their fuel.
 
+Picture: docs/games/Gravitar.png
+
 Screen: the map of the system, planets with bunkers, a saucer's attack in empty space, and a reactor
 with a core at its end. Terrain is scenery, and so are the black marks at the left edge, which the
 chip makes when it moves sprites. Lives and fuel alternate on the second line.

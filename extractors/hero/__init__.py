@@ -1,5 +1,7 @@
 """Hero: a man with a rotor and a laser flies down mines to miners who are trapped at the bottom.
 
+Picture: docs/games/Hero.png
+
 Screen: a room has three parts, one below the other. Wall and LavaWall have the rocks of the parts,
 without the dark lines between them, and the wall that can be destroyed. Boxes exclude columns and
 rows that rocks cover. Score has Level's box while Level replaces it. Seams and edges, rivers,

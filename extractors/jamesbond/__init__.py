@@ -1,5 +1,7 @@
 """James Bond 007: a vehicle in the desert, on the sea and under it, in missions of several stages.
 
+Picture: docs/games/Jamesbond.png
+
 Screen: smoke, stars, hills and names are scenery. Titles show a score. Oil_Rig is valid while a
 flash lights it; otherwise it has the sky's colour. A Lab that was hit leaves a Capsule. A missile
 above the sea leaves an Explosion, which is deadly, too. Life has one box around its icons. At an

@@ -1,5 +1,7 @@
 """Keystone Kapers: Kelly, the Kop, chases Harry through a department store of four floors.
 
+Picture: docs/games/KeystoneKapers.png
+
 Screen: 250 rows. Each floor is eight screens wide, called *sections* here, and the frame shows the
 same section of all four. The picture begins in column 8; the blank left of it hides the fine moves
 of the sprites. One drawing loop runs once per floor: player 0 is the thing on it, in up to three

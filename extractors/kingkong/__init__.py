@@ -1,5 +1,7 @@
 """King Kong: a climber goes up eight floors to free a captive, past the bombs that Kong throws.
 
+Picture: docs/games/KingKong.png
+
 Screen: girders and walls are scenery. The captive walks above the building. Before a life begins,
 the remaining climbers stand on the ground: the first one is the Player, the others are Life.
 

@@ -1,5 +1,7 @@
 """Krull: the wedding that Slayers attack, the ride of the fire mares, the web, the beast's lair.
 
+Picture: docs/games/Krull.png
+
 Screen: in the desert the player's box surrounds both mares. Hour_Glass's value is the number of
 rows of sand that are still above. Lines carry the player ($FA77 and $FAC7 of the second half). The
 game draws each of two lines at three positions in rotation; the positions of two frames are valid.

@@ -1,5 +1,7 @@
 """Kung Fu Master: five floors of a temple, with henchmen, knife throwers, beasts and masters.
 
+Picture: docs/games/KungFuMaster.png
+
 Screen: the eight columns at the left edge are blank. Walls, pillars, lamps, stairs and the names of
 the bars are scenery. Rows 88 to 94 hide objects that fall from the ceiling. The mark of the current
 floor blinks.

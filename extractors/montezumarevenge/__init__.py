@@ -1,5 +1,7 @@
 """Montezuma's Revenge: an explorer in the rooms of a pyramid, with keys, monsters and traps.
 
+Picture: docs/games/MontezumaRevenge.png
+
 Screen: Platform has ledges; Disappearing_Platform bridges, and the steps of room 8; Wall rock, and
 bars that close rooms; Ladder also the ladders in the bricks; Pole a rope in the rocks' colour.
 Ceilings, bricks with their floors and fire pits are scenery. In the dark (rooms 16 and up) only

@@ -1,5 +1,7 @@
 """Name This Game: a diver guards a treasure from an octopus and a shark.
 
+Picture: docs/games/NameThisGame.png
+
 Screen: the playfield draws the octopus, its tentacles, the bars and the ink. When a tentacle has
 reached the ground, the octopus spreads the ink, which hides the diver and the treasure. The black
 marks at the left edge and the maker's name are scenery. The shark swims behind the octopus to the

@@ -1,5 +1,7 @@
 """Phoenix: two waves of birds, two of bats that hatch from eggs, and a mother ship, block by block.
 
+Picture: docs/games/Phoenix.png
+
 Screen: explosions and the ground are scenery. The game draws the shield, and bats so low that they
 shake, on every other frame. On the frames between, it draws nothing in the rows below them either.
 

@@ -1,5 +1,7 @@
 """Pitfall II: Harry looks for Rhonda, Quickclaw, a rat, a ring and gold in a cavern.
 
+Picture: docs/games/Pitfall2.png
+
 Screen: the cavern has eight columns and 31 floors of 45 lines. The screen shows one column, and
 three to four of its floors, which scroll by lines. Sprite 1 is the creature or treasure of each
 floor, sprite 0 Harry. A second chip in the cartridge feeds the drawing loop with pictures and

@@ -1,5 +1,7 @@
 """Pooyan: a pig in a lift shoots at wolves that hang on balloons.
 
+Picture: docs/games/Pooyan.png
+
 Screen: in even rounds, wolves march in at the top and float down. In odd rounds, they float up and
 push a rock over the edge; a frame then shows either the rock or the wolves at it. The pig at the
 winch is scenery, as are ropes, remains of popped balloons, and the part of a bow beside a balloon.

@@ -1,5 +1,7 @@
 """Road Runner: a bird runs from a coyote along desert roads, picks up seed, and shuns trucks.
 
+Picture: docs/games/RoadRunner.png
+
 Screen: it begins with the last two rows of the score. Eight columns at each edge are blank.
 Mountains, dashes of the road, bridges and the sky's frame are scenery.
 

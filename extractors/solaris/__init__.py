@@ -1,5 +1,7 @@
 """Solaris: a ship that jumps from sector to sector, flies in space and over planets.
 
+Picture: docs/games/Solaris.png
+
 Screen: space, a planet, or the chart of a quadrant's 48 sectors. Flames of the ship, stars, hills,
 lines of the ground, the planet in a planet's sky, the chart's grid, words, and the streaks during a
 jump are scenery.

@@ -1,5 +1,7 @@
 """Tutankham: a man explores four maps of a tomb, shoots creatures and looks for treasures.
 
+Picture: docs/games/Tutankham.png
+
 Screen: the map scrolls up and down. Scenery is walls, floors, gates to the other side of the map,
 and the remains of creatures and of the man when they die. After a lost life, figures replace Score
 for a second; Score then has their box.

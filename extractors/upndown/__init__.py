@@ -1,5 +1,7 @@
 """Up'n Down: a jumping car drives along two roads that cross, past other cars, and collects flags.
 
+Picture: docs/games/UpNDown.png
+
 Screen: a row shows one sprite only (`sprites`). Life shows at most four of the five in reserve.
 Roads, trees and explosions are scenery, and the number of the round is not an object.
 

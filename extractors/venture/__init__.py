@@ -1,5 +1,7 @@
 """Venture: a hunter in two halls enters rooms with monsters and treasures.
 
+Picture: docs/games/Venture.png
+
 Screen: Player is the dot in a hall. In a room he is Winky, and the dot is his Shot, which he
 carries until he shoots. Six Hallmonsters roam a hall; one of them, larger, enters a room if he
 stays too long. A room has three monsters, alive or dead, and a treasure, which is named by its

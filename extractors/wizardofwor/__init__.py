@@ -1,5 +1,7 @@
 """Wizard of Wor: a worrior hunts six monsters in dungeons of 66 cells; others wait below.
 
+Picture: docs/games/WizardOfWor.png
+
 Screen: the monsters share a sprite and alternate. The worrior is drawn on every other frame, and
 not while his explosion is black. Garwors and Thorwors are invisible until they come in line with
 him, but move and touch him all the time, and are valid. Exploding figures are valid. A wall is a

@@ -1,5 +1,7 @@
 """Zaxxon: a plane flies over fortresses, through the openings of their walls, and through space.
 
+Picture: docs/games/Zaxxon.png
+
 Screen: fortresses are drawn in perspective, with rows half as high in the distance. Space is black
 and has only fighters. The floor, its edges and explosions are scenery. An enemy's own shadow is no
 part of it. While the plane explodes, the picture flashes, and nothing is in play. Altitude is the

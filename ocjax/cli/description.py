@@ -14,6 +14,7 @@ from ocjax.play import policies
 from ocjax.ramtools.ram_map import comments
 
 PARAGRAPH = re.compile(r"\n\s*\n")
+PICTURE = "Picture: "  # before the path of a picture in the repository
 
 
 def describe(game: Game) -> dict[str, Any]:
@@ -40,7 +41,7 @@ def describe(game: Game) -> dict[str, Any]:
         "variants": variants(game),
         "variations": {name: variation.doc for name, variation in variations.of(game.name).items()},
         "agent": (policies.SHIPPED / f"{game.name}.npz").exists(),
-        "notes": [" ".join(note.split()) for note in notes],
+        "notes": [" ".join(note.split()) for note in notes if not note.startswith(PICTURE)],
     }
 
 

@@ -1,8 +1,11 @@
 """Contract tests for every game. Tests of the framework alone are in tests/extraction."""
 
+import inspect
+
 import jax
 import numpy as np
 import pytest
+from PIL import Image
 
 import ocjax
 from ocjax._xla import batches
@@ -10,6 +13,7 @@ from ocjax.console import palette, rom_files
 from ocjax.vision.rules import ByColor
 from tests.support.checks import check, host, random_frames, same
 from tests.support.record.deciding import BATCH, in_batches
+from tests.support.states import ROOT
 
 GREY_HUES = {0x0, 0x1, 0xE, 0xF}  # of PAL consoles
 
@@ -141,3 +145,10 @@ def test_tests_are_grouped(request):
     """pytest-xdist names a test's group in its ID; without groups, every process would compile
     every game."""
     assert ("@" in request.node.nodeid) == getattr(request.config.option, "loadgroup", False)
+
+
+def test_the_docstring_names_a_picture(game):
+    name = f"docs/games/{game.name}.png"
+    assert f"\n\nPicture: {name}\n\n" in inspect.getdoc(inspect.getmodule(game.decode)) + "\n\n"
+    with Image.open(ROOT / name) as picture:
+        assert picture.size == (2 * 2 * 160, 2 * game.screen[0])
