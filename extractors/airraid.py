@@ -51,6 +51,7 @@ from ocjax.authoring import (
     byte,
     display,
     div,
+    flag,
     lookup,
     match,
     mod,
@@ -175,7 +176,7 @@ class Ram(RamMap):
     collapse = bits(37, count=2)  # a building collapses
     lives = byte(39)  # ships in reserve; 255: the game is over
     score = bcd((40, 41, 42))
-    active = bits(43, 44, 45)  # there is an enemy
+    active = flag(43, 44, 45, bit=0)  # there is an enemy
     kind = bits(63, 64, 65, first=1, count=2)  # of enemies: 25, 50, 75 or 100 points
     x = byte(66, 67, 68)  # of enemies; offset of its first row
     colors = byte(78, 79, 80)  # of enemies; offset before the first row's colour
@@ -185,13 +186,13 @@ class Ram(RamMap):
     shot_x = byte(86)  # x + 5
     hidden = byte(87)  # the enemy that the game skipped
     frame = byte(94)  # already counted
-    flies = bits(104, first=7)  # the shot flies
-    playing = bits(105, first=7)
+    flies = flag(104, bit=7)  # the shot flies
+    playing = flag(105, bit=7)
 
 
 def decode(m: Ram) -> dict[str, Box]:
     enemies = _enemy_boxes(m)
-    icons = box(55 + 8 * PLACES, 219 + _lower(m), 7, 5, (m.lives > PLACES) & (m.playing == 1))
+    icons = box(55 + 8 * PLACES, 219 + _lower(m), 7, 5, (m.lives > PLACES) & m.playing)
     return {
         "Player": _ship_box(m),
         "Building": _building_boxes(m),
@@ -231,7 +232,7 @@ def _enemy_boxes(m: Ram) -> Box:
     kind = jnp.where(m.picture == Picture.SECOND_PLANE, SECOND_PLANE, m.kind)
     index = ENEMY_PICTURES.index(picture=kind, rows=rows)
     left, first, width, height = ENEMY_PICTURES.extent(index)
-    there = (m.active == 1) & (m.colors != Colors.EXPLOSION)
+    there = m.active & (m.colors != Colors.EXPLOSION)
     x = m.x - 3 + pick(mod(m.x, COARSE), SHORT_MOVES) + 2 * left
     y = top + 2 * first
     down = _lower(m)
@@ -240,7 +241,7 @@ def _enemy_boxes(m: Ram) -> Box:
 
 def _building_boxes(m: Ram) -> Box:
     """Both buildings up to the right edge, and the rest of a building that the edge cuts."""
-    moved = (m.collapse == 0) & (m.playing == 1) & ((m.frame & 1) == 0)
+    moved = (m.collapse == 0) & m.playing & ((m.frame & 1) == 0)
     place = m.building_x - 3 - when(moved, 1)
     x = jnp.where(place < 0, place + 160, place)
     beyond = jnp.maximum(x + BUILDING_WIDTH - 160, 0)
@@ -269,14 +270,12 @@ def _missile_boxes(m: Ram) -> Box:
     shot_y = ENEMY_LINE - 1 + late - shot
     bomb_y = _bomb_line(m, bomb)
     end = jnp.where(bomb > LOWEST, _bomb_line(m, _next_step(bomb)), SCREEN_END)
-    flies = (m.flies == 1) & (shot > LAST_ABOVE - 2) & (m.shot_step <= HIGHEST)
-    return box(
-        jnp.stack([m.shot_x, m.bomb_x]) - 5,
-        jnp.stack([shot_y, bomb_y]) + _lower(m),
-        2,
-        jnp.stack([jnp.full_like(end, 2), end - bomb_y]),
-        jnp.stack([flies, among(m.bomb_step, range(LOWEST, HIGHEST + 1))]),
-        color=jnp.stack([_shot_color(m, shot, late), jnp.full_like(end, WHITE)]),
+    flies = m.flies & (shot > LAST_ABOVE - 2) & (m.shot_step <= HIGHEST)
+    falls = among(m.bomb_step, range(LOWEST, HIGHEST + 1))
+    color = _shot_color(m, shot, late)
+    return Box.stacked(
+        box(m.shot_x - 5, shot_y + _lower(m), 2, 2, flies, color=color),
+        box(m.bomb_x - 5, bomb_y + _lower(m), 2, end - bomb_y, falls, color=WHITE),
     )
 
 

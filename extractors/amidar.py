@@ -106,7 +106,7 @@ STICK_AT_REST = 144  # `stick`
 
 
 class Turn:  # of `Ram.turn`; the others also step on even turns, the player on odd ones
-    PLAYER_BY_STICK = 1  # in which the joystick is read
+    PLAYER_BY_STICK = 1  # the game reads the joystick
     OTHERS_FIRST = 5  # a possible third step of the others
 
 

@@ -37,10 +37,10 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
-    Cells,
     Checks,
     Game,
     Gauge,
+    Icons,
     LivesAsIcons,
     NumberDisplay,
     RamMap,
@@ -56,6 +56,7 @@ from ocjax.authoring import (
     choose,
     display,
     edges,
+    flag,
     lookup,
     match,
     mod,
@@ -68,6 +69,7 @@ ROM = Rom("assault", "de78b3a064d374390ac0710f95edde92")
 FONT = ROM.font(0xE00, rows=8)
 
 SCORE = NumberDisplay(FONT, right=103, top=2, digits=6, leading_zeros=True)
+SPARE = Icons(left=15, top=192, size=(8, 8), pitch=16, count=3)  # cannons
 
 NO_ENEMY = (0xFD, 0xFF)  # `drawn_last`: pages of the empty picture, of explosions
 NO_CANNON = 0xFD  # page of `picture`: empty
@@ -151,7 +153,7 @@ class Ram(RamMap):
     side_x = byte(18)  # x + 23 of the shot to the side, in the chip's coding; already moved on
     beam_x = byte(19)  # x + 23 of beams, in the chip's coding
     heat_color = byte(21)
-    rolls = bits(22, first=7)  # a fireball rolls along the ground
+    rolls = flag(22, bit=7)  # a fireball rolls along the ground
     side_shot = byte(24)
     side_way = bits(26, first=6, count=2)
     heat = byte(28, 29)  # a bit per unit
@@ -159,31 +161,31 @@ class Ram(RamMap):
     enemy_x = byte(33, 36, 34, 37, 35, 38)  # x + 22 in the chip's coding, by slot
     missile_x = byte(39)  # x + 23 in the chip's coding
     enemy_colors = byte(40)  # index in `COLORS` for this level
-    hides = bits(42, first=7)
+    hides = flag(42, bit=7)
     bob = bits(43, count=4)  # rows
     drawn_last = byte(47)  # page of the picture of the lowest enemy's right half
-    is_split = bits(54, 55, 56, first=5)  # by row
+    is_split = flag(54, 55, 56, bit=5)  # by row
     halves = bits(54, 55, 56, first=6, count=2)  # of the enemy in each row; 2 left, 1 right
     shot_sound = byte(62)  # its next note
     sound = byte(63)
-    rises = bits(66, first=7)  # the cannon's shot flies up
+    rises = flag(66, bit=7)  # the cannon's shot flies up
     missile_y = byte(67)  # lines
     ship_x = byte(68)  # x + 21 in the chip's coding
     ship_y = bits(71, count=4)  # y - 15
     shot_color = byte(72)  # of enemies
     fireball_y = byte(73)  # lines
-    falls = bits(75, first=7)  # an enemy's shot
+    falls = flag(75, bit=7)  # an enemy's shot
     lives = byte(101)
     frame = byte(103)  # of the next frame
     level = bits(104, count=2)
     to_come = bits(105, count=4)  # enemies that the mother ship will still set off
-    opens = bits(105, first=7)  # the bay
+    opens = flag(105, bit=7)  # the bay
     blast_row = bits(106, count=2)
     blast_time = bits(106, first=2, count=4)
     blast_halves = bits(106, first=6, count=2)  # 2 left, 1 right
     open_time = byte(107)
     beam_y = byte(110)  # lines
-    demo = bits(112, first=7)
+    demo = flag(112, bit=7)
     last_call = byte((127, 126))  # return address, below the end of the stack
 
 
@@ -212,9 +214,9 @@ def _cannon_box(m: Ram) -> Box:
 
 
 def _mother_ship(m: Ram) -> Box:
-    has_closed = (m.opens == 0) & (m.open_time == 0) & (m.sound == BAY_SOUND_END)
-    has_bay = ((m.opens == 1) & (m.open_time > 0)) | has_closed
-    has_opened = (m.opens == 1) & (m.open_time == 0)
+    has_closed = ~m.opens & (m.open_time == 0) & (m.sound == BAY_SOUND_END)
+    has_bay = (m.opens & (m.open_time > 0)) | has_closed
+    has_opened = m.opens & (m.open_time == 0)
     y = 15 + jnp.where(has_opened, 3, m.ship_y)
     height = jnp.where(has_bay, 21, 16)
     color = pick(m.level & 1, SHIP_COLORS)
@@ -229,12 +231,12 @@ def _has_been_hit(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _new_enemy(m: Ram) -> jax.Array:
     """True if the mother ship has set off an enemy after the frame was drawn."""
-    return (m.open_time == 0) & (m.opens == 1)
+    return (m.open_time == 0) & m.opens
 
 
 def _enemy_boxes(m: Ram) -> Box:
     hit, just_hit = _has_been_hit(m)
-    is_split = jnp.repeat(m.is_split, 2) > 0
+    is_split = jnp.repeat(m.is_split, 2)
     struck_half = (m.blast_halves & HALF_BIT) != 0
     struck = hit & (m.blast_row == ROW_OF_ENEMY) & (~is_split | struck_half)
     bursts = struck & ~just_hit
@@ -242,7 +244,7 @@ def _enemy_boxes(m: Ram) -> Box:
     tops = _row_tops(m)
     y = jnp.repeat(jnp.where(_has_come_down(m), jnp.roll(tops, -1), tops), 2) + top
     there = (jnp.repeat(m.halves, 2) & HALF_BIT) != 0
-    visible = (m.hides == 0) | bursts
+    visible = ~m.hides | bursts
     own_box = (is_split | ~RIGHT_HALF) & ~((ROW_OF_ENEMY == 2) & _new_enemy(m))
     valid = (there | struck) & visible & own_box
     color = lookup(COLORS, m.enemy_colors)
@@ -275,7 +277,7 @@ def _has_come_down(m: Ram) -> jax.Array:
     left = m.enemy_x[0::2]
     right = m.enemy_x[1::2]
     same_place = (left[:2] == left[1:]) & (right[:2] == right[1:])
-    rests = (m.open_time == 0) & (m.opens == 0)
+    rests = (m.open_time == 0) & ~m.opens
     was_empty = jnp.stack([among(m.drawn_last, NO_ENEMY), (m.to_come > 0) | ~there[0]])
     return jnp.append(rests & there[:2] & ~there[1:] & same_place & was_empty, False)
 
@@ -290,7 +292,7 @@ def _row_tops(m: Ram) -> jax.Array:
     empty = jnp.where(drawn, 0, 1)
     fewer = jnp.stack([jnp.sum(empty), empty[1] + empty[2], empty[2]])
     # The explosion of an intact enemy takes a line more, from its own row down.
-    whole_hit = hit & ~jnp.any((m.is_split > 0) & (m.blast_row == row))
+    whole_hit = hit & ~jnp.any(m.is_split & (m.blast_row == row))
     longer = whole_hit & (jnp.where(just_hit, m.blast_row - 1, m.blast_row) >= row)
     return LOWEST_ROW + m.bob - ROW_HEIGHT * row - fewer + when(longer, 1)
 
@@ -324,7 +326,7 @@ def _missile(m: Ram, cannon: Box) -> Box:
     next_top = _first_line(m, BLOCK_LINES * (block + 1), x, tops)
     covered = (x > cannon.x) & (x < cannon.x + 7)  # the cannon covers the last line
     bottom = jnp.where(block == LAST_BLOCK, GROUND_TOP - when(covered, 1), next_top)
-    there = (m.rises == 1) & (block > 0) & (block <= LAST_BLOCK)
+    there = m.rises & (block > 0) & (block <= LAST_BLOCK)
     return edges(x, top, x + 1, bottom, there)
 
 
@@ -351,8 +353,8 @@ def _side_shot_box(m: Ram) -> Box:
 def _enemy_shot(m: Ram) -> Box:
     is_beam = m.level <= Level.TALL_BEAMS
     either = choose(is_beam, _beam(m), _fireball(m))
-    rolls = m.rolls == 1
-    shot = replace(either, valid=rolls | (m.falls == 1) & either.valid, color=m.shot_color)
+    rolls = m.rolls
+    shot = replace(either, valid=rolls | m.falls & either.valid, color=m.shot_color)
     return shot.clip(0, 125, 160, GROUND_TOP)
 
 
@@ -368,14 +370,13 @@ def _beam(m: Ram) -> Box:
 def _fireball(m: Ram) -> Box:
     """A fireball that falls, or rolls along the ground."""
     high = m.level == Level.FIREBALLS
-    y = jnp.where(m.rolls == 1, 178, m.fireball_y + jnp.where(high, 101, 29))
+    y = jnp.where(m.rolls, 178, m.fireball_y + jnp.where(high, 101, 29))
     started = m.fireball_y > jnp.where(high, HIGH_STARTS, LOW_STARTS)
     return box(packed_position(m.roll_x) - 22, y, 8, jnp.where(high, 16, 8), started)
 
 
 def _life_boxes(m: Ram) -> Box:
-    place = np.arange(3)
-    return box(15 + 16 * place, 192, 8, 8, place < m.lives - 1)
+    return SPARE.box(m.lives - 1)
 
 
 def _heat_gauge(m: Ram) -> Box:
@@ -389,8 +390,8 @@ def _shown_heat(m: Ram) -> jax.Array:
     They rise if a shot was fired since the last change. That shot often still flies or sounds.
     """
     heat = jnp.sum(lax.population_count(m.heat))
-    fired = (m.rises == 1) | (m.side_way > 0) | (m.shot_sound < SHOT_SOUND_END) | (heat == HOT)
-    changed = ((m.frame & 31) == 1) & (heat > COLD) & (m.demo == 0)
+    fired = m.rises | (m.side_way > 0) | (m.shot_sound < SHOT_SOUND_END) | (heat == HOT)
+    changed = ((m.frame & 31) == 1) & (heat > COLD) & ~m.demo
     return heat + when(changed, jnp.where(fired, -1, 1))
 
 
@@ -402,7 +403,6 @@ CARRIER = Bounds(SHIP, (0, 12, 160, 45))
 ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0))
 SIDE = Bounds(CANNON_COLORS, (0, 181, 160, 183), exclude=("Player",))
 POINTS = SCORE.rule(GOLD, (50, 0, 110, 12))
-LIVES = Cells(GRAY, (15, 31, 47), (192,) * 3, 8, 8, whole=False)
 HEALTH = Bounds(HEAT_COLORS, (90, 190, 160, 204), value=Gauge(4))
 
 GAME = Game(
@@ -421,7 +421,14 @@ GAME = Game(
         Category("PlayerMissileHorizontal", SIDE, doc="its shot to the side"),
         Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),
         display("PlayerScore", POINTS, role="score", doc="six digits"),
-        display("Lives", LIVES, count=3, attributes=(), role="lives", doc="spare cannons"),
+        display(
+            "Lives",
+            SPARE.rule(GRAY),
+            count=SPARE.count,
+            attributes=(),
+            role="lives",
+            doc="spare cannons",
+        ),
         display("Health", HEALTH, doc="heat; value: of 16"),
     ),
 )

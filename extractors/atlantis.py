@@ -23,7 +23,7 @@ ship that leaves the lowest lane, the last frame of a wreck, the death ray when 
 VEM: it takes a partly visible ship for a Gorgon ship.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -34,6 +34,7 @@ from ocjax.authoring import (
     Blobs,
     Bounds,
     Box,
+    BoxTable,
     Category,
     Checks,
     Digits,
@@ -49,6 +50,7 @@ from ocjax.authoring import (
     box,
     byte,
     display,
+    flag,
     high,
     lookup,
     low,
@@ -88,7 +90,7 @@ FLASHING_STAGE = 4  # of the blast
 BUILDING_HIT = 62  # `noise` on the frame of a building's hit, which still shows it intact
 NARROW_GENERATOR = 8  # `generators`
 RECOILING = 136  # `left_cannon`
-RIGHT_RECOILS = (1, 2)  # `right_fires`
+RECOIL_FRAMES = (1, 2)  # `right_fires`
 DIGIT_ONE = 10  # `digits` count rows of the font
 NO_DIGIT = 100
 NO_LIVES = 255
@@ -167,10 +169,10 @@ class Ram(RamMap):
     blast_x = byte(64)  # middle
     shot_speed = signed(65, 66)
     ship_lane = bits(71, 72, 73, 74, count=2)
-    ship_waits = bits(71, 72, 73, 74, first=2)
+    ship_waits = flag(71, 72, 73, 74, bit=2)
     ship_stage = bits(71, 72, 73, 74, first=3, count=3)  # of a wreck
-    ship_hit = bits(71, 72, 73, 74, first=6)
-    ship_right = bits(71, 72, 73, 74, first=7)  # flies to the right
+    ship_hit = flag(71, 72, 73, 74, bit=6)
+    ship_right = flag(71, 72, 73, 74, bit=7)  # flies to the right
     ship_kind = byte(79, 80, 81, 82)  # picture
     state = byte(83)  # 0 demo, 1 play, 2 between waves, 255 over
     damage = byte(*range(84, 91))  # post, generators, palace, bazaar, plane
@@ -221,9 +223,16 @@ def _blasting(m: Ram) -> jax.Array:
 def _cannon_boxes(m: Ram) -> Box:
     """The left and the right cannon, a row lower while they recoil."""
     has_fired = jnp.any((m.shot_speed < 0) & (m.shot_y == NEW_SHOT))
-    right = among(m.right_fires, RIGHT_RECOILS) | has_fired
-    recoil = when(jnp.stack([m.left_cannon == RECOILING, right]), 1)
-    return box(np.array((0, 152)), np.array((124, 112)) + recoil, 8, 8 - recoil, ~_over(m))
+    left_recoils = m.left_cannon == RECOILING
+    right_recoils = among(m.right_fires, RECOIL_FRAMES) | has_fired
+    left = _cannon_box(0, 124, left_recoils)
+    right = _cannon_box(152, 112, right_recoils)
+    return Box.stacked(left, right).where(~_over(m))
+
+
+def _cannon_box(x: int, y: int, recoils: jax.Array) -> Box:
+    lower = when(recoils, 1)
+    return box(x, y + lower, 8, 8 - lower)
 
 
 def _building(x: Number, y: Number, width: Number, damage: jax.Array, *, ruin_width: int) -> Box:
@@ -249,11 +258,21 @@ def _generator_boxes(m: Ram, damage: jax.Array) -> Box:
     return generators.clip(0, 0, np.array((160, 160, 148)), 210)
 
 
+PLANES = BoxTable(
+    np.array(
+        [  # left, top, width, height by `damage`
+            (16, 171, 16, 7),
+            (20, 172, 9, 3),
+            (19, 171, 11, 6),
+            (18, 170, 13, 8),
+            (17, 170, 15, 8),
+        ]
+    )
+)
+
+
 def _plane_box(damage: jax.Array) -> Box:
-    inset = pick(damage, (0, 4, 3, 2, 1))
-    width = pick(damage, (16, 9, 11, 13, 15))
-    top = pick(damage, (171, 172, 171, 170))
-    return box(16 + inset, top, width, pick(damage, (7, 3, 6, 8)), damage < Damage.GONE)
+    return PLANES.at(damage, valid=damage < Damage.GONE)
 
 
 def _ships_x(m: Ram) -> jax.Array:
@@ -261,28 +280,45 @@ def _ships_x(m: Ram) -> jax.Array:
     return position(m.coarse, m.fine) - 1
 
 
+class ShipLook(NamedTuple):
+    """Columns of a ship's picture, from its tail."""
+
+    inset: int  # empty columns
+    width: int
+
+
+WRECKS = (  # of Gorgon ships by stage; the first one is intact
+    ShipLook(0, 15),
+    ShipLook(3, 11),
+    ShipLook(2, 13),
+    ShipLook(1, 15),
+)
+BANDIT = ShipLook(4, 9)
+PICTURE_WIDTH = 16
+
+
 def _ship_boxes(m: Ram) -> tuple[Box, jax.Array]:
     """The ships and wrecks, and True for bandits."""
     lane, x = _ship_places(m)
     stage = m.ship_stage - when((m.clock & 7) == 0, 1)
-    wreck = when(m.ship_hit == 1, jnp.maximum(stage, 0))
+    wreck = when(m.ship_hit, jnp.maximum(stage, 0))
     is_bandit = m.ship_kind == Kind.BANDIT
-    width = jnp.where(is_bandit, 9, pick(wreck, (15, 11, 13, 15)))
-    inset = jnp.where(is_bandit, 4, pick(wreck, (0, 3, 2, 1)))
-    to_right = m.ship_right == 1
-    left = x - 8 + jnp.where(to_right, 16 - inset - width, inset)
-    columns = jnp.where(to_right, left + width - 8, 152 - left)  # in the picture, from the nose
+    width = jnp.where(is_bandit, BANDIT.width, pick(wreck, [look.width for look in WRECKS]))
+    inset = jnp.where(is_bandit, BANDIT.inset, pick(wreck, [look.inset for look in WRECKS]))
+    left = x - 8 + jnp.where(m.ship_right, PICTURE_WIDTH - inset - width, inset)
+    # Visible columns of the picture from the nose, which a mask may hide.
+    columns = jnp.where(m.ship_right, left + width - SHOWN[0], SHOWN[2] - left)
     top, bottom = _ship_rows(m, wreck, columns)
     there = (x > 0) & ~_over(m) & ~_blasting(m)
-    ships = box(left, LANE_TOP - LANE_PITCH * lane + top, width, bottom - top, there)
-    return ships.clip(*SHOWN), is_bandit
+    y = LANE_TOP - LANE_PITCH * lane + top
+    return box(left, y, width, bottom - top, there).clip(*SHOWN), is_bandit
 
 
 def _ship_places(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Lane and column of each ship; a ship that has just left a lane is still drawn there."""
     x = _ships_x(m)
     left_now = when(m.ship_x == 0, x)
-    begun = m.ship_waits == 0
+    begun = ~m.ship_waits
     here = sum(when(begun & (m.ship_lane == i), x[i]) for i in range(4))
     above = sum(when(m.ship_lane == i, left_now[i + 1]) for i in range(3))
     lane = jnp.where(here > 0, m.ship_lane, m.ship_lane + 1)
@@ -301,13 +337,32 @@ def _ship_rows(m: Ram, wreck: jax.Array, columns: jax.Array) -> tuple[jax.Array,
     return jnp.where(tip, 4, top), jnp.where(tip, 5, bottom)
 
 
+class BlastStage(NamedTuple):
+    """The explosion of a bandit at a stage."""
+
+    half: int  # columns beside its middle
+    raised: int  # rows
+    height: int
+
+
+BLAST_STAGES = (
+    BlastStage(3, 0, 10),
+    BlastStage(6, 1, 14),
+    BlastStage(9, 5, 21),
+    BlastStage(11, 10, 30),
+    BlastStage(13, 9, 28),
+)
+BLAST_TOPS = (80, 60, 40, 28)  # of the first stage, by lane
+
+
 def _blast_box(m: Ram) -> Box:
     stage = m.blast & 7
-    half = pick(stage, (3, 6, 9, 11, 13))
-    y = pick(m.blast_lane, (80, 60, 40, 28)) - pick(stage, (0, 1, 5, 10, 9))
-    there = _blasting(m) & ~_over(m)
-    height = pick(stage, (10, 14, 21, 30, 28))
+    half = pick(stage, [each.half for each in BLAST_STAGES])
+    raised = pick(stage, [each.raised for each in BLAST_STAGES])
+    height = pick(stage, [each.height for each in BLAST_STAGES])
+    y = pick(m.blast_lane, BLAST_TOPS) - raised
     color = jnp.where(stage == FLASHING_STAGE, m.clock & 14 ^ GOLD, GOLD)
+    there = _blasting(m) & ~_over(m)
     blast = box(m.blast_x - half, y, 2 * half + 1, height, there, color=color)
     return blast.clip(8, 21, 152, 124)
 

@@ -98,7 +98,7 @@ HEIGHTS = (ROM.bytes(0x811, SIZES) - LAST_LINES).tolist()
 
 
 class Group(NamedTuple):
-    """Consecutive pictures, whose addresses are in a table of low bytes."""
+    """Consecutive pictures; a table has the low bytes of their addresses."""
 
     low_bytes: int  # offset of the table
     pages: tuple[int, ...]  # of each picture
@@ -136,7 +136,7 @@ def _zooms() -> np.ndarray:
 
 
 PICTURE_ROWS = _read_pictures()
-# By SIZES * picture + size: the dots in any visible row, and those in the lowest row.
+# By SIZES * picture + size: the dots of all visible rows together, and the lowest row's.
 DOTS_WORD = Word(used=8, lowest=8, zoom=2)
 STORED_DOTS = DOTS_WORD.pack(
     used=np.stack(

@@ -71,7 +71,7 @@ ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)
 NARROW_FONT = ROM.font(0x3, rows=8, dots=6, shift=1, pitch=6)  # the same without margins
 
-# States of a record; they are also the numbers of its pictures. `ENEMIES` has those of the enemies.
+# States of a record; they are also the numbers of its pictures. `ENEMIES` has the enemies' states.
 BLOCKER_ASIDE = 4
 BLOCKER_FALLING = 5
 BURST_STATES = range(6, 12)
@@ -84,7 +84,7 @@ CHIRPER_TURNED = range(30, 32)
 CRAFT_ASIDE = 32
 CRAFT_FALLING = 33
 CRAFT_RISING = 34
-ENEMY_STATES = 35  # the first state after those of enemies
+ENEMY_STATES = 35  # the first state after the enemies' states
 LASER_SHOT = 35
 TORPEDO = range(36, 39)
 DISK = 39  # a distant saucer

@@ -46,6 +46,7 @@ from ocjax.authoring import (
     box,
     byte,
     display,
+    flag,
     hex_font,
     pick,
     reached,
@@ -77,8 +78,8 @@ ROW_POINTS = (7, 4, 1)  # points of the upper, middle and lower two rows
 class Ram(RamMap):
     saver_key = byte(61)  # the game XORs colours with it; 0 in play
     wall = byte(*range(35, -1, -1))  # registers from left to right, in each the rows from the top
-    invisible = bits(51, first=6)  # mode with bricks that flash on a hit
-    timed = bits(51, first=7)  # mode with the time as score
+    invisible = flag(51, bit=6)  # mode with bricks that flash on a hit
+    timed = flag(51, bit=7)  # mode with the time as score
     player = byte(53)  # the current player, from 0
     paddle_size = bits(55, first=4, count=2)
     lives = byte(57)
@@ -119,14 +120,14 @@ def _bricks_left(m: Ram) -> jax.Array:
     registers = m.wall.reshape(6, 6).T  # rows, registers
     columns = [registers[:, i : i + 1] >> np.array([bit]) & 1 for i, bit in enumerate(BRICKS)]
     flash = (m.sound > 0) & (m.sound < BRICK_HIT)
-    return (jnp.concatenate(columns, axis=1).ravel() == 1) & ((m.invisible == 0) | flash)
+    return (jnp.concatenate(columns, axis=1).ravel() == 1) & (~m.invisible | flash)
 
 
 def _score(m: Ram) -> Box:
     points = pick(reached(m.pitch, LOWER_PITCHES), ROW_POINTS)
     second = jnp.where(m.frame == 0, 1, 0)
     scored = jnp.where(m.sound == BRICK_HIT, points, 0)
-    shown = m.score - jnp.where(m.timed == 1, second, scored)
+    shown = m.score - jnp.where(m.timed, second, scored)
     right = SCORE_DIGITS[-1] + FONT.width
     return score_box(
         FONT, shown, right=right, top=DIGITS_TOP, digits=3, leading_zeros=True, value=m.score

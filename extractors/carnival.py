@@ -49,6 +49,7 @@ from ocjax.authoring import (
     copies,
     display,
     div,
+    flag,
     lookup,
     match,
     mirrored,
@@ -161,7 +162,7 @@ class Ram(RamMap):
     group_copies = bits(*range(36, 42), count=3)  # NUSIZ
     duck_speed = bits(43, count=4)
     duck_right = bits(43, first=6)
-    duck_left = bits(43, first=7)
+    duck_left = flag(43, bit=7)
     score = bcd((45, 46))  # tens
     shot_y = byte(55)  # steps
     bar = byte(57, 58, 60, 61)  # a bit per unit
@@ -240,16 +241,15 @@ def _ducks(m: Ram) -> Box:
     """The duck that comes down, then the duck that eats bullets."""
     is_last_step = m.tick == LAST_STEP
     y = 110 + m.duck_y - when(~is_last_step, m.duck_speed)
-    x = m.duck_x - 4 - when(_moved(m), jnp.where(m.duck_left == 1, -1, m.duck_right))
+    x = m.duck_x - 4 - when(_moved(m), jnp.where(m.duck_left, -1, m.duck_right))
     flies = (m.duck_y != NO_DUCK) & ((m.duck_y > 0) | is_last_step)
     has_chewed = (m.chew == 0) | (m.chew == CHEWED)
     eater_x = m.eater_x - 3 + when(has_chewed, 2)
     eats_last = (m.bullets == 0) & (m.eater_x == LAST_BITE) & (m.chew == 0)  # it has just gone
-    there = jnp.stack([flies, (m.munch != Kind.NONE) | eats_last])
-    xs = jnp.stack([x, eater_x])
-    ys = jnp.stack([y, jnp.int32(203)])
-    color = np.array((YELLOW, WHITE))
-    return box(xs, ys, np.array((16, 6)), np.array((15, 6)), there, color=color)
+    eats = (m.munch != Kind.NONE) | eats_last
+    return Box.stacked(
+        box(x, y, 16, 15, flies, color=YELLOW), box(eater_x, 203, 6, 6, eats, color=WHITE)
+    )
 
 
 def _bar_box(m: Ram) -> Box:

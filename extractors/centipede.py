@@ -56,6 +56,7 @@ from ocjax.authoring import (
     box,
     byte,
     display,
+    flag,
     match,
     pick,
     signed,
@@ -124,10 +125,10 @@ IN_TIME = 3  # least `x` of a picture with its first row in time
 
 
 class Ram(RamMap):
-    fast = bits(*range(20, 29), first=6)  # segments that move on every frame
+    fast = flag(*range(20, 29), bit=6)  # segments that move on every frame
     dying = bits(35, first=5, count=2)  # thirds of the explosion
-    counting = bits(36, first=6)  # the game counts mushrooms after a death
-    easy = bits(39, first=6)  # the other game
+    counting = flag(36, bit=6)  # the game counts mushrooms after a death
+    easy = flag(39, bit=6)  # the other game
     extra_row = byte(40)  # zone of a chain with an odd number of segments, at least five
     clock = byte(41)
     mushrooms = byte(*range(45, 83))  # two bytes per row, uppermost row first, a bit per mushroom
@@ -223,14 +224,14 @@ def _zone_y(row: jax.Array) -> jax.Array:
 def _segments(m: Ram) -> Box:
     """The segments before their move, which follows the drawing."""
     stands = (m.dying > 0) | ((m.clock & 7) == RESTS)
-    moved = ~stands & ((m.fast == 1) | ((m.clock & 1) == 0))
+    moved = ~stands & (m.fast | ((m.clock & 1) == 0))
     turned = moved & _has_turned(m)
     x = m.segment_x - jnp.where(moved & ~turned, 1 - 2 * m.leftward, 0)
     row = m.segment_row + jnp.where(turned, 1 - 2 * m.upward, 0)
     follows = (m.follows == 1) & (_shifted(row, -1) == row)
     alone = ~follows & ~(_shifted(follows, 1) & (m.last_segment > NUMBERS))
     late = jnp.where(alone & (x < IN_TIME), 1, 0)
-    there = (m.last_segment >= NUMBERS) & (m.counting == 0) & ~_just_created(m)
+    there = (m.last_segment >= NUMBERS) & ~m.counting & ~_just_created(m)
     return box(
         FIELD_LEFT + x, _zone_y(row) + late, 4, 6 - late, there, color=_color_of(m, Color.CENTIPEDE)
     )
@@ -244,8 +245,8 @@ def _just_created(m: Ram) -> jax.Array:
     """
     x = m.segment_x[1]
     clock = m.clock - 1
-    moved_before = ((clock & 7) != RESTS) & ((m.fast[1] == 1) | ((clock & 1) == 0))
-    odd = (m.easy == 1) | (((18 - m.wave) & 2) != 0)
+    moved_before = ((clock & 7) != RESTS) & (m.fast[1] | ((clock & 1) == 0))
+    odd = m.easy | (((18 - m.wave) & 2) != 0)
     unmarked = odd & (m.extra_row != ZONES - 1)
     at_start = (x == SECOND_X) | ((x == SECOND_X - 1) & (moved_before | unmarked))
     return at_start & (m.second_state == SECOND_STATE)
@@ -320,7 +321,7 @@ def _score_box(m: Ram) -> Box:
     """The score: at least two digits, in the easy game with a figure in the first digit's place."""
     digits = SCORE.box(m.score)
     lefts = SCORE.lefts
-    left = match((m.easy == 1, lefts[0]), (m.score < 10, lefts[-2]), otherwise=digits.x)
+    left = match((m.easy, lefts[0]), (m.score < 10, lefts[-2]), otherwise=digits.x)
     return digits.trimmed(left=left - digits.x)
 
 

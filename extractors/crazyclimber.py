@@ -16,9 +16,9 @@ its picture that belongs to the step. A row of the building has 13 lines:
     line 4           the loop waits, which shows the row of the picture before once more
     lines 5 to 11    the windows; the loop waits on the line after the last shut row
     lines 12 and 13  the loop waits
-In each row the loop makes 11 steps. It makes one more in the rows above a thrower, except the upper
-two, and one more below his head. While it draws the bird, it makes two more in the upper two rows.
-`_row_start` counts the steps before a row, `_steps` those of its lines.
+In each row the loop makes 11 steps. It makes one more in each row from the third down to a thrower
+(at most the seventh row), and one more below his head. While it draws the bird, it makes two more
+in the upper two rows. `_row_start` counts the steps before a row, `_steps` adds its lines.
 
 Covered: all modes and difficulties, falls, the end of the game. The RAM was edited for the roof
 with the helicopter, and for girders that fall from high floors and are four times as wide as their
@@ -116,7 +116,7 @@ ZONE_START = 2
 ZONE_END = 7
 BIRD_STEPS = 2  # additional steps while the loop draws the bird
 BIRD_ROWS = 2  # upper rows, beside the bird
-BIRD_END = 8  # in the second of these rows, the line from which the loop makes steps again
+BIRD_END = 8  # in the second of these rows, the first line after the waits
 NO_STEP = -1  # on a line on which the loop waits
 THING_ROWS = 16  # at most, in a falling object's picture
 CLIMBER_STEP = 89  # least `end` of a falling object that may be on the climber's rows
@@ -307,7 +307,7 @@ def _row_start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
     zone_rows = jnp.maximum(jnp.minimum(row, _end_of_zone(m)) - ZONE_START, 0)
     below_head = _has_thrower(m) & (head_row < ZONE_END) & (row > head_row)
     for_bird = when(_has_bird(m) & (row > 1), BIRD_STEPS)
-    return jnp.asarray(ROW_STEPS * row + zone_rows + when(below_head, 1) + for_bird)
+    return zone_rows + ROW_STEPS * row + when(below_head, 1) + for_bird
 
 
 def _counters(m: Ram, row: jax.Array) -> jax.Array:

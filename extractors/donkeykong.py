@@ -55,6 +55,7 @@ from ocjax.authoring import (
     byte,
     display,
     edges,
+    flag,
     high,
     lookup,
     match,
@@ -158,7 +159,7 @@ class Ram(RamMap):
     idle = byte(10)  # 128 frames without any input
     sound_left = byte(11)  # counts down
     state = byte(12)
-    dying = bits(13, first=7)
+    dying = flag(13, bit=7)
     sound = byte(15)
     board = byte(16)
     girders = byte(26)  # their colour; others in the screen saver
@@ -171,7 +172,7 @@ class Ram(RamMap):
     lives = byte(35)
     bonus = bcd(36)  # hundreds
     obstacle_x = byte(65, 66, 67, 68)  # x + 4
-    on_ladder = bits(69, 70, 71, 72, first=7)
+    on_ladder = flag(69, 70, 71, 72, bit=7)
     goes_right = bits(69, 70, 71, 72)
     ladder = byte(73, 74, 75, 76)  # number of the ladder that a barrel takes or took
     coarse_x = byte(*range(82, 76, -1))  # coarse column of each floor's last obstacle, top first
@@ -233,7 +234,7 @@ def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     sounds = (m.sound == Sound.STEP) & (m.sound_left == 1)
     on_beat = jnp.where(quiet & ((at & 3) == 0), sounds, ~_at_ladder_end(m))
     unhindered = (on_beat | in_air) & ~_at_side(m, left, right)
-    moved = unhindered & (m.wait == MOVED_WAIT) & (m.idle == 0) & (m.dying == 0) & _in_play(m)
+    moved = unhindered & (m.wait == MOVED_WAIT) & (m.idle == 0) & ~m.dying & _in_play(m)
     dx = when(right, 1) - when(left, 1)
     climbed = jnp.where(m.heading == Heading.UP, -1, 1)
     dy = jnp.where(climbs, climbed, _slope_rows(m, dx))
@@ -289,7 +290,7 @@ def _mario(m: Ram, dx: jax.Array, dy: jax.Array) -> Box:
 
 def _obstacle_boxes(m: Ram) -> Box:
     """Barrels or fireballs. The side view of a barrel on a ladder is a row lower."""
-    side = (m.on_ladder == 1) & (m.ladder < WHOLE_LADDER) & (m.board == 0)
+    side = m.on_ladder & (m.ladder < WHOLE_LADDER) & (m.board == 0)
     low = jnp.where(side, 1, 0)
     y = jnp.where(_life_over(m), _last_rows(m), m.obstacle_y)
     return box(m.obstacle_x - 4, y + 40 + low, 8, 8 - low, y > 0)
@@ -308,7 +309,7 @@ def _last_rows(m: Ram) -> jax.Array:
         for floor, start in enumerate(BARREL_FLOORS)
     ]
     y = match(*reversed(by_floor), otherwise=0)
-    return when((m.on_ladder == 0) & (m.board == 0), y)
+    return when(~m.on_ladder & (m.board == 0), y)
 
 
 def _hammer(m: Ram, dx: jax.Array) -> Box:

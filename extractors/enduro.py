@@ -50,12 +50,12 @@ from ocjax.authoring import (
     Shape,
     ShortRuns,
     bcd,
-    bits,
     box,
     byte,
     choose,
     display,
     div,
+    flag,
     lookup,
     match,
     packed_position,
@@ -157,7 +157,7 @@ class Ram(RamMap):
     faster = signed(50)  # than the other cars
     frames_left = byte((49, 48))  # of four days
     picture = byte(52)  # low byte of the player's address, less the height
-    mirrored = bits(66, first=2)  # the other cars
+    mirrored = flag(66, bit=2)  # the other cars
     road_x = byte(70)  # code of the sum of the player's and the road's position
     passed = byte(71)  # cars
 
@@ -245,7 +245,7 @@ def _leaving(m: Ram, boxes: Box, night: jax.Array) -> Box:
     """The cars; if the screen's edge cuts the nearest one, its first rows are narrower."""
     rows = GROUND - boxes.y
     is_whole = (rows > ASLANT) | night | (np.arange(CAR_ROWS) > 0)
-    left = match((is_whole, 0), ((rows == ASLANT) & (m.mirrored == 1), 0), otherwise=2)
+    left = match((is_whole, 0), ((rows == ASLANT) & m.mirrored, 0), otherwise=2)
     lost = match((is_whole, 0), (rows == ASLANT, 2), otherwise=4)
     return replace(boxes, x=boxes.x + left, w=boxes.w - lost)
 

@@ -58,6 +58,7 @@ from ocjax.authoring import (
     byte,
     display,
     div,
+    flag,
     match,
     mirrored,
     position,
@@ -162,7 +163,7 @@ class Ram(RamMap):
     hook_x = byte(32, 33)
     line_reach = byte(34, 35)  # columns from the pole's end to the hook; 1 more to the right
     depth_before = byte(36)  # 17 more than the left hook's depth on this frame or the last one
-    puller = bits(39)  # angler who pulls a fish up
+    puller = flag(39, bit=0)  # angler who pulls a fish up
     pulled_coarse = byte(42)
     pulled_fine = bits(43, first=4, count=4)
     shark_shape = byte(58)  # low byte of the address of its rows' sizes
@@ -218,11 +219,9 @@ def _fish_in_rows(m: Ram, x: jax.Array, shark_x: jax.Array) -> Box:
     """The fish in their rows, and the fish that an angler pulls up."""
     faces_left = _fish_face_left(m, x)
     fresh = jnp.all(x == START)  # no fish has moved yet
-    pulled = (m.pulled_y > 0) & (
-        jnp.where(m.puller == 1, m.hooked[1], m.hooked[0]) == 6 - FISH_ROWS
-    )
+    pulled = (m.pulled_y > 0) & (jnp.where(m.puller, m.hooked[1], m.hooked[0]) == 6 - FISH_ROWS)
     shown_x = jnp.where(pulled, position(m.pulled_coarse, m.pulled_fine) - 46, x)
-    fast = jnp.where(m.puller == 1, shark_x < SHARK_NEAR, m.depth_before - m.depth == 18)
+    fast = jnp.where(m.puller, shark_x < SHARK_NEAR, m.depth_before - m.depth == 18)
     step = jnp.where(fast | ((m.clock & 3) == 0), 1, 0)  # since it was drawn
     y = jnp.where(pulled, PULLED_Y + m.pulled_y + step, FISH_Y + ROWS_APART * FISH_ROWS)
     spread = jnp.where(fresh, 1, shown_x >> 1 & 1)

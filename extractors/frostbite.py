@@ -57,6 +57,7 @@ from ocjax.authoring import (
     box,
     byte,
     display,
+    flag,
     lookup,
     match,
     mod,
@@ -159,7 +160,7 @@ DISTANCES = ROM.bytes(0xDE0, 16)
 class Ram(RamMap):
     clock = byte(1)
     kind = bits(17, 18, 19, 20, count=2)  # of a row's animals, lowest row first
-    faces_left = bits(17, 18, 19, 20, first=7)
+    faces_left = flag(17, 18, 19, 20, bit=7)
     apart = byte(30)  # step of the halves of floes, counts down
     floe_x = byte(31, 32, 33, 34)
     picture = byte(35, 36, 37, 38)  # of a row's animals, low byte of its address
@@ -178,8 +179,8 @@ class Ram(RamMap):
     delay = byte(103)  # frames left of a pause
     bear_x = byte(104)
     sunk = byte(107)  # rows
-    looks_left = bits(108, first=3)
-    bear_right = bits(108, first=4)
+    looks_left = flag(108, bit=3)
+    bear_right = flag(108, bit=4)
     pose = byte(110)
     bear_pose = byte(111)
     status = byte(113)
@@ -214,9 +215,9 @@ def _bailey(m: Ram) -> Box:
         picture,
         m.x,
         m.y + 28,
-        mirrored=m.looks_left == 1,
+        mirrored=m.looks_left,
         valid=there,
-        orientation=_compass(m.looks_left == 1),
+        orientation=_compass(m.looks_left),
     )
     late = m.x < IN_TIME
     top = whole.y
@@ -229,7 +230,7 @@ def _bailey(m: Ram) -> Box:
 
 
 def _bear(m: Ram) -> Box:
-    faces_right = m.bear_right == 1
+    faces_right = m.bear_right
     whole = BEARS.box(
         m.bear_pose & 7,
         m.bear_x + 1,
@@ -252,7 +253,7 @@ def _animal_boxes(m: Ram) -> Box:
     """The visible parts of the animals of all kinds."""
     first = jnp.where(m.animals_x >= OFF_LEFT, m.animals_x - 256, m.animals_x)
     x = jnp.repeat(first, 3) + 16 * ANIMAL_PLACE
-    faces_left = jnp.repeat(m.faces_left, 3) == 1
+    faces_left = jnp.repeat(m.faces_left, 3)
     beyond = jnp.clip(x - 152, 0, 8) - jnp.clip(8 - x, 0, 8)
     cut = 8 + jnp.where(faces_left, -beyond, beyond)
     whole = ANIMAL_PICTURES.box(

@@ -45,6 +45,7 @@ from ocjax.authoring import (
     box,
     byte,
     display,
+    flag,
     lookup,
     match,
     when,
@@ -170,11 +171,11 @@ class Ram(RamMap):
     mirrored = bits(86, first=3)  # the gopher faces right
     goal = bits(87, count=4)  # index in `GOALS`
     goal_seen = byte(87)
-    leftward = bits(87, first=7)  # it runs to the left
+    leftward = flag(87, bit=7)  # it runs to the left
     plan = byte(88)  # height of its climb; 0: back down; from 128: it does not turn when it digs
     climb = bits(88, count=4)
     taunt = byte(90)  # frames
-    duck_leftward = bits(91, first=7)
+    duck_leftward = flag(91, bit=7)
     seed_y = byte(92)  # steps; at least 128: no seed
     duck_on = byte(94)
     seed_x = byte(95)  # x + 5
@@ -279,7 +280,7 @@ def _digs(m: Ram) -> jax.Array:
 
 def _run_back(m: Ram) -> jax.Array:
     """Column before a step; the gopher leaves at one end and comes back at the other."""
-    leftward = m.leftward == 1
+    leftward = m.leftward
     return match(
         (leftward & (m.gopher_x == GopherX.RIGHT_END), GopherX.LEFT_END),
         (leftward, m.gopher_x + 2),
@@ -313,8 +314,8 @@ def _carrots(m: Ram) -> Box:
 def _duck(m: Ram) -> Box:
     """The duck; spread wings are a column wider than folded ones."""
     wide = m.duck_wings == WINGS_SPREAD
-    left = m.duck_x - 12 + jnp.where((m.duck_leftward == 1) | wide, 0, 1)
-    compass = jnp.where(m.duck_leftward == 1, WEST, EAST)
+    left = m.duck_x - 12 + jnp.where(m.duck_leftward | wide, 0, 1)
+    compass = jnp.where(m.duck_leftward, WEST, EAST)
     width = jnp.where(wide, 16, 15)
     return box(left, 31, width, 18, (m.duck_on > 0) & ~_duck_to_come(m), orientation=compass)
 

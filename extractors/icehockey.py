@@ -48,6 +48,7 @@ from ocjax.authoring import (
     byte,
     display,
     div,
+    flag,
     mod,
     score_box,
     signed,
@@ -134,7 +135,7 @@ class Ram(RamMap):
     x = byte(57, 58, 59, 60)  # x + 9
     faces_left = bits(61, 62, 63, 64, first=3)
     picture = byte(66, 68, 70, 72)  # low byte of its address
-    stick = bits(82, 83, 84, 85, first=1)  # held out
+    stick = flag(82, 83, 84, 85, bit=1)  # held out
     holder = byte(90)  # the player with the puck
     puck_row = byte(91)  # 188 - y, even; follows `puck_y` every other frame
     upper_end = byte(94)  # row count at the end of the drawing of blue's upper player
@@ -159,7 +160,7 @@ def _team_boxes(m: Ram, team: int) -> Box:
     faces_left = m.faces_left[team::2] == 1
     first, _, width, _ = PICTURES.extent(m.picture[team::2])
     body = jnp.where(faces_left, 8 - first - width, first)
-    stick = m.stick[team::2] == 1
+    stick = m.stick[team::2]
     reach = _stick_reach(m)[team::2]
     left = jnp.where(stick & faces_left, 9 - reach, body)
     right = jnp.where(stick & ~faces_left, reach, body + width)
@@ -183,7 +184,7 @@ def _puck(m: Ram) -> Box:
     left = x - 10
     reach = _stick_reach(m)  # the blade of a stick covers the puck's lower row
     blade = m.x - 9 + jnp.where(m.faces_left == 1, 9 - reach, reach - BLADE_WIDTH)
-    under = (m.stick == 1) & (y - 1 == m.y) & (blade <= left) & (left + 2 <= blade + BLADE_WIDTH)
+    under = m.stick & (y - 1 == m.y) & (blade <= left) & (left + 2 <= blade + BLADE_WIDTH)
     return box(left, 188 - y, 2, jnp.where(jnp.any(under), 1, 2)).clip(*ICE)
 
 

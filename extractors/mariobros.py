@@ -54,6 +54,7 @@ from ocjax.authoring import (
     byte,
     display,
     edges,
+    flag,
     lookup,
     packed_position,
     pick,
@@ -130,13 +131,13 @@ class Ram(RamMap):
     frame = byte(1)
     phase = byte(3)
     turn = bits(4, count=2)  # the number of the falling pest that is drawn
-    fire_turn = bits(4, first=2)  # the fireball replaces its floor's pest
+    fire_turn = flag(4, bit=2)  # the fireball replaces its floor's pest
     counter = bcd(5)  # the level, or in a bonus phase the remaining seconds
     lives = byte(7)
     score = bcd((9, 10))
-    faces_left = bits(27, first=5)
+    faces_left = flag(27, bit=5)
     caps_shown = byte(29)  # remaining frames of the lives in place of the score
-    plays = bits(38, first=7)
+    plays = flag(38, bit=7)
     y = byte(42)
     x = byte(44)
     picture_low = byte(48)  # address of Mario's picture, as if it began on line 0
@@ -152,8 +153,8 @@ class Ram(RamMap):
     coin_part = byte(105, 106)  # of a step
     pest = byte(*range(107, 111))
     coin = byte(111, 112)
-    fire_on = bits(113, first=7)
-    fire_left = bits(113, first=4)
+    fire_on = flag(113, bit=7)
+    fire_left = flag(113, bit=4)
     fire_pose = bits(113, count=4)
     fire_part = byte(114)  # of a step
     fire_x = byte(115)
@@ -258,24 +259,24 @@ def _figure(
 
 
 def _player(m: Ram) -> Box:
-    is_left = m.faces_left == 1
+    is_left = m.faces_left
     compass = jnp.where(is_left, WEST, EAST)
     at = (m.picture_high << 8 | m.picture_low) + m.y - BANK
     pose = reached(at, POSES[1:])
     place = _figure(MARIO_PICTURES, pose, m.x, m.y, is_left)
-    return box(*place, m.plays == 1, orientation=compass).clip(*FIELD)
+    return box(*place, m.plays, orientation=compass).clip(*FIELD)
 
 
 def _turn_before(m: Ram) -> jax.Array:
     """The content of the frame before: `turn` in the two low bits, `fire_turn` in the next one."""
     falling = jnp.sum(m.pest >> 6 == PestState.FALLS, axis=0, dtype=jnp.int32)
     turns = lookup(TURN_TABLE, pick(falling, ROWS_OF_TURNS) + (m.frame - 2 & 7))
-    return jnp.where(m.fire_on == 1, turns >> 4, turns & 15)
+    return jnp.where(m.fire_on, turns >> 4, turns & 15)
 
 
 def _pests(m: Ram, earlier: jax.Array) -> Box:
     """The pests that this frame or the one before shows."""
-    under_fire = (m.fire_turn == 1) & (m.fire_on == 1) & (m.fire_floor == EVERY_FLOOR)
+    under_fire = m.fire_turn & m.fire_on & (m.fire_floor == EVERY_FLOOR)
     drawn = (m.pest_code != 0) & ~under_fire
     falls = m.pest >> 6 == PestState.FALLS
     rank = jnp.cumsum(when(falls, 1), axis=0)
@@ -309,12 +310,12 @@ def _as_drawn(m: Ram, drawn: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array
 def _fireball(m: Ram, earlier: jax.Array) -> Box:
     """The fireball, if this frame or the one before shows it."""
     moved = (m.counter >= FAST_LEVEL) | (m.fire_part < lookup(FIRE_RATES, m.fire_pose))
-    since = moved & (m.fire_turn == 0)
-    x = m.fire_x + when(since, jnp.where(m.fire_left == 1, 1, -1))
+    since = moved & ~m.fire_turn
+    x = m.fire_x + when(since, jnp.where(m.fire_left, 1, -1))
     before = jnp.where(m.fire_pose == 0, 3, m.fire_pose - 1)
     place = _figure(FIRE_PICTURES, jnp.where(since, before, m.fire_pose), x, m.fire_y)
-    shown = (m.fire_turn == 1) | (earlier & 4 != 0)
-    return box(*place, shown & (m.fire_on == 1)).clip(*FIELD)
+    shown = m.fire_turn | (earlier & 4 != 0)
+    return box(*place, shown & m.fire_on).clip(*FIELD)
 
 
 def _coins(m: Ram) -> Box:

@@ -46,6 +46,7 @@ from ocjax.authoring import (
     byte,
     display,
     div,
+    flag,
     high,
     larger_part,
     lookup,
@@ -147,9 +148,9 @@ POWER_Y = (146, 14, 147, 15)
 class Ram(RamMap):
     maze = bits(0, count=2)
     ghost_way = bits(1, 2, 3, 4, count=2)  # in the pen: remaining rounds
-    ghost_leaves = bits(1, 2, 3, 4, first=3)  # the pen
+    ghost_leaves = flag(1, 2, 3, 4, bit=3)  # the pen
     ghost_mode = bits(1, 2, 3, 4, first=4, count=3)
-    ghost_scared = bits(1, 2, 3, 4, first=7)
+    ghost_scared = flag(1, 2, 3, 4, bit=7)
     way = bits(5, count=2)
     fruit_path = bits(5, first=2, count=2)
     chews = bits(5, first=6, count=2)
@@ -161,11 +162,11 @@ class Ram(RamMap):
     fruit_y = byte(17)  # y - 1
     waits = high(18)  # one bit per ghost, the last first: on every other call it moves in a tunnel
     ghosts = byte(19)  # in play, minus 1
-    demo = bits(20, first=7)
+    demo = flag(20, bit=7)
     frame = byte(30)
     fruit_step = bits(31, count=5)
-    fruit_enters = bits(31, first=6)
-    fruit_loops = bits(31, first=7)  # circles the pen
+    fruit_enters = flag(31, bit=6)
+    fruit_loops = flag(31, bit=7)  # circles the pen
     event = byte(39)  # counts through music, pauses and deaths
     pills = byte(*((i + 2, i + 1, i) for i in range(59, 101, 3)))  # by row
     scare = byte(116)  # remaining time
@@ -179,7 +180,7 @@ class Ram(RamMap):
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    playing = m.demo == 0
+    playing = ~m.demo
     i3 = np.arange(3)
     fruits = _fruit_boxes(m)
     maze = pick(m.maze, MAZE_COLORS)
@@ -211,7 +212,7 @@ def _player(m: Ram) -> Box:
 def _ghosts(m: Ram) -> Box:
     number = np.arange(4)
     (x, y) = _ghosts_before(m)
-    scared = m.ghost_scared == 1
+    scared = m.ghost_scared
     only_eyes = ~scared & among(m.ghost_mode, (Mode.EYES, Mode.EYES_ENTER_PEN))
     # The first row of the eyes is empty; the first row of a ghost is missing at the positions' own
     # lines.
@@ -237,11 +238,13 @@ def _pills(m: Ram) -> jax.Array:
 def _fruit_boxes(m: Ram) -> Box:
     """The fruit in the maze, and the level's fruit below it."""
     fruit_x, fruit_y = _fruit_before(m)
-    x = jnp.stack([larger_part(fruit_x - 12, 8), jnp.int32(126)])
-    y = jnp.stack([fruit_y + 1, jnp.int32(173)])
-    there = jnp.stack([(m.fruit_x > 0) & ~_dying(m), m.ghosts == 3])
+    shown = (m.fruit_x > 0) & ~_dying(m)
+    look = FIRST_FRUIT + m.fruit
     color = pick(m.fruit, FRUIT_COLORS)
-    return _picture(FIRST_FRUIT + m.fruit, x, y, valid=there, color=color)
+    x = larger_part(fruit_x - 12, 8)
+    in_maze = _picture(look, x, fruit_y + 1, valid=shown, color=color)
+    below = _picture(look, jnp.int32(126), jnp.int32(173), valid=m.ghosts == 3, color=color)
+    return Box.stacked(in_maze, below)
 
 
 def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **fields: Any) -> Box:
@@ -260,7 +263,7 @@ def _dying(m: Ram) -> jax.Array:
 
 def _moving(m: Ram) -> jax.Array:
     """True if everything moves."""
-    return (m.event == Event.MOVES) & (m.demo == 0)
+    return (m.event == Event.MOVES) & ~m.demo
 
 
 def _step(way: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -318,7 +321,7 @@ def _pixel_back(
     way_x, way_y = _step(m.ghost_way)
     inside = m.ghost_mode == Mode.IN_PEN
     enters = m.ghost_mode == Mode.EYES_ENTER_PEN
-    pen_x, pen_y = _pen_step(x, y, m.ghost_leaves == 1)
+    pen_x, pen_y = _pen_step(x, y, m.ghost_leaves)
     dx = match((inside, pen_x), (enters, 0), otherwise=way_x)
     dy = match((inside, pen_y), (enters, 1), otherwise=way_y)
     return x - when(moved, dx), y - when(moved, dy)
@@ -328,7 +331,7 @@ def _ghost_steps(m: Ram) -> jax.Array:
     """Pixels that each ghost has moved."""
     number = np.arange(4)
     sideways = (m.ghost_way & 1) == 1
-    scared = m.ghost_scared == 1
+    scared = m.ghost_scared
     by_table = (SECOND_STEPS >> (m.frame & 14) & 1) != 0
     second = by_table | (~sideways & (((m.frame + number) & 2) != 0)) | (m.ghost_mode == Mode.EYES)
     twice = ~scared & second
@@ -358,8 +361,8 @@ def _pen_step(x: jax.Array, y: jax.Array, leaves: jax.Array) -> tuple[jax.Array,
 
 def _fruit_before(m: Ram) -> tuple[jax.Array, jax.Array]:
     """The fruit's position before its last move, on every fourth frame along its path, bouncing."""
-    loops = m.fruit_loops == 1
-    leaves = ~loops & (m.fruit_enters == 0)
+    loops = m.fruit_loops
+    leaves = ~loops & ~m.fruit_enters
     path = lookup(FRUIT_PATHS, jnp.where(loops, AROUND_PEN, 4 * m.maze + m.fruit_path))
     path_way = jnp.where(m.fruit_step < 16, path >> (30 - 2 * (m.fruit_step & 15)) & 3, Way.UP)
     way = jnp.where(leaves, path_way ^ 2, path_way)  # the same path backwards

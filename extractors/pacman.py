@@ -41,11 +41,12 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Static,
     bcd,
-    bits,
     box,
     byte,
     display,
+    flag,
     match,
     mod,
     pick,
@@ -107,6 +108,7 @@ SCARED = 222
 CALMING = 218  # scared for a moment only
 YELLOW = 46
 WAFER = 42
+VITAMIN = Static(76, 115, 8, 11, WAFER)  # below the pen
 GREEN = 86
 BLACK = 0
 FIELD = (0, 19, 160, 199)
@@ -122,27 +124,27 @@ class Ram(RamMap):
     wafers = byte(*range(8, 24))  # one bit each
     icons = byte(24)  # lives, without the current one
     power = byte(26)  # bits of the power pills
-    fright = bits(26, first=6)  # 0: the ghosts will be scared for a moment only
-    scared = bits(26, first=7)  # the ghosts
+    fright = flag(26, bit=6)  # 0: the ghosts will be scared for a moment only
+    scared = flag(26, bit=7)  # the ghosts
     x = byte(49)
     ghost_x = byte(50, 51, 52, 53)
     y = byte(54)  # two rows
     ghost_y = byte(55, 56, 57, 58)  # two rows
     state = byte(59)  # direction in the highest bits
     ghost_state = byte(60, 61, 62, 63)
-    mirrored = bits(59)
-    eyes = bits(60, 61, 62, 63, first=3)
+    mirrored = flag(59, bit=0)
+    eyes = flag(60, 61, 62, 63, bit=3)
     score = bcd((80, 78, 76))
     time = byte(100)  # until a start, a death or the ghosts' fright is over
     ate = byte(101)  # counts down to 127 while all stand still after a ghost was eaten
-    vitamin = bits(103, first=1)
-    dying = bits(103, first=6)
-    ready = bits(103, first=7)  # all wait, at a start or a death
+    vitamin = flag(103, bit=1)
+    dying = flag(103, bit=6)
+    ready = flag(103, bit=7)  # all wait, at a start or a death
 
 
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.wafers[np.array(WAFER_BYTE)] & np.array(WAFER_MASK)) != 0
-    color = match((m.scared == 0, GHOST), (m.fright == 1, SCARED), otherwise=CALMING)
+    color = match((~m.scared, GHOST), (m.fright, SCARED), otherwise=CALMING)
     power = (m.power & np.array(POWER_BITS)) != 0
     shown = mod(m.score, 100_000)  # the display has five digits, the counter six
     return {
@@ -150,7 +152,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Ghost": _ghosts(m, color),
         "PowerPill": box(np.array(POWER_X), np.array(POWER_Y), 4, 10, power, color=color),
         "Pill": box(np.array(WAFER_X), np.array(WAFER_Y), 4, 2, there),
-        "Vitamin": box(76, 115, 8, 11, m.vitamin == 1),
+        "Vitamin": VITAMIN.box(m.vitamin),
         "Score": SCORE.box(shown, value=m.score),
         "Life": LIVES.box(m.icons, value=m.icons + 1),
     }
@@ -158,7 +160,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _starts(m: Ram) -> jax.Array:
     """True if all have just been put at the start of a life, which is not visible yet."""
-    return (m.time == START_TIME) & (m.ready == 1) & (m.dying == 0) & ((m.frame & 1) == 0)
+    return (m.time == START_TIME) & m.ready & ~m.dying & ((m.frame & 1) == 0)
 
 
 def _rows_shown(y: jax.Array, state: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
@@ -175,8 +177,8 @@ def _player(m: Ram) -> Box:
     at_x, half_y = _player_before(m)
     first, cut, shows = _rows_shown(half_y, m.state)
     dies = FIRST_DYING + ((m.time + (m.frame - 1 & 1)) >> 2 & 15)
-    look = jnp.where(m.dying == 1, dies, (m.frame - 2) >> 3 & 3)
-    turned = (m.mirrored == 1) & (m.ate < STANDS) & (m.dying == 0)
+    look = jnp.where(m.dying, dies, (m.frame - 2) >> 3 & 3)
+    turned = m.mirrored & (m.ate < STANDS) & ~m.dying
     left, top, width, height = LOOKS.extent(look, mirrored=turned)
     x = at_x + left
     rows = jnp.minimum(height, 7 - cut - top)
@@ -200,7 +202,7 @@ def _player_before(m: Ram) -> tuple[jax.Array, jax.Array]:
 def _ghosts(m: Ram, color: jax.Array) -> Box:
     first, cut, shows = _rows_shown(m.ghost_y, m.ghost_state)
     eaten_now = (m.ate == EATEN) & ((m.frame - 1 & 3) == np.arange(4))
-    eyes = (m.eyes == 1) & ~eaten_now
+    eyes = m.eyes & ~eaten_now
     y = 2 * first + 1 + when(eyes, 2)
     height = match((eyes, 6), (cut > 0, 14 - 2 * cut), otherwise=16)
     return box(m.ghost_x, y, 8, height, shows & ~_starts(m), color=color).clip(*FIELD)
@@ -211,7 +213,6 @@ GHOST_COLORS = (GHOST, SCARED, CALMING)
 GHOST_RULE = Blobs(GHOST_COLORS, FIELD, Shape(w=8, h=(5, 16)), gap=(2, 0))
 POWER_RULE = Cells(GHOST_COLORS, POWER_X, POWER_Y, 4, 10, margin=(1, 1))
 PILL_RULE = Cells(WAFER, WAFER_X, WAFER_Y, 4, 2, whole=False)
-VITAMIN_RULE = Bounds(WAFER, (76, 115, 84, 126), min_size=(8, 11))
 
 facing = functools.partial(Category, attributes=("orientation",))
 
@@ -232,7 +233,7 @@ GAME = Game(
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="they are drawn in turn"),
         Category("PowerPill", POWER_RULE, count=4, blinks=True, doc="two left, two right"),
         Category("Pill", PILL_RULE, count=len(WAFER_X), doc="the maze's wafers"),
-        Category("Vitamin", VITAMIN_RULE, doc="below the pen"),
+        Category("Vitamin", VITAMIN.rule(), doc="below the pen"),
         display("Score", SCORE.rule(BLACK), role="score", doc="points; the last five digits show"),
         display(
             "Life",

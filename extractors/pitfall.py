@@ -56,6 +56,7 @@ from ocjax.authoring import (
     div,
     edges,
     extremes,
+    flag,
     high,
     match,
     pick,
@@ -181,12 +182,12 @@ class Ram(RamMap):
     minutes = bcd(88)
     seconds = bcd(89)
     slope = byte(92)  # 1/256 columns per line
-    swing = bits(93, first=7)  # to the right
+    swing = flag(93, bit=7)  # to the right
     fine = high(21, 22, 23)  # with `coarse`, x + 1: Harry, object, below the ground
     coarse = byte(24, 25, 26)
     x = byte(97)
-    mirrored = bits(101, first=3)
-    turned = bits(102, first=3)  # scorpion
+    mirrored = flag(101, bit=3)
+    turned = flag(102, bit=3)  # scorpion
     jump = byte(103)  # step of a jump
     stick = byte(104)  # at the start of a jump
     y = byte(105)
@@ -272,7 +273,7 @@ def _whole_harry(m: Ram, x: jax.Array) -> Box:
     repeats = (x < LATE_X) & (y < LATE_ROW) & (y > LATE_ROW - NO_ROW)
     repeated = jnp.where(repeats, LATE_ROW - y, NO_ROW)
     look = (NO_ROW + 1) * div(m.pose, TALL) + repeated
-    return HARRYS.box(look, x, y, mirrored=m.mirrored == 1)
+    return HARRYS.box(look, x, y, mirrored=m.mirrored)
 
 
 def _thing_boxes(m: Ram) -> dict[str, Box]:
@@ -293,7 +294,7 @@ def _thing_boxes(m: Ram) -> dict[str, Box]:
 
 def _scorpion(m: Ram) -> Box:
     look = m.scorpion >> 4 & 1
-    west = m.turned == 1
+    west = m.turned
     there = m.ladder == 0
     return SCORPIONS.box(1 - look, _at(m, 2), 164, mirrored=west, valid=there).clip(*VIEW)
 
@@ -302,7 +303,7 @@ def _rope_box(m: Ram) -> Box:
     """The lines of the rope outside of trunks."""
     line = np.arange(ROPE_TOP, ROPE_BOTTOM)
     way = (line - 33) * m.slope >> 8
-    x = ROPE_X + jnp.where(m.swing == 1, way, -way)
+    x = ROPE_X + jnp.where(m.swing, way, -way)
     trunk = pick(m.trees, TRUNKS)
     free = ((x < trunk) | (x >= trunk + 4)) & ((x < 156 - trunk) | (x >= 160 - trunk))
     seen = free & (line <= 116 - m.rope)

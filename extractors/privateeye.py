@@ -61,6 +61,7 @@ from ocjax.authoring import (
     copies,
     display,
     div,
+    flag,
     lookup,
     mod,
     pick,
@@ -174,7 +175,7 @@ class Ram(RamMap):
     base = byte(38, 39, 40)  # 182 - bottom row
     kind = byte(41, 42, 43)
     size = bits(44, 45, 46, count=3)  # NUSIZ1
-    mirrored = bits(44, 45, 46, first=3)
+    mirrored = flag(44, 45, 46, bit=3)
     x = byte(47, 48, 49)  # x - 15
     cut = byte(50, 51, 52)  # rows that a window hides
     scene = byte(62)
@@ -223,7 +224,7 @@ def _object_boxes(m: Ram) -> Box:
     kind = jnp.clip(m.kind, 0, Kind.COUNT - 1)
     cut = jnp.clip(m.cut, 0, MOST_CUT - 1)
     picture = SIZES.index(kind=kind, cut=cut)
-    left, top, width, height = SIZES.extent(picture, mirrored=m.mirrored == 1)
+    left, top, width, height = SIZES.extent(picture, mirrored=m.mirrored)
     zoom = pick(m.size, NUSIZ_WIDTH) >> 3
     x = m.x + 15 + when(zoom > 1, 1) + zoom * left
     full_height = lookup(HEIGHTS, m.kind)

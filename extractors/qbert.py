@@ -54,6 +54,7 @@ from ocjax.authoring import (
     byte,
     choose,
     display,
+    flag,
     high,
     lookup,
     pick,
@@ -188,7 +189,7 @@ class Ram(RamMap):
     player_y = byte(67)  # counter at the beginning of the frame, has moved
     coily_column = byte(69)
     cube = byte(21, 52, 54, 83, 85, 87, 98, 100, 102, 104, 1, 3, 5, 7, 9, 32, 34, 36, 38, 40, 42)
-    mirrored = bits(84, first=3)
+    mirrored = flag(84, bit=3)
     score = bcd((89, 90, 91))
     picture = byte(92, 93, 94, 96, 95)  # of the figure in each row
     round = byte(99)
@@ -262,7 +263,7 @@ def _player_box(m: Ram) -> Box:
     """The player before he moved, from the kernel's remaining counters."""
     x = m.player_x + (m.beam + 15 - m.player_x & 15) - 11
     upward = m.pose == UPWARD_POSE
-    left = m.mirrored == 1
+    left = m.mirrored
     index = 512 * reached(x + 4, SIDES) + when(upward, 256) + m.counter
     facing = jnp.where(upward, jnp.where(left, 2, 14), jnp.where(left, 6, 10))
     there = ((m.lives != GAME_OVER) | _fell(m)) & _started(m)

@@ -49,15 +49,16 @@ from ocjax.authoring import (
     Rom,
     Saver,
     Shape,
+    Word,
     among,
     bits,
     box,
     byte,
     display,
+    flag,
     high,
     low,
     match,
-    only,
     pick,
     position,
     when,
@@ -201,7 +202,7 @@ SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 class Ram(RamMap):
     saver_key = byte(5)  # XORed with colours
     saver_mask = byte(6)  # mask of colours: 0xFF in play
-    clock = bits(2)  # helicopters and tankers move when it is 0
+    clock = flag(2, bit=0)  # helicopters and tankers move when it is 0
     sticks = high(4)  # joystick of the drawn frame
     stick = low(4)
     thrust = byte(7)  # steps of 1 / 256 pixel per frame
@@ -210,7 +211,7 @@ class Ram(RamMap):
     coarse = byte(20, 21, 22, 23, 24, 25)  # 15 pixels
     fine = high(26, 27, 28, 29, 30, 31)
     leftward = bits(26, 27, 28, 29, 30, 31, first=3)
-    wide = bits(26, 27, 28, 29, 30, 31)
+    wide = flag(26, 27, 28, 29, 30, 31, bit=0)
     kind = byte(32, 33, 34, 35, 36, 37)
     missile_y = byte(50)
     x = byte(51)
@@ -226,7 +227,7 @@ class Ram(RamMap):
     digits = byte(77, 79, 81, 83, 85)  # 8 times a digit, or an empty picture
     ones = byte(87)
     shot = byte(98)  # record that the missile hit
-    shot_bank = bits(102, first=7)  # 0: the missile hit a bank
+    shot_bank = flag(102, bit=7)  # 0: the missile hit a bank
     touched = byte(104)  # record that the player touches
     missile_x = byte(117)  # x + 1
     sound = byte(123)  # remaining frames of the missile's sound
@@ -239,7 +240,7 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": _player_box(m, player_x),
         "PlayerMissile": _missile_box(m, player_x),
-        "Bridge": _single(objects.where(kind == Kind.BRIDGE)),
+        "Bridge": objects.only(kind == Kind.BRIDGE),
         "FuelDepot": _colored(objects.where(kind == Kind.DEPOT), Kind.DEPOT),
         "Helicopter": _colored(objects.where(among(kind, HELICOPTERS)), Kind.HELICOPTER),
         "House": _colored(objects.where(kind == Kind.HOUSE), Kind.HOUSE),
@@ -257,9 +258,9 @@ def _drawn_kinds(m: Ram) -> jax.Array:
     shot = (m.kind == Kind.HIT) & (m.shot == record)
     rammed = (m.kind == Kind.RAMMED) & (m.touched == record) & (m.mode == Mode.CRASH)
     gone = (shot | rammed) & (m.points != Points.NONE)
-    rotor = among(m.kind, HELICOPTERS) & (m.clock == 0)
+    rotor = among(m.kind, HELICOPTERS) & ~m.clock
     return match(
-        (gone & (m.wide == 1), Kind.TANKER),
+        (gone & m.wide, Kind.TANKER),
         (gone & (m.points == Points.BRIDGE), Kind.BRIDGE),
         (gone & (m.points == Points.HELICOPTER), Kind.HELICOPTER),
         (gone, Kind.DEPOT),
@@ -268,11 +269,15 @@ def _drawn_kinds(m: Ram) -> jax.Array:
     )
 
 
+# An object in one number: separate values cost 1.2 times as much time.
+OBJECT_WORD = Word(x=8, y=8, w=6, h=5, left=1, kind=4)
+
+
 def _object_boxes(m: Ram) -> tuple[jax.Array, Box]:
     """Kinds and boxes of the objects of all blocks, in the ring."""
     kind = _drawn_kinds(m)
     moving = among(m.mode, (Mode.FLIES, Mode.CRASH)) & (m.level >= MOVING_LEVEL)
-    alternating = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & (m.clock == 0)
+    alternating = among(kind, range(Kind.HELICOPTER, Kind.BRIDGE)) & ~m.clock
     by_turns = alternating & (m.block & MOVES > 0)
     steps = when(moving & (by_turns | (kind == Kind.JET)), 1)
     at = position(m.coarse, m.fine) + jnp.where(m.leftward == 1, steps, -steps)
@@ -286,21 +291,10 @@ def _object_boxes(m: Ram) -> tuple[jax.Array, Box]:
     x0, y0, w, h = OBJECT_PICTURES.extent(picture, mirrored=left == 1)
     x = at - when(zoom == 1, 1) + zoom * x0
     shown = box(x, y + y0, zoom * w, h, there).clip(*VIEW)
-    return _unpacked(_in_ring(m, when(shown.valid, _pack(shown, left, kind))))
-
-
-def _pack(b: Box, left: jax.Array, kind: jax.Array) -> jax.Array:
-    """Pack box, direction and kind into one number. Separate values cost 1.2 times as much time."""
-    return b.x | b.y << 8 | b.w << 16 | b.h << 22 | left << 27 | kind << 28
-
-
-def _unpacked(packed: jax.Array) -> tuple[jax.Array, Box]:
-    x = packed & 255
-    y = packed >> 8 & 255
-    w = packed >> 16 & 63
-    h = packed >> 22 & 31
-    facing = jnp.where(packed >> 27 & 1 == 1, WEST, EAST)
-    return packed >> 28 & 15, box(x, y, w, h, orientation=facing)
+    words = OBJECT_WORD.pack(x=shown.x, y=shown.y, w=shown.w, h=shown.h, left=left, kind=kind)
+    found = OBJECT_WORD.unpack(_in_ring(m, when(shown.valid, words)))
+    facing = jnp.where(found.left == 1, WEST, EAST)
+    return found.kind, box(found.x, found.y, found.w, found.h, orientation=facing)
 
 
 def _in_ring(m: Ram, of_records: jax.Array) -> jax.Array:
@@ -313,15 +307,6 @@ def _colored(b: Box, kind: int) -> Box:
     """Objects of a kind with the colours of their visible parts at the ends of the view."""
     index = b.h + when(b.y < MIDDLE, PICTURE_ROWS + 1)
     return dataclasses.replace(b, color=pick(index, _seen(kind, KIND_COLORS[kind])))
-
-
-def _single(b: Box) -> Box:
-    """The only object of some slots."""
-    x = only(b.valid, b.x)
-    y = only(b.valid, b.y)
-    w = only(b.valid, b.w)
-    h = only(b.valid, b.h)
-    return box(x, y, w, h, jnp.any(b.valid))
 
 
 def _player_x_before(m: Ram) -> jax.Array:
@@ -344,7 +329,7 @@ def _player_box(m: Ram, x: jax.Array) -> Box:
 def _missile_box(m: Ram, player_x: jax.Array) -> Box:
     """The missile; after a hit, the time since the shot gives its row."""
     flies = among(m.missile_y, range(FIRED + 1, OFF))
-    shot = jnp.any((m.kind == Kind.HIT) & (m.shot == np.arange(RECORDS))) | (m.shot_bank == 0)
+    shot = jnp.any((m.kind == Kind.HIT) & (m.shot == np.arange(RECORDS))) | ~m.shot_bank
     struck = shot & (m.missile_y == OFF) & among(m.sound, SOUNDS) & (m.mode == Mode.FLIES)
     y = jnp.where(flies, m.missile_y - SPEED, FIRED + SPEED * (FIRED - m.sound))
     follows = flies & (m.missile_x == m.x + 5)

@@ -45,12 +45,14 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Word,
     bcd,
     bits,
     box,
     byte,
     display,
     div,
+    flag,
     lookup,
     pick,
     signed,
@@ -123,8 +125,11 @@ def _cuts(ink: np.ndarray) -> np.ndarray:
     return np.array([[_cut(ink, up, aside) for aside in columns] for up in rows], np.int32)
 
 
+REST_WORD = Word(left=5, top=5, width=5, height=5)  # of a picture after a cut
+
+
 def _cut(ink: np.ndarray, up: int, aside: int) -> int:
-    """The rest of a picture after one cut, packed as in the table."""
+    """The rest of a picture after one cut, as a `REST_WORD`; 0 if nothing is left."""
     y = max(-up, 0)
     x = max(-aside, 0)
     height, width = ink.shape
@@ -133,7 +138,7 @@ def _cut(ink: np.ndarray, up: int, aside: int) -> int:
         return 0
     left = x + xs.min()
     top = y + ys.min()
-    return left | top << 5 | (np.ptp(xs) + 1) << 10 | (np.ptp(ys) + 1) << 15
+    return REST_WORD.pack(left=left, top=top, width=np.ptp(xs) + 1, height=np.ptp(ys) + 1)
 
 
 # Pictures of a flag, a mogul and a tree; the tree's lower part has dots of double width.
@@ -155,7 +160,7 @@ UNCUT = (BEGINS + MIDDLES)[THINGS]  # index in `CUT_TABLE`
 class Ram(RamMap):
     speed = byte(14)
     heading = bits(15, count=4)  # 0: west ... 15: east
-    crashed = bits(15, first=6)
+    crashed = flag(15, bit=6)
     turn = byte(16)  # the record at the end of the list, modulo 8
     state = byte(17)
     x = byte(25)  # x - 1; already moved
@@ -190,7 +195,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _shown_gates(m: Ram) -> jax.Array:
     """The gates to go; a gate that was just passed still counts."""
-    just_passed = (m.event == EVENT) & (m.crashed == 0)
+    just_passed = (m.event == EVENT) & ~m.crashed
     return m.gates + when(just_passed, 1)
 
 
@@ -224,53 +229,54 @@ def _player(m: Ram) -> Box:
 
 def _shown_pose(m: Ram) -> jax.Array:
     slope = jnp.minimum(m.heading, 15 - m.heading)
-    fell = m.crashed == 1
+    fell = m.crashed
     # The crash shows once more after the skier has risen.
     rose = ~fell & (m.speed == 1) & (slope > 0) & (m.patience != slope + 1)
     lies = (fell & (m.event != EVENT)) | rose
     return jnp.where(lies, LYING, slope >> 1)
 
 
+RECORD_WORD = Word(last_row=8, x=8, y=8, kind=8)
+
+
 def _records_in_order(m: Ram) -> jax.Array:
-    """The eight records in their original order, a byte each of last row, x, y and kind.
+    """The eight records in their original order, as a `RECORD_WORD` each.
 
     Record k is at (turn + 7 - k) modulo 8 of the list.
     """
     # The run ended before the list moved.
     turn = jnp.where(m.state == State.ENDED, m.turn + 1, m.turn)
-    records = (m.last_row | m.object_x << 8 | m.object_y << 16 | m.kind << 24)[::-1]
+    words = RECORD_WORD.pack(last_row=m.last_row, x=m.object_x, y=m.object_y, kind=m.kind)
 
     def rolled(listed: jax.Array, shift: int) -> jax.Array:
         return jnp.where((turn & shift) != 0, jnp.roll(listed, shift), listed)
 
-    return functools.reduce(rolled, (1, 2, 4), records)
+    return functools.reduce(rolled, (1, 2, 4), words[::-1])
 
 
 def _object_boxes(m: Ram) -> Box:
     """Tight boxes of the visible parts of four flags, three moguls and six trees."""
     records = _records_in_order(m)
-    record = jnp.stack([records[k] for k in SLOT_RECORDS])
-    last_row = record & 255
-    record_y = record >> 16 & 255
-    kind = record >> 24 & 7
+    record = RECORD_WORD.unpack(jnp.stack([records[k] for k in SLOT_RECORDS]))
+    last_row = record.last_row
+    kind = record.kind & 7
     shows = jnp.where((kind & 2) == 2, Thing.TREE, kind & 1)
     is_mirrored = kind >= MIRRORED
     left, above, right, below = FIELD  # left and right are at the same distance from the middle
-    place = _object_x(record >> 8 & 255, last_row)
+    place = _object_x(record.x, last_row)
     whole_x = jnp.where(is_mirrored, 160 - WIDTHS - place, place)
-    end = 180 + last_row - record_y + _last_step(m)[1]
+    end = 180 + last_row - record.y + _last_step(m)[1]
     y = end - HEIGHTS
     rows_beyond = jnp.minimum(y - above, 0) + jnp.maximum(end - below, 0)
     columns_beyond = jnp.minimum(whole_x - left, 0) + jnp.maximum(whole_x + WIDTHS - right, 0)
     rows = jnp.clip(rows_beyond, -HEIGHTS, HEIGHTS)
     columns = jnp.clip(columns_beyond, -WIDTHS, WIDTHS)
-    rest = lookup(CUT_TABLE, rows * (2 * WIDTHS + 1) + columns + UNCUT)
-    width = rest >> 10 & 31
-    cut_x = whole_x + (rest & 31)
-    x = jnp.where(is_mirrored, 160 - width - cut_x, cut_x)
+    rest = REST_WORD.unpack(lookup(CUT_TABLE, rows * (2 * WIDTHS + 1) + columns + UNCUT))
+    cut_x = whole_x + rest.left
+    x = jnp.where(is_mirrored, 160 - rest.width - cut_x, cut_x)
     exists = (last_row < NO_OBJECT) & (shows == THINGS)
     color = jnp.where(kind == LAST_GATE, RED, np.array(COLORS))
-    return box(x, y + (rest >> 5 & 31), width, rest >> 15, exists, color=color)
+    return box(x, y + rest.top, rest.width, rest.height, exists, color=color)
 
 
 def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:
@@ -281,7 +287,7 @@ def _object_x(x: jax.Array, last_row: jax.Array) -> jax.Array:
     return jnp.where(wrapped >= FIELD[2], wrapped - 160, wrapped)
 
 
-FLAG = Blobs((BLUE, RED), FIELD, Shape(w=(1, 5), h=(1, 14)), gap=(4, 8))
+FLAG_RULE = Blobs((BLUE, RED), FIELD, Shape(w=(1, 5), h=(1, 14)), gap=(4, 8))
 BUMP = Blobs(GRAYS, FIELD, Shape(w=(1, 16), h=(1, 6)), gap=(8, 4))
 TREES = Blobs(GREENS, FIELD, Shape(w=(1, 16), h=(1, 30)), gap=(8, 4))
 UNITS = (6000, 1000, 100, 10, 1)  # hundredths of a 1 in each of the clock's digits
@@ -306,7 +312,7 @@ GAME = Game(
             role="player",
             doc="12 west, 8 down, 4 east",
         ),
-        Category("Flag", FLAG, count=4, doc="left and right one of two gates"),
+        Category("Flag", FLAG_RULE, count=4, doc="left and right one of two gates"),
         Category("Mogul", BUMP, count=3, doc="bump in the snow"),
         Category("Tree", TREES, count=6, doc="two more in downhill games"),
         display(

@@ -55,6 +55,7 @@ from ocjax.authoring import (
     byte,
     choose,
     display,
+    flag,
     match,
     packed_position,
     pick,
@@ -110,20 +111,20 @@ class Ram(RamMap):
     cannon_code = byte(6, 7)  # x + 1 in the chip's coding
     bullet_clock = byte(9)  # counts down while the screen is drawn
     bullet_step = byte(10)
-    second_pose = bits(11, first=6)  # 0: 9 rows high, 1: 10
+    second_pose = flag(11, bit=6)  # 0: 9 rows high, 1: 10
     drop = byte(16)  # y = 31 + 2 * drop
     rows = byte(*range(18, 24))  # bottom row first, one bit per column
-    first_owner = bits(24, first=2)  # owner of the shot in the first record
+    first_owner = flag(24, bit=2)  # owner of the shot in the first record
     cannon_1 = bits(24, first=4)  # the first player has one
     cannon_2 = bits(24, first=5)  # the second player has one
-    shields_up = bits(24, first=6)
-    fallen = bits(24, first=7)  # the invaders have landed
+    shields_up = flag(24, bit=6)
+    fallen = flag(24, bit=7)  # the invaders have landed
     aliens_x = byte(26)  # x + 1
     saucer_x = byte(30)  # already moved on
-    starting = bits(42)  # before a life: lives are shown, the cannon blinks
+    starting = flag(42, bit=0)  # before a life: lives are shown, the cannon blinks
     died_2 = bits(42, first=1)
     died_1 = bits(42, first=2)
-    demo = bits(42, first=7)
+    demo = flag(42, bit=7)
     shields = byte(*range(43, 70))  # 9 rows each, top first
     saver_clock = byte(71)
     explosion = byte(72)  # stage * 64 + row * 8 + column; row 7: saucer
@@ -150,7 +151,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Shield": _shield_boxes(m),
         "Satellite": saucer,
         "Bullet": _bullet_boxes(m, saucer.valid),
-        "Lives": box(84, 185, 12, 10, (m.starting == 1) & (m.fallen == 0), value=m.lives),
+        "Lives": box(84, 185, 12, 10, m.starting & ~m.fallen, value=m.lives),
         "P1Score": SCORE_1.box(m.score[0]),
         "P2Score": SCORE_2.box(m.score[1], valid=~saucer.valid),
     }
@@ -167,8 +168,8 @@ def _lowest_row(m: Ram) -> jax.Array:
 
 def _cannon(m: Ram, x: jax.Array, there: jax.Array, died: jax.Array) -> Box:
     shows_death = (died == 1) & ((m.clock | 1) != DEATH_BEGINS)
-    blank = (m.starting == 1) & ((m.clock & BLINK) == 0)
-    shown = (there == 1) & (m.fallen == 0) & ~blank
+    blank = m.starting & ((m.clock & BLINK) == 0)
+    shown = (there == 1) & ~m.fallen & ~blank
     return box(x, 185, jnp.where(shows_death, 8, 7), 10, shown, value=m.lives)
 
 
@@ -180,7 +181,7 @@ def _alien_boxes(m: Ram) -> Box:
     alive = (jnp.repeat(m.rows, 6) >> ALIEN_COLUMN & 1) == 1
     x = m.aliens_x - 1 + ALIEN_X * ALIEN_COLUMN
     y = ALIENS_TOP + 2 * m.drop + ALIEN_Y * (5 - ALIEN_ROW)
-    short = (m.second_pose == 0) & SHORT_ROWS
+    short = ~m.second_pose & SHORT_ROWS
     whole = box(x, y + when(short & (ALIEN_ROW == 3), 1), 8, jnp.where(short, 9, 10))
     visible = m.alien_color != m.sky_color
     aliens = choose(explodes & ~just_hit, _explosion(m, x, y), whole)
@@ -204,7 +205,7 @@ def _saucer_box(m: Ram) -> Box:
     exploding = (m.explosion & SAUCER_EXPLODES) == SAUCER_EXPLODES
     explodes = jnp.where(moving, exploding & ~just_hit, (x > 1) & (x < 151))
     saucer = choose(explodes, _explosion(m, x - 1, 11), box(x - 1, 12, 7, 8))
-    return saucer.where((m.demo == 0) & (moving | leaving))
+    return saucer.where(~m.demo & (moving | leaving))
 
 
 def _shield_boxes(m: Ram) -> Box:
@@ -218,7 +219,7 @@ def _shield_boxes(m: Ram) -> Box:
     left = sum(when(ink < 256 >> column, 1) for column in range(1, 8))
     right = sum(when((ink & (1 << column) - 1) == 0, 1) for column in range(1, 8))
     x = packed_position(m.shield_code) - 1 + 32 * np.arange(3)
-    there = (ink > 0) & (m.shields_up == 1)
+    there = (ink > 0) & m.shields_up
     y = SHIELDS_TOP + 2 * top
     h = 2 * (bottom - top)
     return box(x + left, y, 8 - left - right, h, there)
@@ -227,7 +228,7 @@ def _shield_boxes(m: Ram) -> Box:
 def _bullet_boxes(m: Ram, saucer: jax.Array) -> Box:
     bombs = jnp.where(_odd(m), m.bomb_y, _drawn_y(m, m.bomb_y))
     shots = jnp.where(_odd(m), _drawn_y(m, m.shot_y), m.shot_y)
-    swapped = m.first_owner == 1  # shots go to their owners' slots
+    swapped = m.first_owner  # shots go to their owners' slots
     y = jnp.concatenate([bombs, jnp.where(swapped, shots[::-1], shots)])
     x = jnp.concatenate([m.bomb_x, jnp.where(swapped, m.shot_x[::-1], m.shot_x)]) - 2
     top = _first_line(m, Switch(y - 3, x, ending=False), saucer)
@@ -291,7 +292,7 @@ def _first_line(m: Ram, s: Switch, saucer: jax.Array) -> jax.Array:
         (s.step == GROUND, 10),
         (since < 0, _above_aliens(s, since)),
         (since < end, _among_aliens(s, since)),
-        ((m.shields_up == 1) & (s.step >= SHIELD_TOP), _at_shields(s)),
+        (m.shields_up & (s.step >= SHIELD_TOP), _at_shields(s)),
         (s.step == GROUND - 1, 9 + s.late(111)),
         (since == end, 9 + s.waiting(7)),
         otherwise=9 + s.waiting(66),

@@ -47,6 +47,7 @@ from ocjax.authoring import (
     boxes,
     byte,
     display,
+    flag,
     lookup,
 )
 
@@ -100,23 +101,23 @@ class Ram(RamMap):
     player_row = byte(110)
     enemy_column = byte(111)
     player_column = byte(112)
-    open_field = bits(113, first=3)  # no border
+    open_field = flag(113, bit=3)  # no border
     color_clock = byte(116)  # 256 frames each
     enemy_score = bcd(118)
     player_score = bcd(119)
-    playing = bits(120, first=7)
+    playing = flag(120, bit=7)
     game = bits(121, count=3)
     blinks = bits(123, count=4)  # times 16 frames, until the next round
-    enemy_bright = bits(123, first=4)
-    player_bright = bits(123, first=5)
-    enemy_hit = bits(123, first=6)
-    player_hit = bits(123, first=7)
+    enemy_bright = flag(123, bit=4)
+    player_bright = flag(123, bit=5)
+    enemy_hit = flag(123, bit=6)
+    player_hit = flag(123, bit=7)
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    enemy_dark = (m.enemy_hit & (1 - m.enemy_bright) & m.playing) == 1
-    waits = (m.blinks == Blinks.NOT_YET) & (m.enemy_hit == 0)
-    player_dark = ((m.player_hit & (1 - m.player_bright) & m.playing) == 1) & ~waits
+    enemy_dark = m.enemy_hit & ~m.enemy_bright & m.playing
+    waits = (m.blinks == Blinks.NOT_YET) & ~m.enemy_hit
+    player_dark = m.player_hit & ~m.player_bright & m.playing & ~waits
     trail_color = _color(m, 2)
     enemy_color = jnp.where(enemy_dark, trail_color, _color(m, 0))
     player_color = jnp.where(player_dark, trail_color, _color(m, 1))
@@ -125,14 +126,14 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": box(4 * m.player_column, 26 + 9 * m.player_row, 4, HEAD, color=player_color),
         "Enemy": box(4 * m.enemy_column, 26 + 9 * m.enemy_row, 4, HEAD, color=enemy_color),
         "Trail": box(np.array(CELL_X), np.array(CELL_Y), 4, 8, _trail_cells(m), color=trail_color),
-        "Border": box(left, top, right - left, bottom - top, m.open_field == 0, color=trail_color),
+        "Border": box(left, top, right - left, bottom - top, ~m.open_field, color=trail_color),
         "PlayerScore": PLAYER_SCORE.box(m.player_score, color=player_color),
         "EnemyScore": ENEMY_SCORE.box(m.enemy_score, color=enemy_color),
     }
 
 
 def _color(m: Ram, index: int) -> jax.Array:
-    key = jnp.where(m.playing == 1, 0, m.color_clock)
+    key = jnp.where(m.playing, 0, m.color_clock)
     return lookup(PALETTE, 4 * m.game + index) ^ key
 
 

@@ -38,7 +38,7 @@ hide.
 import functools
 import itertools
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -323,12 +323,12 @@ def _jet_box(m: Ram) -> Box:
     cloud = when(~_warps(m), jnp.clip(place + 1, 1, CLOUDS))
     not_drawn_yet = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
     exists = (m.look != Look.GONE) | _just_gone(m)
-    valid = exists & ~not_drawn_yet & (m.idle < BLANKED)
-    facing = 2 * m.way
-    without_cloud = JETS.index(look=look, cloud=0)
-    with_cloud = JETS.index(look=look, cloud=cloud)
-    whole = JETS.box(without_cloud, *NOSE[:2], valid=valid, orientation=facing)
-    seen = JETS.box(with_cloud, *NOSE[:2], valid=valid, orientation=facing)
+    fields: dict[str, Any] = {
+        "valid": exists & ~not_drawn_yet & (m.idle < BLANKED),
+        "orientation": 2 * m.way,
+    }
+    whole = JETS.box(JETS.index(look=look, cloud=0), *NOSE[:2], **fields)
+    seen = JETS.box(JETS.index(look=look, cloud=cloud), *NOSE[:2], **fields)
     return choose(seen.w > 0, seen, whole)
 
 
@@ -419,9 +419,9 @@ def _box_of_icons(era: Era, icons: list[int]) -> tuple[int, ...]:
         return (0,) * 4
     at = BANK | (era.page & 0xF) << 8
     pictures = [ROM.rows(at | icons[place], ICON_ROWS) for place in used]
-    ink = np.flatnonzero(np.sum(pictures, axis=0))
+    ink = np.flatnonzero(np.sum(pictures, axis=0)).tolist()
     width = 8 * (used[-1] - used[0] + 1)
-    return ICON_X + 8 * used[0], int(ink[0]), width, int(np.ptp(ink)) + 1
+    return ICON_X + 8 * used[0], ink[0], width, ink[-1] - ink[0] + 1
 
 
 def _boxes_of_icons() -> BoxTable:
@@ -478,7 +478,7 @@ def _colors_in(era: Era) -> tuple[int, ...]:
     return era.jet, *(each.enemy if each is era else each.absent for each in ERAS)
 
 
-ERAS_WITH_CLOUDS = (ERAS[1], ERAS[2], ERAS[4])  # whose colour identifies the era
+ERAS_WITH_CLOUDS = (ERAS[1], ERAS[2], ERAS[4])  # their colour identifies the era
 BY_ERA = Shades(
     (156, 33),
     (*(era.sky for era in ERAS), *(era.clouds for era in ERAS_WITH_CLOUDS)),

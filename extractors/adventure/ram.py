@@ -40,7 +40,6 @@ class Shown:  # other values of `Ram.first` and `Ram.second`
 class Wait:  # of `Ram.wait`: low byte of the return address while the game waits for a frame to end
     THIRD = 45  # it has drawn the third frame of a turn, and the player has moved since
     FIRST = 65  # the first frame; the player has moved if he had run into something
-    SECOND = 83
 
 
 class Push:  # bits of `Ram.stick`; 0 while pushed

@@ -110,7 +110,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _clock_color(m: Ram) -> jax.Array:
-    return jnp.where(m.clock_runs == 1, *CLOCK_COLORS)
+    return jnp.where(m.clock_runs, *CLOCK_COLORS)
 
 
 def _player_boxes(m: Ram, drawn: Drawn) -> Box:

@@ -32,9 +32,9 @@ def ball_step(m: Ram) -> jax.Array:
     """
     moves = (m.frame & 3) == 2  # a ball that falls
     return match(
-        ((m.loose == 0) | (m.waits == 1), _carried(m)),
-        (m.passed == 1, _passed(m)),
-        (m.falls == 1, when(moves, 1 - 2 * m.flies_left)),
+        (~m.loose | m.waits, _carried(m)),
+        (m.passed, _passed(m)),
+        (m.falls, when(moves, 1 - 2 * m.flies_left)),
         otherwise=_step_of_shot(m),
     )
 
@@ -60,7 +60,7 @@ def _passed(m: Ram) -> jax.Array:
 def _of_player(m: Ram, short: jax.Array) -> jax.Array:
     """The column of a player of the team with the ball."""
     column = jnp.where(short == 1, m.x[2:], m.x[:2])
-    return jnp.where(m.white_holds == 1, column[1], column[0])
+    return jnp.where(m.white_holds, column[1], column[0])
 
 
 def _step_of_shot(m: Ram) -> jax.Array:
@@ -75,7 +75,7 @@ def _step_of_shot(m: Ram) -> jax.Array:
     to_sides = match((m.ball_x < LEFT_SIDE, 1), (m.ball_x > RIGHT_SIDE, -1), otherwise=0)
     return match(
         ((phase == 2) | ((phase == 0) & is_high), to_sides),
-        (((phase & 1) == 1) & (m.descends == 1), jnp.sign(BASKET - m.ball_x)),
+        (((phase & 1) == 1) & m.descends, jnp.sign(BASKET - m.ball_x)),
         otherwise=0,
     )
 

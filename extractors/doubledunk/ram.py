@@ -1,6 +1,6 @@
 """DoubleDunk: the ROM and the RAM."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("double_dunk", "368d88a6c071caba60b4f778615aae94")
 
@@ -20,16 +20,16 @@ class Push:  # of `Ram.pushes`
 class Ram(RamMap):
     """The byte map; players are in the order green and white, tall, then short."""
 
-    clock_runs = bits(0, first=4)  # a shot clock runs
-    white_holds = bits(1, first=6)  # a white player has the ball, or had it last
+    clock_runs = flag(0, bit=4)  # a shot clock runs
+    white_holds = flag(1, bit=6)  # a white player has the ball, or had it last
     short_holds = bits(1, first=7)  # a short player has it
-    falls = bits(2, first=4)  # the ball flies to a player or the ground
-    descends = bits(2, first=5)  # towards the basket
+    falls = flag(2, bit=4)  # the ball flies to a player or the ground
+    descends = flag(2, bit=5)  # towards the basket
     flies_left = bits(2, first=6)
     frame = byte(3)
-    waits = bits(7, first=7)  # the team with the ball has not begun
-    loose = bits(11, first=7)  # no player has the ball
-    passed = bits(11, first=6)  # it flies to a player of the team
+    waits = flag(7, bit=7)  # the team with the ball has not begun
+    loose = flag(11, bit=7)  # no player has the ball
+    passed = flag(11, bit=6)  # it flies to a player of the team
     pushes_y = bits(12, first=4, count=2)  # vertical push of the player with the ball
     pushes = bits(12, first=6, count=2)  # horizontal push
     figure = bits(29, 30, 31, 32, count=4)  # a player's activity

@@ -139,7 +139,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Log": _log_boxes(m, d, alligators),
         "Turtle": _turtle_boxes(d),
         "Alligator": _alligator_boxes(m, d).where(alligators),
-        "AlligatorHead": _guest_box(m, head, 10).where(m.guest > Guest.FLY),
+        "AlligatorHead": _guest_box(m, head, 10).where(m.guest >= Guest.RISING_HEAD),
         "Fly": _guest_box(m, 8, 11).where(m.guest == Guest.FLY),
         "HappyFrog": box(BAY_LEFTS, BAY_TOP, 8, 11, (d.homes >> np.arange(5) & 1) == 1),
         "LadyFrog": _lady_box(m),

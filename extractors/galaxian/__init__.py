@@ -119,12 +119,12 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _begins(m: Ram) -> jax.Array:
     """True if the game set up a life after this frame."""
-    return (m.player_x == NewLife.X) & (m.player_code != NewLife.CODE) & (m.dead == 0)
+    return (m.player_x == NewLife.X) & (m.player_code != NewLife.CODE) & ~m.dead
 
 
 def _ship_shown(m: Ram) -> jax.Array:
     hit_now = (m.death == Death.BEGINS) & (m.death_tune == Death.FIRST_NOTE)
-    return ((m.dead == 0) & ~_begins(m)) | hit_now
+    return (~m.dead & ~_begins(m)) | hit_now
 
 
 def _diver_boxes(m: Ram, d: Divers) -> Box:

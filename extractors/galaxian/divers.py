@@ -95,9 +95,9 @@ class Divers:
 def divers_as_drawn(m: Ram) -> Divers:
     moved = ((m.turn & 1) == 0) | (m.turn == Turn.DIVERS)
     escorting = m.escort_record == RECORDS
-    launched = moved & ((m.state & ~State.MIRRORED) == 0) & (m.explodes == 0) & (m.y > Place.NONE)
-    returns = (m.dives == 0) & (m.state >= State.DIVES)
-    bursts = (m.explodes == 1) & ~escorting
+    launched = moved & ((m.state & ~State.MIRRORED) == 0) & ~m.explodes & (m.y > Place.NONE)
+    returns = ~m.dives & (m.state >= State.DIVES)
+    bursts = m.explodes & ~escorting
     hit_now = _struck(m, escorting, moved)
     still = ~moved | bursts
     columns, lines = _moved_by(m, returns)
@@ -120,19 +120,21 @@ def divers_as_drawn(m: Ram) -> Divers:
 def _struck(m: Ram, escorting: jax.Array, moved: jax.Array) -> jax.Array:
     """True for divers, or groups of escorts, that were hit after this frame."""
     since = jnp.where(escorting, m.escort_time, m.state)
-    return (m.hit == Hit.DIVER) & (m.explodes == 1) & (since == when(moved, 1))
+    return (m.hit == Hit.DIVER) & m.explodes & (since == when(moved, 1))
 
 
 def _moved_by(m: Ram, returns: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Columns and lines that each diver moves in a step."""
     loops = m.state < State.DIVES
     dive = match(
-        (m.kind > Kind.PURPLE, Plan.FLAT), (m.kind == Kind.PURPLE, Plan.WIDE), otherwise=Plan.STEEP
+        (among(m.kind, (Kind.FLAGSHIP, Kind.ESCORT)), Plan.STEEP),
+        (m.kind == Kind.PURPLE, Plan.WIDE),
+        otherwise=Plan.FLAT,
     )
     plan = jnp.where(loops, Plan.LOOP, dive + m.fast)  # if `fast`, the next plan
     step = lookup(MOVES, 64 * plan + (m.state & 63))
     columns = ((step >> 1) - 16) * jnp.where((m.state & State.MIRRORED) > 0, -1, 1)
-    with_formation = when((m.clock & 15) == 0, 1 - 2 * m.goes_left)
+    with_formation = when((m.clock & 15) == 0, jnp.where(m.goes_left, -1, 1))
     return jnp.where(returns, with_formation, columns), jnp.where(loops & ((step & 1) == 1), -1, 1)
 
 

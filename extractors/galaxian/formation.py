@@ -30,10 +30,10 @@ SWEEP_LEFT = 11  # `Ram.blast_x` of the first column
 
 def _offset_drawn(m: Ram) -> jax.Array:
     """The formation's offset before its step; at either end, it only turns round."""
-    right = m.goes_left == 0
+    right = ~m.goes_left
     turned = jnp.where(right, m.offset == 0, m.offset == lookup(LIMITS, m.empty))
     moved = (m.turn == Turn.FORMATION) & ~turned
-    return m.offset - when(moved, 1 - 2 * m.goes_left)
+    return m.offset - when(moved, jnp.where(m.goes_left, -1, 1))
 
 
 def _columns_left_out(offset: jax.Array) -> jax.Array:

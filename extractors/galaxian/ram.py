@@ -1,6 +1,6 @@
 """Galaxian's RAM, with the values of its fields."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("galaxian", "211774f4c5739042618be8ff67351177")
 BANK = 0x1000  # of the display program, at f000; the game's program is at d000
@@ -59,10 +59,10 @@ class Ram(RamMap):
     bombs = bits(*range(20, 33), count=3)  # a bit per step; rows of steps, top first
     release = byte(34)
     offset = byte(36)  # of the formation, in half columns
-    goes_left = bits(37, first=7)
+    goes_left = flag(37, bit=7)
     set_up = byte(37)  # of a new formation: the clock
     rows = bits(*range(38, 44), count=7)  # the ships of the formation, a bit per column
-    dead = bits(41, first=7)  # the ship is dead
+    dead = flag(41, bit=7)  # the ship is dead
     score = bcd((44, 45, 46))
     round = bcd(47)
     clock = byte(48)
@@ -82,8 +82,8 @@ class Ram(RamMap):
     state = byte(*range(74, 79))
     kind = bits(*range(79, 84), count=3)
     column = bits(*range(79, 84), first=3, count=3)  # the diver's column in the formation
-    explodes = bits(*range(79, 84), first=6)
-    dives = bits(*range(79, 84), first=7)
+    explodes = flag(*range(79, 84), bit=6)
+    dives = flag(*range(79, 84), bit=7)
     escort_hit = bits(85, count=2)
     escort_record = bits(86, count=3)  # the shared record of a flagship's escorts
     escort_time = bits(86, first=3, count=4)  # since a hit on one of them

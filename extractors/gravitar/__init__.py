@@ -31,7 +31,7 @@ that touch an object.
 
 import functools
 import operator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -47,6 +47,7 @@ from ocjax.authoring import (
     Gauge,
     NumberDisplay,
     Shape,
+    Static,
     among,
     box,
     display,
@@ -95,7 +96,6 @@ MOST_ICONS = 6
 ICON = 8  # columns
 NO_DIGIT = (0x9B, 0xA2)  # of `last_digit`: a blank, and an icon of the lives
 TIMER_STEP = 60  # frames
-CORE_AREA = (92, 123, 100, 127)
 PLAY = (0, 25, 160, 200)
 SUN_AREA = (40, 55, 130, 97)  # of all systems
 
@@ -113,6 +113,7 @@ RINGS = (156, 10)
 PLANETS = (122, 216, 92, 188, 62, 172, 88, 70, 126, 152, 234)
 ANY = tuple(range(2, 256, 2))
 GROUNDS = (44, 134, 74, 168, 90, 124, 186, 232, 26, 56, 230)
+CORE = Static(92, 123, 8, 4, tuple(c for c in ANY if c not in GROUNDS))  # of the reactor
 SHOT_COLORS = tuple(c for c in ANY if c not in (LIGHT_BLUE, PINK))
 
 
@@ -131,7 +132,7 @@ def decode(m: Ram) -> dict[str, Box]:
         **_map_boxes(m, drawn, rows),
         **_planet_boxes(m, drawn, rows),
         "Explosion": _explosion_boxes(m, drawn, objects),
-        "Core": box(92, 123, 8, 4, drawn.shown.reactor),
+        "Core": CORE.box(drawn.shown.reactor),
         "Score": SCORE.box(m.score, valid=drawn.shown.on, color=m.clock & 0xFE),
         "Fuel": FUEL.box(m.fuel, valid=drawn.shown.on & ~_lives_shown(m, drawn)),
         "Lives": _lives(m, drawn),
@@ -236,7 +237,7 @@ def _object_boxes(m: Ram, drawn: Drawn) -> Box:
         index,
         x,
         line + drawn.shown.top,
-        mirrored=m.mirrored == 1,
+        mirrored=m.mirrored,
         valid=there,
         color=color & 0xFE,
     )
@@ -244,11 +245,7 @@ def _object_boxes(m: Ram, drawn: Drawn) -> Box:
 
 def _one(rows: Box, chosen: jax.Array, color: jax.Array | int) -> Box:
     """The chosen row."""
-    x = only(chosen, rows.x)
-    y = only(chosen, rows.y)
-    w = only(chosen, rows.w)
-    h = only(chosen, rows.h)
-    return box(x, y, w, h, jnp.any(chosen & rows.valid), color=color)
+    return replace(rows.only(chosen), color=jnp.asarray(color))
 
 
 def _explosion_boxes(m: Ram, drawn: Drawn, objects: Box) -> Box:
@@ -324,7 +321,6 @@ BURSTS = Shape(w=5, h=7), Shape(w=8, h=12), Shape(w=8, h=14)
 SKY_EXPLOSIONS = Blobs((BROWN, *PLANETS), PLAY, BURSTS, gap=(1, 1))
 GLOWS = Shape(w=(2, 8), h=(2, 6), pixels=(4, 28))
 EXPLOSIONS = Blobs(GLOW, PLAY, GLOWS, gap=(5, 2), also=(SKY_EXPLOSIONS,))
-CORES = Bounds(tuple(c for c in ANY if c not in GROUNDS), CORE_AREA, (8, 4))
 COUNTED = Gauge(ICON, ICON, base=2, full=MOST_ICONS * ICON)
 
 GAME = Game(
@@ -358,7 +354,7 @@ GAME = Game(
             "Fuel_Tank", TANKS, count=OBJECT_ROWS, rgb=_rgb(PURPLE), doc="also while it is taken"
         ),
         Category("Explosion", EXPLOSIONS, count=OBJECT_ROWS + 1, doc="of another object"),
-        Category("Core", CORES, doc="of the reactor"),
+        Category("Core", CORE.rule(), doc="of the reactor"),
         display("Score", SCORE.rule(ANY, required=True), role="score", doc="points"),
         display("Fuel", FUEL.rule(ORANGE, required=True), doc="that is left"),
         display(

@@ -95,12 +95,12 @@ def _what_is_shown(m: Ram) -> Shown:
     fresh = m.lives_time == FRESH_TIME
     over = m.screen == Screen.OVER
     entered = fresh & (m.screen == Screen.PLANET) & (jnp.max(m.color) == 0)
-    leaves = fresh & (m.screen == Screen.MAP) & (m.dies == 0)
+    leaves = fresh & (m.screen == Screen.MAP) & ~m.dies
     planet = (m.page == Page.PLANET) & ~entered
     attack = jnp.where(over, m.zones == ATTACK_ZONES, ~fresh & (m.screen == Screen.ATTACK))
     in_reactor = jnp.where(over, m.zones == 0, ~fresh & (m.screen == Screen.REACTOR))
     is_map = among(m.screen, (Screen.MAP, Screen.OVER))
-    died = (m.screen == Screen.PLANET) | ((m.screen == Screen.MAP) & (m.dies == 1))
+    died = (m.screen == Screen.PLANET) | ((m.screen == Screen.MAP) & m.dies)
     reactor = in_reactor & ~planet
     return Shown(
         is_map=is_map & ~planet & (~(fresh | over) | (m.zones == OBJECT_ROWS)),

@@ -1,6 +1,6 @@
 """Gravitar's RAM."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("gravitar", "8ac18076d01a6b63acf6e2cab4968940")
 
@@ -35,8 +35,8 @@ class Sky:  # of `Ram.picture` on the map and in an attack
 
 class Ram(RamMap):
     screen = bits(1, count=4)
-    mirrored = bits(2, first=3)  # pictures of rows
-    dies = bits(2, first=7)  # the map restarts after a lost life
+    mirrored = flag(2, bit=3)  # pictures of rows
+    dies = flag(2, bit=7)  # the map restarts after a lost life
     spare_lives = byte(4)
     clock = byte(5)
     score = bcd((7, 8, 9))

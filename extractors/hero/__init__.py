@@ -99,57 +99,52 @@ LOWEST = ROM.bytes(0x9E9, 3)  # `y` in the parts
 HIGHEST = ROM.bytes(0x9EC, 3)
 NEITHER = 3  # `stick`
 BEAM_REACH = 16  # columns that a beam flies
+BEAM_STEP = 3  # columns per frame
 LAVA_HUE = 64  # of a colour
 
 
-class Sprite(NamedTuple):
-    """Low bytes of the addresses of a picture and its colours; black rows are not visible."""
+class Look(NamedTuple):
+    """Low bytes of the addresses of the pictures of one kind, and of their colours."""
 
-    picture: int
+    pictures: tuple[int, ...]
     colors: int
 
 
-BEING_SPRITES = (
-    Sprite(0x1A, 0x4D),  # spider
-    Sprite(0x27, 0x4D),
-    Sprite(0x02, 0x5A),  # bat
-    Sprite(0x0E, 0x5A),
-    Sprite(0x34, 0x33),  # moth
-    Sprite(0x40, 0x33),
-    Sprite(0x4C, 0x33),
-    Sprite(0x58, 0x33),
-    Sprite(0x7F, 0x17),  # snake
-    Sprite(0x92, 0x17),
-    Sprite(0x64, 0x8E),  # lamp
-)
-SNAKES = (0x7F, 0x92)
-LAMP = 0x64
-TENTACLES = (0xA6, 0xB2, 0xBE, 0xCA, 0xD6)
-BOMBS = (0x26, 0x33, 0x40)
-FIRES = (0x4D, 0x58, 0x65)
-MINERS = (0x71, 0x7E)
-RAFT = 0x97
-LOW_SPRITES = (
-    *(Sprite(picture, 0x68) for picture in BOMBS),
-    *(Sprite(picture, 0x40) for picture in FIRES),
-    *(Sprite(picture, 0x26) for picture in MINERS),
-    *(Sprite(picture, 0xC4) for picture in TENTACLES),
-    Sprite(RAFT, 0x05),
-)
-NOTHING = np.zeros(13, np.int32)
+# In the upper halves of the parts.
+SPIDERS = Look((0x1A, 0x27), 0x4D)
+BATS = Look((0x02, 0x0E), 0x5A)
+MOTHS = Look((0x34, 0x40, 0x4C, 0x58), 0x33)
+SNAKES = Look((0x7F, 0x92), 0x17)
+LAMPS = Look((0x64,), 0x8E)
+UPPER_THINGS = (SPIDERS, BATS, MOTHS, SNAKES, LAMPS)
+# In the lower halves.
+BOMBS = Look((0x26, 0x33, 0x40), 0x68)
+FIRES = Look((0x4D, 0x58, 0x65), 0x40)
+MINERS = Look((0x71, 0x7E), 0x26)
+TENTACLES = Look((0xA6, 0xB2, 0xBE, 0xCA, 0xD6), 0xC4)
+RAFTS = Look((0x97,), 0x05)
+LOWER_THINGS = (BOMBS, FIRES, MINERS, TENTACLES, RAFTS)
+SPRITE_ROWS = 13
+NOTHING = np.zeros(SPRITE_ROWS, np.int32)
 
 
-def _sprite_rows(page: int, sprite: Sprite) -> np.ndarray:
-    """The visible rows of a sprite."""
-    return ROM.rows(page + sprite.picture, 13) * (ROM.rows(0xD00 + sprite.colors, 13) > 1)
+def _rows_by_picture(page: int, looks: tuple[Look, ...]) -> dict[int, np.ndarray]:
+    """The visible rows of pictures by their low bytes; black rows are not visible."""
+    return {
+        picture: ROM.rows(page + picture, SPRITE_ROWS)
+        * (ROM.rows(0xD00 + look.colors, SPRITE_ROWS) > 1)
+        for look in looks
+        for picture in look.pictures
+    }
 
 
-BEING_INDEX = {sprite.picture: i for i, sprite in enumerate(BEING_SPRITES)}
-KINDS = [BEING_INDEX.get(low, len(BEING_SPRITES)) for low in range(256)]  # by low byte
-BEING_ROWS = [*(_sprite_rows(0xB00, sprite) for sprite in BEING_SPRITES), NOTHING]
+ROWS_OF_BEINGS = _rows_by_picture(0xB00, UPPER_THINGS)
+BEING_INDEX = {picture: i for i, picture in enumerate(ROWS_OF_BEINGS)}
+KINDS = [BEING_INDEX.get(low, len(ROWS_OF_BEINGS)) for low in range(256)]  # by low byte
+BEING_ROWS = [*ROWS_OF_BEINGS.values(), NOTHING]
 # By columns that rocks cover, -8 to 8: negative on the right, positive on the left.
 BEING_PICTURES = Pictures.of([rows & cut for cut in EDGE_CUTS[::-1] for rows in BEING_ROWS])
-LOW_ROWS = {sprite.picture: _sprite_rows(0xA00, sprite) for sprite in LOW_SPRITES}
+LOW_ROWS = _rows_by_picture(0xA00, LOWER_THINGS)
 LOW_PICTURES = Pictures.of(LOW_ROWS.get(low, NOTHING) for low in range(256))
 
 
@@ -173,19 +168,19 @@ def decode(m: Ram) -> dict[str, Box]:
     room = rock_boxes(m)
     beings = _being_boxes(m, room)
     low = _low_boxes(m)
-    is_snake = among(m.being, SNAKES)
+    is_snake = among(m.being, SNAKES.pictures)
     has_lava = _is_lava(m)
-    tentacle = low.where(among(m.low, TENTACLES))
+    tentacle = low.where(among(m.low, TENTACLES.pictures))
     return {
         "Player": _player_box(m, room),
         "Enemy": choose(SLOT[:3] == 0, tentacle, beings.where(~is_snake)),
         "Snake": beings.where(is_snake)[1:],
-        "Lamp": beings.where(m.being == LAMP)[:1],
-        "Bomb": low.where(among(m.low, BOMBS))[1:],
-        "Explosion": low.where(among(m.low, FIRES))[1:],
+        "Lamp": beings.where(among(m.being, LAMPS.pictures))[:1],
+        "Bomb": low.where(among(m.low, BOMBS.pictures))[1:],
+        "Explosion": low.where(among(m.low, FIRES.pictures))[1:],
         "LaserBeam": _laser(m, room),
-        "EndNPC": low.where(among(m.low, MINERS))[1:2],
-        "Platform": low.where(m.low == RAFT)[:1],
+        "EndNPC": low.where(among(m.low, MINERS.pictures))[1:2],
+        "Platform": low.where(among(m.low, RAFTS.pictures))[:1],
         "Wall": _walls(m, room),
         "LavaWall": room.where(has_lava)[MOST : 2 * MOST],
         "PowerBar": _power_box(m),
@@ -297,20 +292,21 @@ def _player_box(m: Ram, room: Box) -> Box:
 def _laser(m: Ram, room: Box) -> Box:
     """The beam before it flew on, from the player's drawn position; after a hit it restarts."""
     left = m.facing != 0
-    half = m.hits >= HALF_WALL
     row = 139 - m.y
     begin, end = _corridor(m, room, row)
+    is_half = m.hits >= HALF_WALL
+    width = jnp.where(is_half, 4, 8)
     x = m.x - when(_player_moves(m), jnp.where(left, -1, 1))
-    width = jnp.where(half, 4, 8)
-    start = jnp.where(left, x - 6 + when(half, 4), x + 6)
+    start = jnp.where(left, x - 6 + when(is_half, 4), x + 6)
     space = jnp.where(left, start - begin, end - start - width)
-    reach = 3 * div(jnp.maximum(space + 3, 0), 3)
-    begun = (m.laser == 0) & (m.touched == 0)
-    flown = jnp.where(begun, reach, (m.laser - 3) & (BEAM_REACH - 1))
-    there = (m.laser < BEAM_REACH) & (~begun | (reach < BEAM_REACH))
-    whole_beam = box(start + jnp.where(left, -flown, flown), row, width, 1, there)
-    flying = whole_beam.clip(begin, VISIBLE[1], end, VISIBLE[3])
-    return flying.where(flying.w > 1)
+    reach = BEAM_STEP * div(jnp.maximum(space + BEAM_STEP, 0), BEAM_STEP)
+    has_begun = (m.laser == 0) & (m.touched == 0)
+    before_step = (m.laser - BEAM_STEP) & (BEAM_REACH - 1)
+    flown = jnp.where(has_begun, reach, before_step)
+    flies = (m.laser < BEAM_REACH) & (~has_begun | (reach < BEAM_REACH))
+    whole_beam = box(start + jnp.where(left, -flown, flown), row, width, 1, flies)
+    shown = whole_beam.clip(begin, VISIBLE[1], end, VISIBLE[3])
+    return shown.where(shown.w > 1)
 
 
 def _corridor(m: Ram, room: Box, row: jax.Array) -> tuple[jax.Array, jax.Array]:

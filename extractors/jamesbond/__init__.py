@@ -92,7 +92,7 @@ ENEMY_SURFACE = 122
 SHOT_ROWS = 4
 LAST_IN_AIR = 116  # a shot from this row on ends at the surface
 UNLIT_IN_AIR = 120  # from this row down to the surface, the kernel shows no shot
-DIVE_ROWS = 3  # above the surface, from which a shot continues below it
+DIVE_ROWS = 3  # above the surface; a shot that begins there continues below it
 BED = SEA[3]  # between two kernels
 
 PIT = np.unpackbits(ROM.rows(GRAPHICS | 0xB8F, 17).astype(np.uint8)[:, None], axis=1)

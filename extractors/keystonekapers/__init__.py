@@ -177,7 +177,7 @@ class Things(NamedTuple):
 def _on_floors(m: Ram) -> Things:
     """The things of all floors, at the positions of their first copies."""
     picture = m.thing - ALL_KINDS.start
-    left, top, width, height = THING_PICTURES.extent(picture, mirrored=m.thing_left == 1)
+    left, top, width, height = THING_PICTURES.extent(picture, mirrored=m.thing_left)
     first = m.thing_top - pick(picture, THING_HEIGHTS) + 1
     y = _first_line(np.arange(FLOOR_COUNT)) + first + top
     return Things(m.thing, m.thing_x - 1 + left, y, width, height, m.copies)
@@ -203,7 +203,7 @@ def _boxes(things: Things, kinds: tuple[int, ...], floors: np.ndarray, most: int
 def _kop_box(m: Ram, kop: Drawn) -> Box:
     """The Kop, without the parts hidden by the floor above him."""
     x = kop.x - 1
-    is_left = m.faces_left == 1
+    is_left = m.faces_left
     left, top, width, height = figure_extent(KOP_PICTURES, kop.pose, x, is_left)
     head = _first_line(kop.floor) + STANDS - kop.height + top
     first, last = _below_ceiling(kop, head, head + height)
@@ -226,7 +226,7 @@ def _below_ceiling(kop: Drawn, head: jax.Array, feet: jax.Array) -> tuple[jax.Ar
 def _krook_box(m: Ram, kop: Drawn) -> Box:
     """The Krook, in his section."""
     x = m.krook_x - 1
-    is_left = m.krook_left == 1
+    is_left = m.krook_left
     left, top, width, height = figure_extent(KROOK_PICTURES, m.krook_pose - 1, x, is_left)
     way = m.krook_place & 2 * SECTIONS - 1  # along two floors: forward on one, back on the other
     section = jnp.where(way < SECTIONS, way, way ^ 2 * SECTIONS - 1)
@@ -259,7 +259,7 @@ def _escalator_boxes(kop: Drawn) -> Box:
 
 def _display_color(m: Ram, kop: Drawn) -> jax.Array:
     """The colour of timer and hats: black, or flashing in the last seconds."""
-    is_ending = (kop.time <= LAST_SECONDS) & (m.over == 0)
+    is_ending = (kop.time <= LAST_SECONDS) & ~m.over
     return when(is_ending, (m.clock - 1) & 0xFE)
 
 

@@ -65,7 +65,7 @@ def has_begun_anew(m: Ram) -> jax.Array:
 def _ticked(m: Ram) -> jax.Array:
     """True if a second has just passed."""
     second = jnp.where(m.sound == PENALTY, FAST_TICK, TICK)
-    return (m.plays == 1) & (m.sound != KILLED) & (m.time < ROUND) & ((m.clock & second) == 0)
+    return m.plays & (m.sound != KILLED) & (m.time < ROUND) & ((m.clock & second) == 0)
 
 
 def kop_column(m: Ram) -> jax.Array:
@@ -76,8 +76,8 @@ def kop_column(m: Ram) -> jax.Array:
 
 def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
     """The Kop's column and section before he entered a section or was put back at a wall."""
-    to_left = _moves_aside(m) & (m.faces_left == 1)
-    to_right = _moves_aside(m) & (m.faces_left == 0)
+    to_left = _moves_aside(m) & m.faces_left
+    to_right = _moves_aside(m) & ~m.faces_left
     came_left = to_left & (x > RIGHT_EDGE)
     came_right = to_right & (x < LEFT_EDGE)
     at_right_wall = to_right & (m.section == LAST_SECTION) & (x == RIGHT_WALL - 1)
@@ -93,8 +93,8 @@ def _across(m: Ram, x: jax.Array) -> tuple[jax.Array, jax.Array]:
 def _step(m: Ram) -> tuple[jax.Array, jax.Array]:
     """Columns and rows that the Kop has moved."""
     rides = (m.ride == Ride.ESCALATOR) & ((m.clock & 3) == 0)
-    up = jnp.where(m.rides_left == 1, -1, 1)
-    ahead = jnp.where(m.faces_left == 1, -1, 1)
+    up = jnp.where(m.rides_left, -1, 1)
+    ahead = jnp.where(m.faces_left, -1, 1)
     dx = match((rides, up), (_moves_aside(m), ahead), otherwise=0)
     dy = match((rides, 1), (_in_air(m), _jump_step(m)), otherwise=0)
     return when(~_is_frozen(m), dx), when(~_is_frozen(m), dy)
@@ -108,7 +108,7 @@ def _is_frozen(m: Ram) -> jax.Array:
 
 def _moves_aside(m: Ram) -> jax.Array:
     """True if the Kop has walked or flown a column sideways."""
-    pushed = (m.stick_down == 1) & ((m.stick_left == 0) | (m.stick_right == 0))
+    pushed = m.stick_down & (~m.stick_left | ~m.stick_right)
     walked = among(m.pose, range(1, STEPS + 1))
     return (m.ride == Ride.NONE) & ~_is_frozen(m) & jnp.where(_in_air(m), pushed, walked)
 
@@ -121,7 +121,7 @@ def _in_air(m: Ram) -> jax.Array:
 def _landed(m: Ram) -> jax.Array:
     """True if a jump has just ended."""
     down = (m.jump == 0) & (m.pose == Pose.JUMPS) & (m.height == 0)
-    return down & (m.button == 1) & ((m.clock & 3) == LANDS)
+    return down & m.button & ((m.clock & 3) == LANDS)
 
 
 def _jump_step(m: Ram) -> jax.Array:

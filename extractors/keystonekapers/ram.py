@@ -3,7 +3,7 @@
 Floors are the ground floor, the first, the second and the roof.
 """
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("keystone_kapers", "6c1f3f2e359dbf55df462ccbcdd2f6bf")
 
@@ -33,13 +33,13 @@ class Ride:  # of `Ram.ride`
 
 class Ram(RamMap):
     ride = bits(0, first=6, count=2)
-    rides_left = bits(0, first=5)  # the escalator goes up to the left
-    faces_left = bits(0, first=3)
+    rides_left = flag(0, bit=5)  # the escalator goes up to the left
+    faces_left = flag(0, bit=3)
     pause = byte(6)  # remaining frames of a sound
-    over = bits(7, first=7)  # the round is over
-    plays = bits(8, first=7)
+    over = flag(7, bit=7)  # the round is over
+    plays = flag(8, bit=7)
     sound = byte(11)
-    button = bits(12, first=7)  # held
+    button = flag(12, bit=7)  # held
     jump = byte(13)  # remaining steps
     clock = byte(14)
     krook_x = byte(16)
@@ -57,11 +57,11 @@ class Ram(RamMap):
     thing_top = byte(*range(40, 44))  # row of its picture on the floor's first line
     thing = byte(*range(44, 48))
     copies = bits(*range(48, 52), count=3)
-    thing_left = bits(*range(48, 52), first=3)  # it looks to the left
+    thing_left = flag(*range(48, 52), bit=3)  # it looks to the left
     doors = byte(*range(56, 59))  # the playfield of each floor except the roof
-    krook_left = bits(76, first=3)
-    stick_right = bits(97, first=7)  # 0: pushed when the jump began
-    stick_left = bits(97, first=6)
-    stick_down = bits(97, first=5)
+    krook_left = flag(76, bit=3)
+    stick_right = flag(97, bit=7)  # 0: pushed when the jump began
+    stick_left = flag(97, bit=6)
+    stick_down = flag(97, bit=5)
     krook_pose = byte(98)
     age = byte(114)  # frames of the game, not counting those of lost lives

@@ -96,12 +96,12 @@ def _climber_moved(m: Ram) -> jax.Array:
 
 
 def _in_air(m: Ram) -> jax.Array:
-    return (m.jumps == 1) & (m.jump > 0)
+    return m.jumps & (m.jump > 0)
 
 
 def _landed(m: Ram) -> jax.Array:
     """True if a jump has just ended; this is unknown until the button is released."""
-    return (m.jumps == 1) & (m.jump == 0) & (m.released == 1)
+    return m.jumps & (m.jump == 0) & m.released
 
 
 def _on_rung(m: Ram) -> jax.Array:
@@ -113,7 +113,7 @@ def _walks(m: Ram) -> jax.Array:
     code = of_climber(m, m.x)
     blocked = jnp.where(of_climber(m, m.faces_left) == 1, code == LEFTMOST, code == RIGHTMOST)
     pushed = (m.stick & Stick.UP_DOWN == Stick.UP_DOWN) & (m.stick & Stick.ASIDE != Stick.ASIDE)
-    free = ~_in_air(m) & ~_landed(m) & (m.climbs == 0) & (m.falls == 0) & (m.state != State.LIES)
+    free = ~_in_air(m) & ~_landed(m) & ~m.climbs & ~m.falls & (m.state != State.LIES)
     return free & pushed & ~blocked
 
 
@@ -123,7 +123,7 @@ def _climber_step(m: Ram) -> tuple[jax.Array, jax.Array]:
     aside = match((m.goes == Jump.UP, 0), (m.goes == Jump.RIGHT, 1), otherwise=-1)
     ahead = jnp.where(of_climber(m, m.faces_left) == 1, -1, 1)
     rise = match((m.jump > JUMP_STEPS // 2, -1), (m.jump < JUMP_STEPS // 2, 1), otherwise=0)
-    fall = jnp.where((m.falls == 1) | (m.stick & Stick.UP != 0), 1, -1)
+    fall = jnp.where(m.falls | (m.stick & Stick.UP != 0), 1, -1)
     dx = match((jumps, aside), (_walks(m), ahead), otherwise=0)
     return dx, match((jumps, rise), (_on_rung(m) & ~_in_air(m), fall), otherwise=0)
 
@@ -139,7 +139,7 @@ def _pose_before(m: Ram) -> jax.Array:
     before = match(
         (_in_air(m) & (m.jump == JUMP_STEPS), walked),
         (_landed(m) | ((m.state == State.LIES) & _on_rung(m)), Pose.JUMPS),
-        (_on_rung(m) & ~_in_air(m) & (m.falls == 0), climbed),
+        (_on_rung(m) & ~_in_air(m) & ~m.falls, climbed),
         (_walks(m), walked),
         otherwise=pose,
     )

@@ -1,6 +1,6 @@
 """The RAM of King Kong."""
 
-from ocjax.authoring import RamMap, bcd, bits, byte
+from ocjax.authoring import RamMap, bcd, bits, byte, flag
 
 
 class State:  # of `Ram.state`
@@ -71,11 +71,11 @@ class Ram(RamMap):
     second = byte(84)  # 64 frames each
     captive = byte(87)  # random number that moves the captive
     stick = byte(88)
-    released = bits(89, first=7)  # the button
+    released = flag(89, bit=7)  # the button
     turn = bits(90, count=2)
-    jumps = bits(100, first=7)
-    climbs = bits(100, first=6)
-    falls = bits(100, first=5)
+    jumps = flag(100, bit=7)
+    climbs = flag(100, bit=6)
+    falls = flag(100, bit=5)
     goes = bits(100, count=2)  # direction of a jump
     jump = byte(101)  # remaining steps
     sound = byte(102)

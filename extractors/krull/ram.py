@@ -46,7 +46,7 @@ class Ram(RamMap):
     shot_color = byte(81)  # changes after the drawing
     shot_slant = bits(79, first=4, count=4)
 
-    # At the wedding, of the Slayers' shot; in the lair, of what the beast throws.
+    # At the wedding, of the Slayers' shot; in the lair, of the beast's weapon.
     shot_top = byte(76)  # (y - 13) / 2
     shot_bottom = byte(77)  # (y - 13) / 2
     shot_x = byte(78)  # x - 7

@@ -5,8 +5,8 @@ each sprite:
     first sprite      the bride, while she is free, and the Slayers; ready from turn 6
     second sprite     the player and the captured bride; ready from turn 22
     for each figure   one turn to begin, two rows per turn, and five turns to set up the next figure
-    turn 72           the game changes the ground's color, or in the next turn in which the first
-                      sprite draws nothing; no figure begins in that turn
+    turn 72           the game changes the ground's color, or in the first sprite's next free turn;
+                      no figure begins in that turn
     turn 80           the last one
 Both sprites show their figures from the top down. Each figure waits until the one before is drawn
 and the next one is set up. If the rows of two figures are too close, the lower one is drawn further
@@ -41,7 +41,7 @@ class Sprite(NamedTuple):
 
     records: tuple[int, ...]  # from the top down
     ready: int  # the first turn with a figure
-    pause: int  # the turn in which no figure begins
+    pause: int  # no figure begins in this turn
 
 
 FIRST_SPRITE = Sprite(tuple(range(FEW - 1, -1, -1)), 6, PAUSE_TURN)
@@ -110,7 +110,7 @@ class Turns(NamedTuple):
     column: jax.Array  # of the beam while the figure is placed
 
     def of(self, some: slice) -> "Turns":
-        """Those of some records."""
+        """The turns of some records."""
         return Turns(*(values[some] for values in self))
 
 

@@ -215,7 +215,7 @@ def _thrown_boxes(m: Ram) -> Box:
     flies = (
         (m.thrown_x > SCREEN_X) & (m.thrown_x < SCREEN_X + VIEW[2]) & (m.loop == Loop.WITH_THROWN)
     )
-    shown = jnp.concatenate([m.lines_shown, m.lines_shown]) == 1
+    shown = jnp.concatenate([m.lines_shown, m.lines_shown])
     on = shown & (left < right) & (row >= THROWN_VIEW[0]) & (row < THROWN_VIEW[1])
     x = jnp.min(jnp.where(on, left, 255))
     y = jnp.min(jnp.where(on, row, 255))
@@ -239,8 +239,8 @@ def _bar_box(energy: jax.Array, row: int) -> Box:
 
 def _floor_boxes(m: Ram) -> Box:
     """The marks of the floors; the current one blinks."""
-    lit = ((m.clock & 32) != 0) | (m.climbs == 1)
-    reached = m.floor - when((m.ends == 1) | (m.walks == 1) | ~lit, 1)
+    lit = ((m.clock & 32) != 0) | m.climbs
+    reached = m.floor - when(m.ends | m.walks | ~lit, 1)
     is_red = np.arange(5) < reached
     return box(FLOORS, 32, 4, 5, value=is_red, color=jnp.where(is_red, RED, BLUE))
 

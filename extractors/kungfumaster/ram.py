@@ -1,6 +1,6 @@
 """The RAM of Kung Fu Master."""
 
-from ocjax.authoring import RamMap, bcd, bits, byte, high
+from ocjax.authoring import RamMap, bcd, bits, byte, flag, high
 
 
 class Kind:  # of `Ram.kind`
@@ -29,15 +29,15 @@ class Thrower:  # of `Ram.thrower`, as `Kind`
 class Ram(RamMap):
     clock = byte(0)
     lines = high(15, 14, 13, 12)  # moves to the left of a thrown object's lines, in order
-    lines_shown = bits(15, 14, 13, 12, first=1)
+    lines_shown = flag(15, 14, 13, 12, bit=1)
     thrown_width = bits(17, first=4, count=2)  # power of two
     score = bcd((24, 25, 26))
     time = bcd((27, 28))
     spare_lives = byte(29)
     floor = byte(31)
-    ends = bits(34)  # the player has died
-    walks = bits(34, first=6)  # into a new floor
-    climbs = bits(34, first=7)  # the stairs
+    ends = flag(34, bit=0)  # the player has died
+    walks = flag(34, bit=6)  # into a new floor
+    climbs = flag(34, bit=7)  # the stairs
     enemy_y = byte(35)  # `CEILING` - row of the lowest row
     picture_low = byte(36)  # of the player
     picture_page = byte(37)

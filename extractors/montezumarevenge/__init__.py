@@ -250,7 +250,7 @@ def _explorer_box(m: Ram) -> Box:
     x = walked_x + _carried_west(m, walked_x)
     pose = _drawn_pose(m)
     top = SCREEN_BASE + when(among(m.room, LOWER_ROOMS), 1) - y + pick(pose, LIFTS)
-    return EXPLORERS.box(pose, x - 1, top, mirrored=m.mirrored == 1)
+    return EXPLORERS.box(pose, x - 1, top, mirrored=m.mirrored)
 
 
 def _rows_up(m: Ram, stick: Stick) -> jax.Array:
@@ -288,19 +288,19 @@ def _columns_east(m: Ram, stick: Stick) -> jax.Array:
     strides = (m.pose == Pose.STRIDES) & (stick.left | stick.right)
     leaps = plays & _in_mid_air(m) & (m.leap == Leap.ASIDE)
     walks = (plays | falls) & strides & (m.jump >= NO_JUMP)
-    drifts = falls & (m.drifts == 1) & _even_frame(m) & ~_has_landed(m)
+    drifts = falls & m.drifts & _even_frame(m) & ~_has_landed(m)
     stopped = _at_floor_end(m) | _at_door(m, leaps)
-    return when((leaps | walks | drifts) & ~stopped, jnp.where(m.west == 1, -1, 1))
+    return when((leaps | walks | drifts) & ~stopped, jnp.where(m.west, -1, 1))
 
 
 def _at_floor_end(m: Ram) -> jax.Array:
-    return jnp.where(m.west == 1, m.x < pick(m.floor, WESTS), m.x >= pick(m.floor, EASTS))
+    return jnp.where(m.west, m.x < pick(m.floor, WESTS), m.x >= pick(m.floor, EASTS))
 
 
 def _at_door(m: Ram, leaps: jax.Array) -> jax.Array:
     """True if a shut door stops him; the left door's state counts for both."""
     shut = among(m.room, DOOR_ROOMS) & (m.left_door == Picture.DOOR) & (m.y >= TOP_FLOOR)
-    towards = jnp.where(BLOCKS_EAST, m.west == 0, m.west == 1) | leaps
+    towards = jnp.where(BLOCKS_EAST, ~m.west, m.west) | leaps
     return shut & jnp.any((m.x == DOOR_SIDES) & towards)
 
 

@@ -1,6 +1,6 @@
 """The RAM of Montezuma's Revenge."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("montezuma_revenge", "3347a6dd59049b15a38394aa2dafa585")
 
@@ -66,9 +66,9 @@ class Ram(RamMap):
     thing_y = byte(45)
     skull_x = byte(47)  # x - 32; in room 18, x + 1
     skull_y = byte(46)
-    west = bits(52, first=6)
-    mirrored = bits(52, first=3)
-    drifts = bits(52, first=2)  # he still moves on in a fall
+    west = flag(52, bit=6)
+    mirrored = flag(52, bit=3)
+    drifts = flag(52, bit=2)  # he still moves on in a fall
     pose = byte(53)
     lives = byte(58)  # without the current one
     turned = byte(61)  # of the rolling skull

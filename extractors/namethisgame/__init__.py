@@ -52,6 +52,7 @@ from ocjax.authoring import (
     Shape,
     ShortRuns,
     Step,
+    Word,
     among,
     box,
     boxes,
@@ -147,8 +148,11 @@ def _body_columns(upper: int, lower: int) -> np.ndarray:
     return np.pad(np.concatenate([half, half[:, ::-1]], 1) > 0, ((0, 0), (0, 16)))[:12]
 
 
+SHARK_PIECE = Word(left=5, top=5, width=5, height=5)
+
+
 def _shark_pieces(look: int, body: np.ndarray) -> list[int]:
-    """The shark's part outside the octopus by column, packed: x, y, width, height."""
+    """The shark's part outside the octopus by column, as `SHARK_PIECE` words."""
     pointers = ROM.bytes(0xB1D + look, 4)
     halves = ROM.rows(((pointers[::2] + 256 * pointers[1::2]) & 0xFFF).tolist(), 13)[:, :12]
     dots = np.unpackbits(halves.T.astype(np.uint8), axis=1) > 0
@@ -156,7 +160,9 @@ def _shark_pieces(look: int, body: np.ndarray) -> list[int]:
     for x in range(160):
         there = dots & ~body[:, x : x + 16]
         y, x = np.nonzero(there if there.any() else dots)
-        out.append(x.min() | y.min() << 5 | np.ptp(x) + 1 << 10 | np.ptp(y) + 1 << 15)
+        width = np.ptp(x) + 1
+        height = np.ptp(y) + 1
+        out.append(SHARK_PIECE.pack(left=x.min(), top=y.min(), width=width, height=height))
     return out
 
 
@@ -207,19 +213,19 @@ def _caught_box(m: Ram, drawn: Drawn, extents: tuple[Extent, ...]) -> Box:
     lefts, tops, widths, heights = zip(*extents, strict=True)
     inset = pick(phase, lefts)
     width = pick(phase, widths)
-    left = jnp.where(m.faces_right == 1, inset, 16 - inset - width)
+    left = jnp.where(m.faces_right, inset, 16 - inset - width)
     return box(drawn.x + left, DIVER_TOP + pick(phase, tops), width, pick(phase, heights))
 
 
 def _diver_box(m: Ram, drawn: Drawn) -> Box:
     swims = box(drawn.x, DIVER_TOP, 16, 13).clip(0, DIVER_TOP + drawn.ink, 160, 160)
-    shown = choose(m.eaten == 1, _caught_box(m, drawn, CAUGHT), swims).where(_on(m))
-    return replace(shown, orientation=_compass(m.faces_right == 0))
+    shown = choose(m.eaten, _caught_box(m, drawn, CAUGHT), swims).where(_on(m))
+    return replace(shown, orientation=_compass(~m.faces_right))
 
 
 def _shark_box(m: Ram, drawn: Drawn) -> Box:
     look = jnp.max(m.lane)
-    leftward = m.shark_leftward == 1
+    leftward = m.shark_leftward
     begins = m.shark_x == jnp.where(leftward, SHARK_RIGHT, SHARK_LEFT)
     gained = m.score - drawn.score
     shot = (m.state == State.PLAYS) & begins & (m.shark_lane == len(POINTS)) & (gained > 0)
@@ -228,8 +234,8 @@ def _shark_box(m: Ram, drawn: Drawn) -> Box:
     left, top, width, height = _swimming(look, lane, x, leftward)
     there = (look > 0) & ~(shot & (m.shot_y == LAUNCHED)) & (m.state != State.LOST)
     swims = box(x + left, pick(lane, LANE_TOPS) + top, width, height, there)
-    shark = choose(m.eaten == 1, _caught_box(m, drawn, BITING), swims).where(_on(m))
-    carries = jnp.where(m.eaten == 1, m.faces_right == 0, leftward)
+    shark = choose(m.eaten, _caught_box(m, drawn, BITING), swims).where(_on(m))
+    carries = jnp.where(m.eaten, ~m.faces_right, leftward)
     return replace(shark, orientation=_compass(carries))
 
 
@@ -238,14 +244,14 @@ def _swimming(
 ) -> tuple[jax.Array, jax.Array, jax.Array, jax.Array]:
     """First column and row, width and height of the shark's visible part."""
     index = (2 * ((look >> 2) - 1) + lane - BEHIND_LANE) * 160 + jnp.clip(x, 0, 159)
-    seen = lookup(LEFT_OVER.reshape(-1), index)
+    seen = SHARK_PIECE.unpack(lookup(LEFT_OVER.reshape(-1), index))
     narrow = among(look, NARROW_LOOKS)
     behind = leftward & (lane >= BEHIND_LANE)
     return (
-        match((behind, seen & 31), (narrow & ~leftward, 1), otherwise=0),
-        when(behind, seen >> 5 & 31),
-        match((behind, seen >> 10 & 31), (narrow, 15), otherwise=16),
-        jnp.where(behind, seen >> 15, 12),
+        match((behind, seen.left), (narrow & ~leftward, 1), otherwise=0),
+        when(behind, seen.top),
+        match((behind, seen.width), (narrow, 15), otherwise=16),
+        jnp.where(behind, seen.height, 12),
     )
 
 
@@ -281,7 +287,7 @@ def _tentacle_boxes(m: Ram) -> Box:
 
 def _boat_box(m: Ram) -> Box:
     height = jnp.where((m.clock & 2) == 0, *BOAT_HEIGHTS)
-    facing = _compass(m.boat_leftward == 1)
+    facing = _compass(m.boat_leftward)
     there = _on(m) & (m.state != State.LOST)
     return box(m.boat_x - 1, BOAT_TOP, 16, height, there, orientation=facing)
 

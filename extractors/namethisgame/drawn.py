@@ -52,12 +52,12 @@ def as_drawn(m: Ram) -> Drawn:
     x = m.x - _diver_step(m)
     boat_x = m.boat_x - _boat_step(m)
     shot_y = (m.shot_rows + SHOT_ROWS) & 255
-    spreads = plays & (m.stolen == 1) & ((m.clock & 7) == 0)
+    spreads = plays & m.stolen & ((m.clock & 7) == 0)
     ink_step = when(spreads & (m.ink < NO_INK), 1)
     return Drawn(
         x=x - 1,
         pipe_x=boat_x + 6,
-        pipe=(m.pipe == 1) & (m.pipe_time != DROPPED),
+        pipe=m.pipe & (m.pipe_time != DROPPED),
         shot_y=shot_y,
         shot_there=(shot_y > 0) & (shot_y <= SHOT_ROWS) & (m.shot_y != LAUNCHED),
         score=score,
@@ -76,15 +76,15 @@ def _shown_score(m: Ram) -> jax.Array:
 
 def _diver_step(m: Ram) -> jax.Array:
     """Columns to the right that the diver has probably moved: one ahead, unless he is at an end."""
-    end = jnp.where(m.looks_right == 1, RIGHT_END, LEFT_END)
-    free = (m.state == State.PLAYS) & (m.eaten == 0) & (m.stolen == 0) & (m.x != end)
-    return when(free & (m.idle == 0), jnp.where(m.looks_right == 1, 1, -1))
+    end = jnp.where(m.looks_right, RIGHT_END, LEFT_END)
+    free = (m.state == State.PLAYS) & ~m.eaten & ~m.stolen & (m.x != end)
+    return when(free & (m.idle == 0), jnp.where(m.looks_right, 1, -1))
 
 
 def _boat_step(m: Ram) -> jax.Array:
     """Columns to the right that the boat has moved since the pipe was placed."""
     back = among(m.boat_x, (BOAT_LEFT, BOAT_RIGHT))
-    leftward = (m.boat_leftward == 1) ^ back
+    leftward = m.boat_leftward ^ back
     return when((m.clock & 3) == 0, jnp.where(leftward, -1, 1))
 
 
@@ -110,8 +110,8 @@ def _oxygen(m: Ram, x: jax.Array, score: jax.Array) -> jax.Array:
     """Steps of the oxygen meter as drawn."""
     plays = m.state == State.PLAYS
     steps = _steps_of(m.oxygen)
-    away = m.boat_x + 8 - x - jnp.where(m.faces_right == 1, 12, 4)
-    breathes = plays & (m.pipe == 1) & ((m.clock & 7) == 0) & (jnp.abs(away) < 5)
+    away = m.boat_x + 8 - x - jnp.where(m.faces_right, 12, 4)
+    breathes = plays & m.pipe & ((m.clock & 7) == 0) & (jnp.abs(away) < 5)
     filled = breathes & (m.score == score)
     used = plays & ((m.clock & m.oxygen_pace) == 0) & ~filled
     flashed = among(m.state, State.FLASHES) & (m.clock == Clock.JUST_FLASHED)

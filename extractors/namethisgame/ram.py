@@ -1,7 +1,7 @@
 """The RAM of Name This Game."""
 
 import numpy as np
-from ocjax.authoring import RamMap, bcd, bits, byte
+from ocjax.authoring import RamMap, bcd, bits, byte, flag
 
 TENTACLE_COUNT = 8
 TENTACLE_ROWS = 10
@@ -32,13 +32,13 @@ class Ram(RamMap):
     lane = byte(*range(53, 60))  # the shark's picture by lane, 0: no shark; the lowest lane first
     shark_x = byte(60)  # x + 1
     # One byte:
-    stolen = bits(61, first=1)  # the treasure is stolen: the ink spreads
-    looks_right = bits(61, first=2)
-    eaten = bits(61, first=3)  # the shark carries the diver away
-    boat_leftward = bits(61, first=4)
-    pipe = bits(61, first=5)
-    shark_leftward = bits(61, first=6)
-    faces_right = bits(61, first=7)
+    stolen = flag(61, bit=1)  # the treasure is stolen: the ink spreads
+    looks_right = flag(61, bit=2)
+    eaten = flag(61, bit=3)  # the shark carries the diver away
+    boat_leftward = flag(61, bit=4)
+    pipe = flag(61, bit=5)
+    shark_leftward = flag(61, bit=6)
+    faces_right = flag(61, bit=7)
     clock = byte(63)
     idle = byte(64)  # 256 frames each since the joystick was moved; at least 128: dark screen
     state = byte(65)

@@ -151,7 +151,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def as_drawn(m: Ram) -> Drawn:
     """Undo the moves since the frame was drawn."""
-    over = (m.begins == 1) & (m.look != Look.GONE) & ((m.stage > 0) | (m.rounds > 0))
+    over = m.begins & (m.look != Look.GONE) & ((m.stage > 0) | (m.rounds > 0))
     stage = jnp.where(over, jnp.where(m.stage == 0, Stage.SHIP, m.stage - 1), m.stage)
     row_y = _heights(m)
     left, right = _wings(m)
@@ -168,7 +168,7 @@ def _player_step(m: Ram) -> jax.Array:
     frames = div(jnp.maximum(m.shot_y - Shot.LAUNCH, 0), 6)
     since = m.x - m.shot_x + 4  # columns since the launch
     steady = (m.shot_y < Shot.NONE) & (jnp.abs(since) == frames) & (m.idle == 0)
-    return match((m.shield == 1, 0), (turned, crossed), (steady, jnp.sign(since)), otherwise=0)
+    return match((m.shield, 0), (turned, crossed), (steady, jnp.sign(since)), otherwise=0)
 
 
 def _bat_steps(m: Ram) -> jax.Array:
@@ -190,7 +190,7 @@ def _flies_aside(m: Ram, x: jax.Array) -> jax.Array:
 def _heights(m: Ram) -> jax.Array:
     """Rows of the bats before they moved; low bats shake by one row."""
     y = m.row_y - when((m.row_y <= SHAKING) & ((m.row_y & 1) == 0), 1)
-    return y - when(_climbs(m, y), jnp.where(m.rises == 1, 2, -2))
+    return y - when(_climbs(m, y), jnp.where(m.rises, 2, -2))
 
 
 def _climbs(m: Ram, y: jax.Array) -> jax.Array:
@@ -201,7 +201,7 @@ def _climbs(m: Ram, y: jax.Array) -> jax.Array:
     floor = jnp.where(last, LAST_BAT_FLOOR, ceiling - DEPTH)
     lowest = jnp.min(jnp.where(m.row_y > 0, y, NO_ROW)) - floor
     upper = among(ceiling - y[6], range(10))
-    lower = among(lowest, range(5)) & (m.rises == 1)
+    lower = among(lowest, range(5)) & m.rises
     mask = match((upper & (m.rounds < 2), 15), (upper | lower, 7), (m.enemies >= 5, 3), otherwise=1)
     phase = jnp.where(mask == 15, 12, 0)
     return ((m.clock & mask) == phase) & (m.alive != 0)
@@ -235,7 +235,7 @@ def _shield_box(m: Ram, d: Drawn) -> Box:
     """The shield; near the left edge its lower rows start a line later."""
     just_gone = (m.pause == 4) & ((m.clock & 63) == 1)
     x = d.x - 74
-    return box(x, 169, 16, jnp.where(x < 25, 20, 19), (m.shield == 1) | just_gone)
+    return box(x, 169, 16, jnp.where(x < 25, 20, 19), m.shield | just_gone)
 
 
 def _shot_box(m: Ram, d: Drawn) -> Box:
@@ -324,7 +324,7 @@ def _block_boxes(m: Ram, blocks: np.ndarray, height: int) -> Box:
 
 def _lives(m: Ram) -> Box:
     """The icons, growing to the right; a lost life still shows on the frame of its loss."""
-    lost = (m.begins == 1) & (m.look == Look.GONE)
+    lost = m.begins & (m.look == Look.GONE)
     icon_count = m.lives - 1 + when(lost, 1)
     return CANNONS.box(icon_count, value=m.lives)
 

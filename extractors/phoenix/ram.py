@@ -1,6 +1,6 @@
 """The RAM of Phoenix."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("phoenix", "7e52a95074a66640fcfde124fffd491a")
 
@@ -42,12 +42,12 @@ class Ram(RamMap):
     left = bits(*range(27, 34), count=5)  # picture of the left bird, or of the bat's left wing
     right = bits(*range(34, 41), count=5)
     row_y = byte(*range(41, 48))
-    shield = bits(49, first=6)
+    shield = flag(49, bit=6)
     missile_top = byte(53, 54, 55, 56)
     missile_end = byte(58, 59, 60, 61)
     missiles = bits(62, first=4, count=4)  # one bit per missile in flight
     heading = bits(63, count=7)  # one bit per bat that flies to the right
-    rises = bits(64, first=7)  # whether the formation of bats rises
+    rises = flag(64, bit=7)  # whether the formation of bats rises
     most_right = byte(66)  # x, where bats turn
     most_left = byte(67)
     closes = bits(69, count=7)  # one bit per bat that closes its wings
@@ -55,7 +55,7 @@ class Ram(RamMap):
     score = bcd((73, 72, 71))
     stage = byte(74)
     lives = bits(75, count=7)
-    begins = bits(77, first=7)  # a wave or a life, on the next frame
+    begins = flag(77, bit=7)  # a wave or a life, on the next frame
     enemies = bits(78, count=7)  # remaining in the wave
     missile_code = byte(80, 81, 82, 83)
     shot_y = byte(89)

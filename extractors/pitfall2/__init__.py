@@ -43,7 +43,6 @@ from ocjax.authoring import (
     Raised,
     Shape,
     among,
-    box,
     choose,
     display,
     edges,
@@ -109,7 +108,7 @@ def _harry_box(m: Ram) -> Box:
     """Harry, who blinks while he goes back to a cross."""
     hidden = (m.dead > Dead.NO) & ((m.clock ^ m.dead) & BLINKS == 0)
     y = m.harry_y + HARRY_TOP
-    is_mirrored = m.harry_mirrored == 1
+    is_mirrored = m.harry_mirrored
     whole = HARRYS.box(m.pose, m.harry_x, y, mirrored=is_mirrored, valid=~hidden)
     return _below_roofs(m, whole).clip(*VIEW)
 
@@ -146,7 +145,7 @@ def _creature_boxes(m: Ram) -> dict[str, Box]:
     boxes = _in_slots(m, _shown(drawn))
     kind = _in_slots(m, drawn.kind)
     many = {name: boxes.where(among(kind, kinds)) for name, kinds in EVERYWHERE.items()}
-    those_alone = {name: _the_one(boxes, kind == its_kind) for name, its_kind in SINGLE.items()}
+    those_alone = {name: boxes.only(kind == its_kind) for name, its_kind in SINGLE.items()}
     by_kind = many | those_alone
     is_bright = ((drawn.kind == Kind.EEL) & drawn.bright).any()
     is_ridden = (m.balloon == Balloon.RIDDEN) & (m.pose == Pose.FLIES)
@@ -178,21 +177,11 @@ def _ridden_box(m: Ram) -> Box:
         x=m.harry_x,
         y=top,
         picture=zero,
-        mirrored=m.harry_mirrored == 0,
+        mirrored=~m.harry_mirrored,
         bright=~there,
         valid=there,
     )
     return _shown(balloon)
-
-
-def _the_one(boxes: Box, there: jax.Array) -> Box:
-    """The single box that is there."""
-    valid = there & boxes.valid
-    x = only(valid, boxes.x)
-    y = only(valid, boxes.y)
-    w = only(valid, boxes.w)
-    h = only(valid, boxes.h)
-    return box(x, y, w, h, valid.any())
 
 
 _Slots = TypeVar("_Slots", Box, jax.Array)

@@ -51,7 +51,7 @@ def as_drawn(m: Ram) -> Drawn:
         x=jnp.where(moved, _column_before(m, kind, habits), m.x),
         y=floor_line(m) + _lines_below(m, kind, habits, moved),
         picture=jnp.where(moved, was_second, is_second).astype(jnp.int32),
-        mirrored=jnp.where(moved & (kind == Kind.FROG), was_mirrored, m.mirrored > 0),
+        mirrored=jnp.where(moved & (kind == Kind.FROG), was_mirrored, m.mirrored),
         bright=ahead & EEL_BRIGHT > 0,
         valid=~(_is_blank(m, moved) | among(m.loads, (Loads.FIRST, Loads.LAST))),
     )
@@ -79,10 +79,10 @@ def floor_line(m: Ram) -> jax.Array:
 
 def _moves(m: Ram) -> jax.Array:
     """True if the creatures of some floors have moved after the frame."""
-    is_bitten = ((m.touched == 1) & among(m.kind, Kind.DEADLY)).any()
+    is_bitten = (m.touched & among(m.kind, Kind.DEADLY)).any()
     plays = (m.intro == 0) & (m.waits != Wait.FOR_STICK) & ~is_bitten
     goes_back = (m.dead > Dead.NO) & (m.dead < Dead.BITTEN)
-    return goes_back | ((m.dead == Dead.NO) & ((m.demo == 1) | plays))
+    return goes_back | ((m.dead == Dead.NO) & (m.demo | plays))
 
 
 def _roams(m: Ram, kind: jax.Array) -> jax.Array:
@@ -100,7 +100,7 @@ def _had_second_picture(m: Ram, habits: Habits, kind: jax.Array) -> jax.Array:
 def _column_before(m: Ram, kind: jax.Array, habits: Habits) -> jax.Array:
     """The column before a step."""
     steps = (m.clock & habits.steps == 0) & (habits.steps != NEVER) & _roams(m, kind)
-    ahead = jnp.where(m.mirrored == 1, -habits.pace, habits.pace)
+    ahead = jnp.where(m.mirrored, -habits.pace, habits.pace)
     before = jnp.where((m.x == 0) & (ahead > 0), WRAPS, m.x) - ahead
     return match(
         (kind == Kind.FROG, FROG_LEFT + (_leap(m.clock - SINCE_LAST) >> 2)),

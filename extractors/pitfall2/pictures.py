@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import jax
 import numpy as np
-from ocjax.authoring import Pictures, lookup
+from ocjax.authoring import Pictures, Word, lookup
 from ocjax.extractors.pitfall2.ram import ROM, Kind
 
 DISPLAY = ROM.bytes(0x2000, 0x800)[::-1]  # by count
@@ -43,19 +43,15 @@ class Habits(NamedTuple):
 
 
 # All habits of a kind in one number, because a look-up costs more than shifts.
-PACKED_HABITS = PHASES | STEP_MASKS << 8 | (WAYS & PACE) << 16 | SWINGS << 18 | TOPS << 24
+HABIT_WORD = Word(phases=8, steps=8, pace=2, swings=6, top=8)
+HABITS_BY_KIND = HABIT_WORD.pack(
+    phases=PHASES, steps=STEP_MASKS, pace=WAYS & PACE, swings=SWINGS, top=TOPS
+)
 
 
 def habits_of(kind: jax.Array) -> Habits:
     """The habits of some kinds."""
-    packed = lookup(PACKED_HABITS, kind)
-    return Habits(
-        phases=packed & 0xFF,
-        steps=packed >> 8 & 0xFF,
-        pace=packed >> 16 & 3,
-        swings=packed >> 18 & 63,
-        top=packed >> 24 & 0xFF,
-    )
+    return Habits(**vars(HABIT_WORD.unpack(lookup(HABITS_BY_KIND, kind))))
 
 
 def _creature(kind: int, picture: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 A slot is a floor on the screen, the highest first; the fifth is below the screen.
 """
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("pitfall2", "6d842c96d5a01967be9680080dd5be54")
 SLOTS = range(5)
@@ -65,14 +65,14 @@ class Ram(RamMap):
     clock = byte(0)  # frames
     waits = byte(1)
     kind = bits(*range(23, 28), first=4, count=4)
-    mirrored = bits(*range(23, 28), first=3)
+    mirrored = flag(*range(23, 28), bit=3)
     start = byte(*range(18, 23))  # count at which the picture's fetcher begins, low byte
     top = byte(*range(33, 38))  # count at which the picture begins
     x = byte(*range(38, 43))
     rail = byte(*range(43, 48))  # low byte of the address of a floor's ladder or wall
     background = byte(*range(58, 63))
-    touched = bits(*range(63, 68), first=7)  # by Harry
-    demo = bits(69, first=7)
+    touched = flag(*range(63, 68), bit=7)  # by Harry
+    demo = flag(69, bit=7)
     intro = byte(70)  # remaining frames, in eighths
     score = bcd((71, 72, 73))
     scroll = byte(86)  # lines
@@ -84,4 +84,4 @@ class Ram(RamMap):
     harry_y = byte(105)
     floor = byte(106)  # of the first slot
     pose = byte(108)
-    harry_mirrored = bits(110, first=3)
+    harry_mirrored = flag(110, bit=3)

@@ -138,8 +138,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "Player": _pig_box(m, d),
         "Balloon": _balloon_boxes(m, d, floats),
         "Enemy": _wolf_boxes(m, d, floats),
-        "Arrow": shot.where(m.is_bait == 0),
-        "Bait": shot.where(m.is_bait == 1),
+        "Arrow": shot.where(~m.is_bait),
+        "Bait": shot.where(m.is_bait),
         "Stone": _stone_box(m, d),
         "Rock": _rock_box(m, d),
         "PlayerScore": SCORE.box(shown, value=m.score),
@@ -171,7 +171,7 @@ def _balloon_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
 def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
     """Wolves: six in the air, the climber, three that march, one that has landed, six pushers."""
     in_air = WOLVES.index(kind=jnp.minimum(m.kind, Kind.FALLS), cut=BALLOON_CUTS)
-    groups = (
+    return Box.stacked(
         WOLVES.box(in_air, BALLOON_LEFTS, _line(m.balloon_row), valid=floats),
         CLIMBERS.box(
             d.reach[None],
@@ -187,17 +187,6 @@ def _wolf_boxes(m: Ram, d: Drawn, floats: jax.Array) -> Box:
             valid=(d.ascends == 1) & (d.pushers > np.arange(6)),
         ),
     )
-    return _joined(groups)
-
-
-def _joined(groups: tuple[Box, ...]) -> Box:
-    """All boxes of some groups of wolves."""
-    sizes = [g.w.shape[0] for g in groups]
-    parts = [
-        [jnp.broadcast_to(v, (n,)) for v in (g.x, g.y, g.w, g.h, g.valid)]
-        for g, n in zip(groups, sizes, strict=True)
-    ]
-    return box(*(jnp.concatenate(v) for v in zip(*parts, strict=True)))
 
 
 def _walker_boxes(m: Ram, d: Drawn) -> Box:
@@ -209,11 +198,8 @@ def _walker_boxes(m: Ram, d: Drawn) -> Box:
     top = TOP_WALKS.box(d.stride, march_x, TOP_LINE).trimmed(top=late)
     bottom = _bottom_boxes(d, jnp.append(march_x, d.landed_x))
     here = d.ascends == 1
-    return _joined(
-        (
-            choose(here, bottom[:3], top).where(marches),
-            bottom[3:].where(d.is_landed & ~here),
-        )
+    return Box.stacked(
+        choose(here, bottom[:3], top).where(marches), bottom[3:].where(d.is_landed & ~here)
     )
 
 
@@ -263,7 +249,7 @@ def _missile_box(
 
 def _shot_box(m: Ram, d: Drawn) -> Box:
     x = wrap(packed_position(m.shot_at) - MISSILE_SHIFT)
-    is_bait = m.is_bait == 1
+    is_bait = m.is_bait
     first = jnp.where(is_bait, m.shot_down + 1, ARROW_LINE)
     late = jnp.any(_beside(m, m.shot_row))
     height = jnp.where(is_bait, BAIT_LINES, 1)

@@ -1,6 +1,6 @@
 """The RAM of Pooyan."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte, high, low
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag, high, low
 
 LAST_ROW = 6  # of the lift; the first is 1
 ROM = Rom("pooyan", "4799a40b6e889370b7ee55c17ba65141")
@@ -61,7 +61,7 @@ class Ram(RamMap):
     reach = byte(50)  # the climber's
     shot_at = byte(63)  # codes of positions
     stone_at = byte(64)
-    is_bait = bits(66)  # the shot
+    is_bait = flag(66, bit=0)  # the shot
     hides = byte(68)  # row with a hidden balloon
     boss = byte(69)  # the balloon that changes colour, from 1; 0: none
     rock_at = byte(70)

@@ -150,7 +150,7 @@ def _lane_boxes(m: Ram, d: Drawn) -> Box:
         (cliff, on_cliff),
         otherwise=165 + d.narrow - 14 * lane,
     )
-    shown = (m.shown > 0) & (~cliff | (lane == 3)) & (~gap | (lane != 1))
+    shown = m.shown & (~cliff | (lane == 3)) & (~gap | (lane != 1))
     there = shown & among(m.scenery, (*Scenery.LANED, Scenery.CLIFFS, Scenery.GAP))
     x = lane_x - when(m.kind == Kind.SEED, 3)
     height = jnp.where(cliff, 4, 3)

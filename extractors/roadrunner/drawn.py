@@ -144,7 +144,7 @@ def _chase(m: Ram, ahead: jax.Array, falls_back: jax.Array) -> jax.Array:
 def figure_boxes(m: Ram, d: Drawn) -> Box:
     """The bird and the coyote; some lines of the screen repeat the row above them."""
     looks, fallen = _drawn_looks(m)
-    left, top, width, height = FIGURE_PICTURES.extent(looks, mirrored=m.mirrored == 1)
+    left, top, width, height = FIGURE_PICTURES.extent(looks, mirrored=m.mirrored)
     bird = np.array((1, 0))
     coyote = np.array((0, 1))
     zoom = jnp.where(has_cannon(m) & (m.rocket > 0) & (coyote == 1), 2, 1)

@@ -1,6 +1,6 @@
 """The RAM of Road Runner."""
 
-from ocjax.authoring import RamMap, Rom, bits, byte, high, low, signed
+from ocjax.authoring import RamMap, Rom, bits, byte, flag, high, low, signed
 
 ROM = Rom("road_runner", "ce5cc62608be2cd3ed8abd844efb8919")
 
@@ -56,7 +56,7 @@ class Ram(RamMap):
     cactus_x = byte(24, 83)
     entry = signed(34)  # of a bridge; negative: without a sign
     pose = byte(41, 35)  # of the bird and the coyote
-    shown = bits(36, 37, 38, 39, first=1)
+    shown = flag(36, 37, 38, 39, bit=1)
     kind = high(36, 37, 38, 39)
     truck_x = byte(42)  # x + 1; or the column of a turret's ball
     truck = byte(43)  # 0: no truck; 1: in the lower lane; 2: in the upper one
@@ -71,7 +71,7 @@ class Ram(RamMap):
     drift = bits(56, first=1, count=3)
     struck = byte(58)  # nonzero: the bird was struck
     falls = byte(57)  # the bird, from the cliff
-    mirrored = bits(59, 66)  # the bird and the coyote
+    mirrored = flag(59, 66, bit=0)  # the bird and the coyote
     runs = byte(60)
     caught = signed(61)
     pace = byte(62)  # of the coyote

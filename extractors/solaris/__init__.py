@@ -77,7 +77,7 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _displays(m: Ram) -> dict[str, Box]:
     """The score above the view, and the panel below it."""
-    panel = m.is_over == 0
+    panel = ~m.is_over
     return {
         "Score": SCORE.box(10 * m.score, valid=m.announces == 0),
         "Lives": LIVES.box(m.lives - 1, panel, value=m.lives),

@@ -2,7 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte, low
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag, low
 
 ROM = Rom("solaris", "e72eb8d4410152bdcb69e7fba327b420")
 
@@ -60,7 +60,7 @@ class Ram(RamMap):
     jumps = bits(13, first=4)  # the ship flies through streaks
     on_chart = bits(13, first=5)
     on_planet = bits(13, first=6)
-    is_over = bits(13, first=7)
+    is_over = flag(13, bit=7)
     jump_timer = bcd((16,))
     quadrant = low(17)
     frame = byte(30)  # counted on since the frame was drawn
@@ -80,7 +80,7 @@ class Ram(RamMap):
     way_out_depth = byte(67)
     announces = bits(77, first=6, count=2)  # "SCANNER" replaces the score ($F5BB)
     ship_x = byte(79)  # moved on since the frame was drawn
-    heads_out = bits(83, first=5)  # the ship jumps
+    heads_out = flag(83, bit=5)  # the ship jumps
     departs = bits(83, first=7)  # the ship leaves, lands or crashes
     lives = low(89)
     made_target = byte(90)

@@ -96,7 +96,7 @@ def _records_shown(m: Ram) -> Box:
     y = FIRST_Y - m.y
     look = shown_of(m.picture, m.on_planet, cut_at(y))
     x = m.x + look.left + when(m.is_darter & IN_SHIP_SPRITE, DARTER_SHIFT)
-    there = (m.picture < Picture.NONE) & (m.y < ABOVE_VIEW) & m.flies & (m.is_over == 0)
+    there = (m.picture < Picture.NONE) & (m.y < ABOVE_VIEW) & m.flies & ~m.is_over
     valid = there & ~_is_new(m)
     return box(x, y + look.top, look.width, look.height, valid, color=look.color).clip(*VIEW)
 

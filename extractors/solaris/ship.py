@@ -73,7 +73,7 @@ def ship_column(m: Ram) -> jax.Array:
     stands = (m.jumps | m.on_chart | m.sleeps | m.waits | m.departs) == 1
     return match(
         (stands, m.ship_x),
-        (m.heads_out == 1, m.ship_x - _columns_moved(m)),
+        (m.heads_out, m.ship_x - _columns_moved(m)),
         otherwise=sprite_column(m.ship_at) + to_middle,
     )
 

@@ -54,6 +54,7 @@ from ocjax.authoring import (
     byte,
     choose,
     display,
+    flag,
     lookup,
     match,
     shift_up,
@@ -109,17 +110,17 @@ class Ram(RamMap):
     y = byte(6, 9, 12, 15)  # of the player and of creatures, y - 35; 255: none
     x = byte(7, 10, 13, 16)  # x + 1
     direction = bits(8, 11, 14, 17, count=2)
-    mirrored = bits(8, 11, 14, 17, first=1)
+    mirrored = flag(8, 11, 14, 17, bit=1)
     kind = bits(8, 11, 14, 17, first=2, count=2)  # 0: the player
     look = bits(8, 11, 14, 17, first=2, count=3)
-    dying = bits(8, 11, 14, 17, first=4)  # of the player: stands
+    dying = flag(8, 11, 14, 17, bit=4)  # of the player: stands
     hidden = bits(8, 11, 14, 17, first=5, count=2)  # on even frames, on odd frames
     shot_y = byte(18)  # y - 35; 255: none
     shot_x = byte(19)  # x + 2
     score = bcd((26, 28))
     lives = bits(30, count=2)
     flashes = bits(30, first=2, count=2)
-    has_key = bits(32, first=7)
+    has_key = flag(32, bit=7)
     things = byte(34)  # one bit per entry, starting at the highest
     timer = bits(36, first=3, count=5)
     event = byte(38)
@@ -230,11 +231,11 @@ def _thing_boxes(m: Ram, things: Things, figure_y: jax.Array) -> Box:
 
 def _figure_boxes(m: Ram, y: jax.Array) -> Box:
     step = m.clock - 1 >> 3 & 1
-    look = 2 * m.look + step + when((m.has_key == 1) & (np.arange(4) == 0), WITH_KEY)
+    look = 2 * m.look + step + when(m.has_key & (np.arange(4) == 0), WITH_KEY)
     index = FIGURE_EXTENTS.index(map=m.map, look=look)
-    alive = (m.y != NONE) & (m.comes != RECORDS) & ((np.arange(4) == 0) | (m.dying == 0))
+    alive = (m.y != NONE) & (m.comes != RECORDS) & ((np.arange(4) == 0) | ~m.dying)
     color = _of_inks(m, m.kind)
-    turned = m.mirrored == 1
+    turned = m.mirrored
     boxes = FIGURE_EXTENTS.box(
         index,
         m.x - 1,

@@ -1,6 +1,6 @@
 """Up'n Down's RAM, and the meaning of its values."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("up_n_down", "a499d720e7ee35c62424de882a3351b6")
 BANK = 0x1000  # of the tables
@@ -51,7 +51,7 @@ class Ram(RamMap):
     coarse = byte(22)  # 4 rows
     flight = byte(23)  # of a jump to the other road
     jump = byte(24)
-    mirrored = bits(28, 29, 30, 31, first=7)  # the player's picture, then the records'
+    mirrored = flag(28, 29, 30, 31, bit=7)  # the player's picture, then the records'
     speed = byte(32)  # of the player
     speeds = byte(33, 34, 35)  # of the records
     kind = byte(36)  # of the player

@@ -84,7 +84,7 @@ def object_boxes(m: Ram, d: Drawn) -> Box:
     look = _look_of(d.kind)
     low = jnp.where(d.x >= CLEARED_FROM, jnp.maximum(rows.low, 1), rows.low)
     index = PICTURE_EXTENTS.index(look=look, high=rows.high, low=low)
-    left, top, w, h = PICTURE_EXTENTS.extent(index, mirrored=m.mirrored == 1)
+    left, top, w, h = PICTURE_EXTENTS.extent(index, mirrored=m.mirrored)
     is_car = look < Look.FLAG  # its dots are two columns wide
     x = d.x + jnp.where(is_car, 2 * left, left - 1)
     width = jnp.where(is_car, 2 * w, w)

@@ -56,6 +56,7 @@ from ocjax.authoring import (
     Pictures,
     Saver,
     Shape,
+    Static,
     Step,
     among,
     box,
@@ -172,7 +173,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "HorizontalWall": _wall_boxes(HORIZONTAL, CELL_WIDTH, POST, drawn, walls),
         "VerticalWall": _wall_boxes(VERTICAL, POST, CELL_HEIGHT, drawn, walls),
         "Door": box(np.array(DOOR_X), DOOR_TOP, POST, CELL_HEIGHT, shut, color=walls),
-        "Radar": box(56, 161, 52, 32, color=walls),
+        "Radar": RADAR.box(color=walls),
         "Score": POINTS.box(mod(score, 100_000), value=score, color=_score_color(m, drawn)),
         "Lives": _icon_row(m, jnp.where(m.flash > 0, _flash_color(drawn), YELLOW)),
     }
@@ -366,11 +367,11 @@ WORRIORS = in_dungeon(
 )
 BURWORS = in_dungeon(BLUE, shapes=(BURWOR_SHAPE, BURWOR_PART_SHAPE))
 WALL_COLORS = (WALL_BLUE, RED, WALL_GOLD, WALL_SAVED, *FLASHING)
+RADAR = Static(56, 161, 52, 32, WALL_COLORS)
 SCORE_COLORS = (ORANGE, ORANGE ^ SCORE_MASK, *FLASHING)
 HORIZONTAL_RULE = Cells(WALL_COLORS, HORIZONTAL.x, HORIZONTAL.y, CELL_WIDTH, POST)
 VERTICAL_RULE = Cells(WALL_COLORS, VERTICAL.x, VERTICAL.y, POST, CELL_HEIGHT)
 DOOR_RULE = Cells(WALL_COLORS, DOOR_X, (DOOR_TOP,) * 2, POST, CELL_HEIGHT)
-RADAR_RULE = Bounds(WALL_COLORS, (56, 161, 108, 193), min_size=(52, 32))
 ICON_RULE = Bounds((YELLOW, *FLASHING), (104, 145, 144, 161), ignore=((132, 145, 136, 161),))
 
 _mover = functools.partial(Category, attributes=("orientation",), blinks=True)
@@ -401,7 +402,7 @@ GAME = Game(
         Category("HorizontalWall", HORIZONTAL_RULE, count=len(HORIZONTAL.x), doc="of a cell"),
         Category("VerticalWall", VERTICAL_RULE, count=len(VERTICAL.x), doc="of a cell"),
         Category("Door", DOOR_RULE, count=2, doc="to the tunnels: left, right"),
-        display("Radar", RADAR_RULE, attributes=(), doc="shows the cells of two monsters"),
+        display("Radar", RADAR.rule(), attributes=(), doc="shows the cells of two monsters"),
         display("Score", POINTS.rule(SCORE_COLORS), role="score", doc="points"),
         display("Lives", ICON_RULE, role="lives", doc="all icons; value: lives"),
     ),

@@ -38,7 +38,7 @@ RECORDS = 7  # of things
 WAY = 0xA11  # offset of the table of the way
 WAY_END = 159
 ENOUGH = 20 * 2 * RECORDS  # keeps rows positive
-SPACE_ROWS = 7  # of the last way, as many rows are a fortress again
+SPACE_ROWS = 7  # the last rows of `Place.LAST_SPACE`, which are a fortress again
 GROUND_PERIOD = 8  # turns from a change of the near ground to the next
 
 

@@ -44,7 +44,7 @@ FAR_LATE = 103  # from this column, the first row of each pair is not visible
 LATE_COLUMNS = 9  # 0 to 8 columns of a picture are right of it
 FAR_X = 11  # minus the position of a register
 NEAR_X = 12
-FIRST_SLOT_TURN = FAR_TURNS  # at step 0, the turn in which the first near picture begins
+FIRST_SLOT_TURN = FAR_TURNS  # of the first near picture at step 0
 
 
 def _kind_starts() -> list[int]:

@@ -94,9 +94,8 @@ class Box:
     def only(self, chosen: Number = True) -> Box:
         """Return the single valid box among the chosen ones, as a scalar; invalid without one."""
         found = self.valid & chosen
-        others = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "valid"}
-        one = {name: v if v is None else only(found, v) for name, v in others.items()}
-        return Box(**one, valid=jnp.any(found))  # pyright: ignore
+        one = jax.tree.map(lambda values: only(found, values.astype(jnp.int32)), self)
+        return replace(one, valid=jnp.any(found))
 
     @property
     def slots(self) -> int:
@@ -118,7 +117,7 @@ class Box:
 
 
 def _end_to_end(values: list[jax.Array | None], sizes: list[int]) -> jax.Array | None:
-    """Concatenate values after repeating each to its size; None if there are none."""
+    """Concatenate values after repeating each to its size; None without values."""
     some = [
         jnp.broadcast_to(value, size)
         for value, size in zip(values, sizes, strict=True)

@@ -1,6 +1,7 @@
 """`Word`: several small numbers in one, such as the fields of a record that are moved together."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import jax
 import numpy as np
@@ -32,8 +33,8 @@ class Word:
             for (name, count), shift in zip(bits.items(), shifts, strict=False)
         }
 
-    def pack(self, **values: _Values) -> jax.Array:
-        """Return words, int32, from the values of all fields.
+    def pack(self, **values: Any) -> Any:
+        """Return words from the values of all fields: integers, or arrays of them.
 
         Higher bits of a value are dropped.
 
@@ -45,7 +46,7 @@ class Word:
         total = 0
         for name, (shift, mask) in self._fields.items():
             total = total | (values[name] & mask) << shift
-        return total  # pyright: ignore[reportReturnType]
+        return total
 
     def unpack(self, words: _Values) -> SimpleNamespace:
         """Return the values of all fields, none negative, as attributes."""
