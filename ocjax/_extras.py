@@ -34,11 +34,7 @@ class MissingExtraError(ModuleNotFoundError):
 
 @contextlib.contextmanager
 def extras() -> Iterator[None]:
-    """A block that imports packages of extras.
-
-    Raises:
-        MissingExtraError: a package is not installed.
-    """
+    """A block that imports packages of extras."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -51,10 +47,6 @@ def extras() -> Iterator[None]:
 
 
 def require(module: str) -> Any:
-    """Import a module of an optional package.
-
-    Raises:
-        MissingExtraError: the package is not installed.
-    """
+    """Import a module of an optional package."""
     with extras():
         return importlib.import_module(module)

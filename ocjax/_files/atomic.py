@@ -13,14 +13,9 @@ def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = T
     unchanged.
 
     Args:
-        path: path of the file.
-        to_file: writes the contents.
         follow: whether the user named the path. If so, the target of a link is written, and special
             files, such as /dev/null, are written to directly. Otherwise the new file replaces
             links, devices and pipes.
-
-    Raises:
-        OSError: the file cannot be written.
     """
     target = Path(os.path.realpath(path)) if follow else path
     if follow and not is_replaced(target):

@@ -61,7 +61,6 @@ def batch_last(
 
     Args:
         f: function of one array, without effects.
-        example: shape and dtype of its argument.
     """
     closed, out = jax.make_jaxpr(f, return_shape=True)(example)
     tree, program = jax.tree.structure(out), flatten(closed)

@@ -33,11 +33,7 @@ def _keep_until_exit() -> None:
 
 
 def require_threads() -> None:
-    """Check that JAX can compute in this process.
-
-    Raises:
-        RuntimeError: the process was forked from one that had already computed with JAX.
-    """
+    """Check that JAX can compute in this process."""
     if _without_threads:
         raise RuntimeError(
             "this process was forked from one that had already computed with JAX, and JAX may "

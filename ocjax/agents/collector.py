@@ -45,7 +45,6 @@ class Collector:
 
     Args:
         first: half of the environments.
-        second: the other half.
         horizon: steps of a rollout.
         seed: seed of the environments.
 
@@ -139,10 +138,6 @@ class Collector:
 
         Args:
             saved: the result of `save`.
-            rollouts: number of collected rollouts at that time.
-
-        Raises:
-            ValueError: a number or an array does not match `rollouts` and these environments.
         """
         steps = rollouts * len(self._halves) * self.horizon
         self.steps = integer(

@@ -51,10 +51,6 @@ class Hyperparameters:
     range and entropy coefficient fall linearly to 0 over the training. At first the entropy bonus
     makes the policy explore; later it would keep the policy from choosing between actions with
     similar values.
-
-    Raises:
-        ValueError: a number is out of range, the number of environments is odd, or the minibatch
-            does not divide a rollout.
     """
 
     num_envs: int = _hyperparameter(
@@ -96,11 +92,7 @@ class Hyperparameters:
 
 
 def _positive(name: str, value: Any) -> float:
-    """A positive number; the entropy coefficient may be 0.
-
-    Raises:
-        ValueError: the number is out of range.
-    """
+    """A positive number; the entropy coefficient may be 0."""
     or_zero = name == "entropy_coefficient"
     known = isinstance(value, int | float) and not isinstance(value, bool) and value <= MOST
     if known and (value > 0 or (value == 0 and or_zero)):
@@ -134,14 +126,6 @@ class Config:
         starts: values to write to the RAM when a game begins, by the name of a field of the game's
             `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The starts
             are assigned to the environments in rotation; an empty start writes nothing.
-
-    Raises:
-        ValueError: an argument is malformed or out of range, or the game lacks a variation, mode,
-            difficulty or field.
-        TrainingError: the preset draws the number of emulated frames of each step.
-        TypeError: the game's name is not a string.
-        RomError: a mode or difficulty is given, and the ROM is missing or the wrong one; a
-            ValueError.
     """
 
     game: str
@@ -200,12 +184,6 @@ class Config:
 
         Args:
             experiment: a name in `EXPERIMENTS`.
-            game: the game's name.
-            hyperparameters: changed hyperparameters, by name.
-            changes: other changed fields.
-
-        Raises:
-            ValueError: the experiment is unknown, or an argument is wrong; see `Config`.
         """
         if experiment not in EXPERIMENTS:
             raise ValueError(f"experiment must be {' or '.join(EXPERIMENTS)}, got {experiment!r}")

@@ -64,9 +64,6 @@ class Trainer:
         config: the configuration. If the folder contains a training, it must be the same one, and
             continues from its latest checkpoint.
         folder: created if necessary.
-
-    Raises:
-        TrainingError: the folder contains another training, or its checkpoint is damaged.
     """
 
     def __init__(self, config: Config, folder: Path) -> None:
@@ -137,10 +134,6 @@ class Trainer:
         """Train up to a total number of emulated frames, counted from the start of the training.
 
         Learning rate, clipping range and entropy coefficient reach 0 at that number.
-
-        Args:
-            frames: emulated frames.
-            console: the console for the progress bar.
         """
         total, saved = -(-frames // self.frames_per_update), time.monotonic()
         bar = progress_bar(f"training {self.game.name}", PROGRESS, console)
@@ -214,11 +207,7 @@ class Trainer:
         )
 
     def _save(self) -> None:
-        """Write the policy and a checkpoint.
-
-        Raises:
-            TrainingError: a file cannot be written. The previous checkpoint still exists.
-        """
+        """Write the policy and a checkpoint."""
         assert self._checkpoints is not None
         state = {"pending": self._pending.result(), "acting": self._acting}
         progress = {"updates": self.updates, "metrics": self.metrics.save()}
@@ -229,11 +218,7 @@ class Trainer:
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
-        """Turn system errors of writing into `TrainingError`.
-
-        Raises:
-            TrainingError: a file cannot be written.
-        """
+        """Turn system errors of writing into `TrainingError`."""
         try:
             yield
         except OSError as error:

@@ -22,11 +22,7 @@ Area = tuple[int, int, int, int]
 
 
 def check_area(area: Area) -> None:
-    """Check that an area is on the screen; the screen's height is not checked.
-
-    Raises:
-        ValueError: the area is off the screen or empty.
-    """
+    """Check that an area is on the screen; the screen's height is not checked."""
     left, top, right, bottom = area
     if not (0 <= left < right <= WIDTH and 0 <= top < bottom):
         raise ValueError(

@@ -14,11 +14,7 @@ class RomError(ValueError):
 
 
 def rom_names() -> tuple[str, ...]:
-    """Return ale-py's sorted names of its ROMs, such as "space_invaders".
-
-    Raises:
-        RomError: a ValueError; ale-py is not installed.
-    """
+    """Return ale-py's sorted names of its ROMs, such as "space_invaders"."""
     return tuple(sorted(path.stem for path in _installed().glob("*.bin")))
 
 
@@ -46,9 +42,6 @@ def rom_path(rom: str) -> Path:
     Returns:
         `<rom>.bin` in the folder of the environment variable `ALE_ROMS_DIR`, by default ale-py's
         folder of ROMs.
-
-    Raises:
-        RomError: a ValueError; the file does not exist, or ale-py is not installed.
     """
     folder = Path(os.environ.get("ALE_ROMS_DIR") or _installed())
     path = folder / f"{rom}.bin"
@@ -64,11 +57,7 @@ def read_rom(rom: str, md5: str) -> bytes:
     """Read a ROM, once per process.
 
     Args:
-        rom: ale-py's name of the ROM.
         md5: the expected MD5 hash in hexadecimal.
-
-    Raises:
-        RomError: a ValueError; the ROM is missing, or has another hash.
     """
     path = rom_path(rom)
     data, found = _contents(path)

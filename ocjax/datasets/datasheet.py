@@ -70,14 +70,7 @@ them, the colour `r`, `g`, `b`, and `hud`, whether it belongs to the display.
 def text(
     plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str, str], code: str
 ) -> str:
-    """Write the datasheet.
-
-    Args:
-        plan: the dataset's plan.
-        shards: the facts of each shard.
-        versions: versions of the libraries that made the objects.
-        code: digest of the decoders that made the objects.
-    """
+    """Write the datasheet."""
     game = registry.load(plan.game)
     counts = labels.from_counts([shard["counts"] for shard in shards], game)
     totals = {

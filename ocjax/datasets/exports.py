@@ -142,11 +142,7 @@ def _episodes(path: Path) -> Iterator[Any]:
 
 
 def _to_episode(rows: Any, game: Game, num_actions: int) -> dict[str, Any]:
-    """The fields of Minari's `EpisodeBuffer`. An interrupted stretch ends as truncated.
-
-    Raises:
-        DatasetError: the game does not have an action, a reward, a picture or an object.
-    """
+    """The fields of Minari's `EpisodeBuffer`. An interrupted stretch ends as truncated."""
     step = {
         name: rows[name].to_numpy()[1:].copy()
         for name in ("action", "reward", "terminated", "truncated")

@@ -21,11 +21,6 @@ NO_ACTION = -1  # for the first state of an episode
 def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
     """Play the states of a shard.
 
-    Args:
-        game: the game.
-        plan: the dataset's plan.
-        shard: the shard to play.
-
     Yields:
         The next sequence of at most `plan.sequence_states` successive states for each instance. A
         sequence has the arrays `index` (number of the state in the dataset), `instance`, `episode`

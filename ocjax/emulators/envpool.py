@@ -37,13 +37,8 @@ class EnvpoolPool(EmulatorPool):
 
     Args:
         game: the game; its ROM is checked.
-        num_envs: number of emulators.
-        settings: the emulation settings.
         frames: whether frames are recorded.
         options: further options of `envpool.make`.
-
-    Raises:
-        RomError: the ROM is missing or the wrong one; a ValueError.
     """
 
     def __init__(
@@ -79,13 +74,7 @@ class EnvpoolPool(EmulatorPool):
         )
 
     def _start(self, seeds: Sequence[int | None] | None) -> None:
-        """Make envpool's environments at the first call.
-
-        Raises:
-            ValueError: seeds are given after the start, for some environments only, or are too
-                large.
-            AlreadyPendingCallError: a step or a reset is pending.
-        """
+        """Make envpool's environments at the first call."""
         self.require_open()
         if self._busy.any():
             raise AlreadyPendingCallError(
@@ -188,11 +177,6 @@ class EnvpoolPool(EmulatorPool):
 
         The results of the given environments must have been received. envpool has a single paddle
         speed and rejects `strengths`.
-
-        Raises:
-            ValueError: an index or an action is wrong, the environments have not been reset, or
-                `strengths` are given.
-            AlreadyPendingCallError: a step or reset of one of these environments is pending.
         """
         if strengths is not None:
             self._refuse("paddles' speeds")
@@ -217,11 +201,7 @@ class EnvpoolPool(EmulatorPool):
         yield 0
 
     def wait(self) -> None:
-        """Wait for the step; with a batch size, for the first environments to finish.
-
-        Raises:
-            NoAsyncCallError: the number of pending steps is below the batch size.
-        """
+        """Wait for the step; with a batch size, for the first environments to finish."""
         self.require_open()
         if self._busy.sum() < self._batch_size:
             raise NoAsyncCallError(

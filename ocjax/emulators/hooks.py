@@ -19,12 +19,7 @@ Hooks = Hook | str | Sequence[Hook | str] | None  # a string is the name of a va
 
 
 def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
-    """Hooks with their names.
-
-    Raises:
-        TypeError: a hook is not a function or a name.
-        ValueError: a variation is unknown, or belongs to another game.
-    """
+    """Hooks with their names."""
     given: tuple[Any, ...] = (
         ()
         if hook is None
@@ -47,12 +42,7 @@ def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
 
 
 def pickled_hooks(hook: Hooks, game: str) -> tuple[tuple[str, str], ...]:
-    """The name of each hook, and the hook pickled in hexadecimal.
-
-    Raises:
-        TypeError: a hook is not a function or a name, or cannot be pickled.
-        ValueError: a variation is unknown, or belongs to another game.
-    """
+    """The name of each hook, and the hook pickled in hexadecimal."""
     return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
 
 

@@ -42,11 +42,7 @@ class WorkerProcess:
 
     Args:
         memory_fd: file descriptor of the shared memory.
-        config: the worker's configuration.
         finished: int64 `[N]` in the shared memory; see `CommandArrays`.
-
-    Raises:
-        OSError: the process failed to start.
     """
 
     def __init__(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
@@ -85,21 +81,13 @@ class WorkerProcess:
             stack.pop_all()
 
     def configure(self, config: WorkerConfig, time_limit: float | None) -> None:
-        """Send the configuration.
-
-        Raises:
-            WorkerError: the process died or did not read it in time.
-        """
+        """Send the configuration."""
         self.link.settimeout(time_limit)
         self.send(config.to_json().encode() + b"\n")
         self.link.settimeout(None)
 
     def send(self, message: bytes) -> None:
-        """Send a message.
-
-        Raises:
-            WorkerError: the process died.
-        """
+        """Send a message."""
         try:
             self.link.sendall(message)
         except TimeoutError as error:
@@ -111,9 +99,6 @@ class WorkerProcess:
         """Read replies from the socket.
 
         Replies only wake the pool up; `has_finished` reads the results.
-
-        Raises:
-            WorkerError: the process died.
         """
         try:
             replies = self.link.recv(_REPLIES)
@@ -123,11 +108,7 @@ class WorkerProcess:
             raise self._death()
 
     def has_finished(self, number: int) -> bool:
-        """True if the worker has executed the command with a number.
-
-        Raises:
-            WorkerError: the command failed.
-        """
+        """True if the worker has executed the command with a number."""
         finished = self._finished.item(self._first)
         if finished == -number:
             raise WorkerError(f"{self.name} failed:\n{self.complaint()}")
@@ -209,11 +190,7 @@ class Workers:
         return bool(self._processes) and os.getpid() != self._owner
 
     def start(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
-        """Start another worker; see `WorkerProcess`.
-
-        Raises:
-            WorkerError: the worker failed to start.
-        """
+        """Start another worker; see `WorkerProcess`."""
         try:
             worker = WorkerProcess(memory_fd, config, finished)
         except OSError as error:
@@ -226,11 +203,7 @@ class Workers:
         worker.configure(config, self._time_limit)
 
     def command(self, command: bytes) -> None:
-        """Give a command to all workers.
-
-        Raises:
-            WorkerError: a worker died.
-        """
+        """Give a command to all workers."""
         number, steps = self._number + 1, self.steps + (command == interface.STEP)
         message = interface.MESSAGE.pack(command, number)
         # CPython handles signals only at calls and jumps, so Ctrl-C cannot separate these
@@ -258,9 +231,6 @@ class Workers:
             progress: called after `interval` seconds without a reply. A new number restarts the
                 time limit.
             interval: seconds, at most one and at most the time limit; by default this maximum.
-
-        Raises:
-            WorkerError: a worker failed, died, or did not reply in time.
         """
         if not self._sent:
             self._send()

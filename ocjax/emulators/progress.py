@@ -23,7 +23,6 @@ def progress(items: Sequence[_Item], action: str) -> Iterator[_Item]:
     every `SECONDS`, so work that takes less shows nothing.
 
     Args:
-        items: the items.
         action: the activity, such as "changing Pong's RAM".
     """
     if sys.stdout is not None and not sys.stdout.closed and sys.stdout.isatty():

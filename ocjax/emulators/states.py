@@ -169,11 +169,7 @@ class States:
 
 
 def _check_alike(first: States, other: States) -> None:
-    """Check that two `States` can be joined.
-
-    Raises:
-        ValueError: they cannot.
-    """
+    """Check that two `States` can be joined."""
     if first.md5 != other.md5:
         raise ValueError(
             f"expected states of one game, got the MD5 hashes {first.md5} and {other.md5} of ROMs"
@@ -199,9 +195,6 @@ def _described(
     """The MD5 hash, and the dtypes and shapes of the arrays, from a description.
 
     The arrays take `size` bytes.
-
-    Raises:
-        ValueError: the description is damaged.
     """
     try:
         values = json.loads(description)
@@ -254,11 +247,6 @@ def check(
     """Check that a pool can restore states.
 
     `good` is ALE's state of one of the pool's emulators.
-
-    Raises:
-        TypeError: `states` is not of type `States`.
-        ValueError: the states are damaged, belong to another game, have the wrong number, or lack
-            frames that the pool records.
     """
     _check_type(states)
     if states.md5 != game.md5:
@@ -337,10 +325,6 @@ def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
     """Check that states contain the arrays that an environment carries.
 
     `carries` has the environment's arrays `[N, ...]` by name.
-
-    Raises:
-        TypeError: `states` is not of type `States`.
-        ValueError: the arrays differ.
     """
     _check_type(states)
     for name, carried in carries.items():

@@ -47,9 +47,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
     With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
     `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
     environments in the results. Each environment keeps the memory of its observations.
-
-    Raises:
-        ValueError: an option is out of range, or envpool cannot implement it.
     """
 
     pool: EnvpoolPool
@@ -105,12 +102,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
-        """Reset all environments; a seed is possible the first time only.
-
-        Raises:
-            ValueError: a seed is given after the first reset, `reset_mask` is given, or the
-                environments are asynchronous.
-        """
+        """Reset all environments; a seed is possible the first time only."""
         self._require_synchronous()
         return super().reset(seed=seed, options=options)
 
@@ -132,11 +124,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         Args:
             actions: integers `[n]`.
             env_id: the indices of the environments, integers `[n]`.
-
-        Raises:
-            ValueError: an action or an index does not exist, or their shapes or dtypes are wrong.
-            AlreadyPendingCallError: the results of one of these environments have not been
-                received.
         """
         self.pool.send(actions, env_id)
 
@@ -144,9 +131,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         """The results of the first `batch_size` environments to finish, as `step` returns them.
 
         `info["env_id"]` contains their indices.
-
-        Raises:
-            NoAsyncCallError: fewer environments are stepping.
         """
         self.pool.wait()
         pool, ids, shard = self.pool, self.pool.ids, self._shards[0]
@@ -199,10 +183,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
             state and (observation, reward, terminated, truncated, info). `info` contains `lives`,
             `ram` and `game_over`. `reset` and `step` control the same emulators, so do not mix them
             with this function.
-
-        Raises:
-            ValueError: the environments have not been reset or are asynchronous, or the mode or an
-                observation needs frames.
         """
         self._require_synchronous()
         if self.pool.env is None:

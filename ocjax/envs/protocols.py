@@ -27,9 +27,6 @@ def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
         name: a game's name in any spelling, such as "PongNoFrameskip-v4".
         preset: the caller's preset, or None.
         explicit: the caller's settings, with None for missing ones.
-
-    Raises:
-        ValueError: no environment id ends this way, or the preset or a setting contradicts the id.
     """
     found = _ID.fullmatch(name)
     if found is None:

@@ -25,11 +25,6 @@ def batched(reward_fn: RewardFunction) -> BatchedReward:
     Returns:
         A function of both objects, of batch shape `[B]`, and of actions, int32 `[B]` or float32
         `[B, 3]`. It returns the rewards, float64 `[B]`.
-
-    Raises:
-        TypeError: `reward_fn` is not a function.
-        ValueError: raised by the returned function if `reward_fn` does not return one number per
-            environment.
     """
     if not callable(reward_fn):
         raise TypeError(

@@ -33,11 +33,6 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 
     It is jit-compiled unless it computes nothing.
 
-    Args:
-        game: the game.
-        mode: the methods that extract objects.
-        kinds: the observations by name; copied ones are ignored.
-
     Returns:
         A function of the emulators' arrays and of the memory. The arrays are "ram", uint8 `[B,
         128]`, and "started", bool `[B]`, which marks new episodes. If the mode or an observation

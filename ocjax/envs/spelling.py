@@ -39,11 +39,7 @@ def accepts_other_names(make: Callable[P, T]) -> Callable[P, T]:
 
 
 def in_our_names(options: dict[str, Any]) -> dict[str, Any]:
-    """Replace the option names of other projects by ocjax's.
-
-    Raises:
-        TypeError: an option is given under both names.
-    """
+    """Replace the option names of other projects by ocjax's."""
     out = dict(options)
     for theirs, ours in SAME.items():
         if theirs in out:

@@ -135,11 +135,7 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
 def _checked(
     frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, str]
 ) -> list[tuple[Any, ...]]:
-    """Check the records of a frame, and replace aliases by the categories' names.
-
-    Raises:
-        ValueError: see `from_records`.
-    """
+    """Check the records of a frame, and replace aliases by the categories' names."""
     if isinstance(frame, str | bytes) or not isinstance(frame, Iterable):
         raise ValueError(f"frame {number} must be a list of records, got {reprlib.repr(frame)}")
     out = []

@@ -252,10 +252,7 @@ def _hits(
     """Find the confidence and hits of each box of a category.
 
     Args:
-        ranked: detections, sorted by confidence in each frame.
-        truth: the ground truth.
         i, j: columns of the category in `ranked` and `truth`.
-        limits: thresholds of the IoU.
 
     Returns:
         The confidences, float `[boxes]`, and whether each box hits at each threshold, bool `[boxes,
@@ -284,7 +281,6 @@ def _assign(
         overlap: float `[B, K]`, IoU with each true box.
         present: bool `[B]`, whether the frame has the box.
         free: bool `[thresholds, B, K]`, changed in place.
-        limits: thresholds of the IoU.
 
     Returns:
         bool `[B, thresholds]`, whether the box hits.

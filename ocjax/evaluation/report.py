@@ -34,7 +34,6 @@ class Evaluation:
     The last axis of every array follows the columns of `flicker_aware`.
 
     Args:
-        game: the game.
         source: origin of the samples, for display.
         episode: int `[frames]`, number of each sample's episode.
         situations: bool `[frames]` by name: the samples at an episode's start or end, or with a
@@ -80,11 +79,7 @@ def evaluate(
     Args:
         recording: the samples. Frames before, rewards, lives and drawn pixels are optional; the
             result omits the evaluations that need missing ones.
-        source: origin of the samples, for display.
         ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
-
-    Raises:
-        ValueError: the recording has no frames.
     """
     if recording.screens is None or not len(recording):
         raise ValueError("the recording has no frames: there is nothing to compare REM with")

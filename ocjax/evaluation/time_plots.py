@@ -17,9 +17,6 @@ def steps_figure(found: Sequence[Measurement]) -> bytes:
 
     This is the figure of the OCAtari paper. Methods have their largest batch. The means over games
     are geometric.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     plt = _pyplot()
     games = list(dict.fromkeys(m.game for m in found))
@@ -60,9 +57,6 @@ def batches_figure(found: Sequence[Measurement]) -> bytes:
     """Plot a method's microseconds per state or frame by batch size, as PNG.
 
     The points are geometric means over the games.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     plt = _pyplot()
     figure, axes = plt.subplots(figsize=(LEAST_WIDTH, HEIGHT), layout="constrained")

@@ -33,7 +33,6 @@ class Measurement:
     """The time of a call that handles a batch.
 
     Args:
-        game: its name.
         what: the method or the environment.
         batch: number of states, frames or environments.
         first_call: seconds of the first call, including compilation.
@@ -74,10 +73,8 @@ def methods(
     """Time REM and VEM on batches of several sizes.
 
     Args:
-        game: the game.
         rams: states, uint8 `[n, 128]`, repeated to fill a batch.
         frames: uint8 `[n, H, 160]` of palette indices, repeated to fill a batch.
-        seconds: duration of each measurement.
     """
     for what, extract, samples in (("REM", game.rem, rams), ("VEM", game.vem, frames)):
         for batch in BATCHES[what]:
@@ -153,9 +150,6 @@ def ocatari(
     """Time both methods of OCAtari, one state at a time.
 
     The interpreter is from `ocatari_peer.interpreter`.
-
-    Raises:
-        OcatariError: an OSError; OCAtari's process failed.
     """
     for method, found in ocatari_peer.run(Recording(game, rams, frames), python).items():
         if not found.error:

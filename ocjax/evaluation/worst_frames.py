@@ -37,7 +37,6 @@ def worst_frames(
     """Draw the frames with the most disagreements, spread over the recording.
 
     Args:
-        recording: with frames.
         counts: agreement of `left` with `right`, `[frames, categories]`.
         left, right, before: as given to `evaluation.agreement`.
 

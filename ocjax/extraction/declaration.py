@@ -190,7 +190,6 @@ class _Part(Declaration):
     """One category of a game.
 
     Args:
-        game: the game.
         category: an entry of `game.categories`.
     """
 
@@ -320,9 +319,6 @@ def check_decode(game: Declaration) -> None:
     """Check that the decoder returns a box of the declared shape for every category.
 
     The check traces the decoder, which takes up to 0.2 s.
-
-    Raises:
-        GameError: a box is missing or has another shape.
     """
     boxes = _trace(game)
     names = [c.name for c in game.categories]

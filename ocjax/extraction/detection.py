@@ -30,9 +30,7 @@ def detect(
     """Apply each category's rule.
 
     Args:
-        categories: of a game.
         frames: uint8 `[B, H, 160]` of palette indices.
-        shades: the rules' colours that change from level to level.
 
     Returns:
         The boxes of each category, with colours if they are read from the frame. `Category.needs`

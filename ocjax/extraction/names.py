@@ -53,11 +53,7 @@ def games(suite: str | None = None) -> tuple[str, ...]:
 
 
 def suite_of(name: str) -> Suite:
-    """Return a suite by its name.
-
-    Raises:
-        ValueError: the suite does not exist.
-    """
+    """Return a suite by its name."""
     if name not in SUITES:
         raise ValueError(f"no suite {name!r}: there are {', '.join(SUITES)}")
     return SUITES[name]

@@ -122,13 +122,7 @@ def decode(
 
 
 def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
-    """Pack a category's slots in one state, one number per slot.
-
-    Args:
-        category: the category.
-        b: boxes clipped to the screen.
-        table: the game's palette.
-    """
+    """Pack a category's slots in one state, one number per slot."""
     mask = -b.valid.astype(jnp.int32)
     packed = (b.x | (b.y << 8) | (b.w << 16) | (b.h << 24)) & mask  # a clipped box fits four bytes
     value = b.value & mask if "value" in category.attributes else None

@@ -15,11 +15,7 @@ _FACTS = ("game", "md5", "hud", "category")
 
 
 def save(path: Path, fields: Fields, game: Declaration) -> None:
-    """Write an .npz file, completely or not at all.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write an .npz file, completely or not at all."""
     facts = {"game": game.name, "md5": game.md5, "hud": game.hud}
     if len(game.categories) == 1:
         facts["category"] = game.categories[0].name
@@ -27,12 +23,7 @@ def save(path: Path, fields: Fields, game: Declaration) -> None:
 
 
 def load(path: Path) -> tuple[Fields, Declaration]:
-    """Read a file that `save` wrote.
-
-    Raises:
-        FileNotFoundError: the file does not exist.
-        ValueError: the file is damaged, or was made with another ROM or other slots.
-    """
+    """Read a file that `save` wrote."""
     try:
         _check_facts(npz.headers(path, _FACTS.__contains__))
         game = _game(npz.read(path, _FACTS.__contains__))

@@ -118,9 +118,7 @@ class Episodes(_Batch):
         path: path of the file.
         keys: names of the arrays.
         shapes: the shapes of all arrays of the file.
-        opened: opens an array.
         facts: see `Input`.
-        close: closes the file.
     """
 
     def __init__(
@@ -223,11 +221,7 @@ def open_hdf5(path: Path, wanted: str | None, group: str = "") -> Input:
 
 
 def check_hdf5(path: Path) -> None:
-    """Check that an HDF5 file contains all its data.
-
-    Raises:
-        InputError: the file refers to another file, or claims more data than it holds.
-    """
+    """Check that an HDF5 file contains all its data."""
     with require("h5py").File(path, "r") as file:
         for key, dataset in _datasets(file, path):
             check_own(f"{path}, {key}", dataset)
@@ -235,11 +229,7 @@ def check_hdf5(path: Path) -> None:
 
 
 def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
-    """The datasets of an HDF5 file and their paths.
-
-    Raises:
-        InputError: a link leads to another file.
-    """
+    """The datasets of an HDF5 file and their paths."""
     h5py = require("h5py")
     links: list[tuple[str, Any]] = []
     # the visiting function must not raise
@@ -264,11 +254,7 @@ def _of_hdf5(name: str, dataset: Any) -> _Batch:
 
 
 def check_own(name: str, dataset: Any) -> None:
-    """Check that an HDF5 dataset stores its data in its own file.
-
-    Raises:
-        InputError: the data are in other files, or the dataset's chunks are too large.
-    """
+    """Check that an HDF5 dataset stores its data in its own file."""
     if dataset.is_virtual or dataset.external:
         kind = "a virtual dataset" if dataset.is_virtual else "stored externally"
         raise InputError(
@@ -284,11 +270,7 @@ def check_own(name: str, dataset: Any) -> None:
 
 
 def open_zarr(path: Path, wanted: str | None) -> Input:
-    """Open a Zarr array, or arrays of a group and its subgroups.
-
-    Raises:
-        InputError: a file in the folder is a link, or the chunks are too large.
-    """
+    """Open a Zarr array, or arrays of a group and its subgroups."""
     zarr = require("zarr")
     contents = folders.contents(path)
     opened = zarr.open(path, mode="r")

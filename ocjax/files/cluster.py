@@ -17,14 +17,8 @@ def completed(
     a file system that all machines share.
 
     Args:
-        function: takes a task; it must be picklable.
-        tasks: the tasks.
         ray: None to execute the tasks in this process, "local" for Ray on this machine, "auto" for
             the running cluster that this machine is part of, or the address of a cluster.
-
-    Raises:
-        MissingExtraError: Ray is not installed.
-        ValueError: the cluster cannot be reached.
     """
     if ray is None:
         for task in tasks:

@@ -24,10 +24,6 @@ def minari_id(name: str) -> str:
 
     Args:
         name: the ID after "minari:".
-
-    Raises:
-        InputError: the ID is malformed.
-        MissingExtraError: minari is not installed.
     """
     identifier = name.removeprefix(MINARI)
     parse = require("minari.dataset.minari_dataset").parse_dataset_id
@@ -46,11 +42,6 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
 
     Returns:
         The dataset, its folder, and the files in it.
-
-    Raises:
-        InputError: the dataset does not exist, one of its files is a link or stores its data
-            elsewhere, or its metadata lack a space. Without the space, minari would create the
-            environment that the metadata name.
     """
     minari, path = require("minari"), Path(require("minari.storage").get_dataset_path(identifier))
     if not (path / "data").is_dir():

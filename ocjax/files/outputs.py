@@ -266,9 +266,6 @@ def new_folder(name: str) -> Path:
 
     Args:
         name: its path after "yolo:".
-
-    Raises:
-        OSError: the folder exists, or cannot be created.
     """
     path = Path(name.removeprefix(YOLO))
     if path.exists():
@@ -326,12 +323,7 @@ WRITERS: Mapping[str, Writer] = {
 
 
 def writer(path: Path) -> Writer:
-    """The function that writes files with this suffix.
-
-    Raises:
-        ValueError: the suffix is not supported.
-        MissingExtraError: the format's library is not installed.
-    """
+    """The function that writes files with this suffix."""
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
         raise ValueError(

@@ -31,9 +31,6 @@ def read_picture(source: bytes | Path) -> np.ndarray:
 
     The numbers of a picture without colours are taken as palette indices. The size is checked
     before the pixels are decoded.
-
-    Raises:
-        Exception: the picture is damaged, has an impossible size, or has several frames.
     """
     length = len(source) if isinstance(source, bytes) else source.stat().st_size
     if length > MOST_BYTES:
@@ -74,13 +71,7 @@ def stacked(
     """Stack rows of one shape.
 
     Args:
-        rows: one or more.
-        name: the rows' name in errors.
-        first: number of the first row, for errors.
         shape: shape of each row; None for the shape of the first row.
-
-    Raises:
-        InputError: a row has another shape.
     """
     found: list[np.ndarray] = []
     for row in rows:
@@ -98,10 +89,6 @@ class PictureFolder(Input):
     """A folder of pictures, in the natural order of their names.
 
     Hidden files and files with other suffixes are ignored.
-
-    Raises:
-        InputError: the folder holds no pictures, or an entry with a picture's suffix is not a
-            regular file.
     """
 
     pictures = True

@@ -179,12 +179,7 @@ def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> 
 
 
 def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
-    """The game of an input, from the given name, the input's metadata, or the file's name.
-
-    Raises:
-        InputError: the input belongs to another game or ROM.
-        UnknownGameError: no game has that name.
-    """
+    """The game of an input, from the given name, the input's metadata, or the file's name."""
     given = rows.facts.get("game") or name
     try:
         found = registry.load(given or Path(source).stem, hud=hud)
@@ -205,11 +200,7 @@ def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> 
 
 
 def method_of(rows: Input, game: Game) -> str:
-    """The method that extracts from an input: "rem" or "vem".
-
-    Raises:
-        InputError: its frames have another size than the game's.
-    """
+    """The method that extracts from an input: "rem" or "vem"."""
     if rows.row_shape == (RAM_SIZE,):
         return "rem"
     if rows.row_shape[:2] != game.screen:
@@ -241,9 +232,6 @@ def check_indices(rows: Input, game: Game) -> None:
 
     The function reads pictures until one has a number that no grey picture of the game has. This is
     mostly the first picture. Other inputs are not checked.
-
-    Raises:
-        InputError: the pictures are grey, or no picture decides.
     """
     if not rows.pictures or len(rows.row_shape) != 2:
         return
@@ -267,13 +255,6 @@ def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
 
     Args:
         frames: uint8 `[n, H, 160, 3]` of RGB, `[n, H, 160]` of palette indices, or other rows.
-        game: the game, whose console has the palette.
-        name: name of the input, for errors.
-        first: number of the first row, for errors.
-
-    Raises:
-        InputError: a frame has another colour. For example, it was compressed as JPEG, resized,
-            turned to grey, or is the maximum of two frames.
     """
     if frames.ndim == 3 and not game.pal:  # on PAL consoles, odd indices are shades of grey
         odd = np.bitwise_or.reduce(frames.reshape(len(frames), -1), axis=1) & 1

@@ -52,7 +52,6 @@ class SlotTable:
         first present objects fill OCAtari's slots.
 
         Args:
-            now: the objects of one state, with the HUD.
             before: the objects of the previous step, or None in the first state of an episode.
         """
         own, out, placed = slots(now, before), [], set()

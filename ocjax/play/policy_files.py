@@ -40,10 +40,6 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
             It may contain `mean` and `deviation` `[inputs]` and a JSON text `description`, as
             written by `SavedPolicy.write`. Without a description, the inputs are x, y, w, h in
             units of 160 pixels and the validity of each slot of the game.
-        game: the game that the policy plays.
-
-    Raises:
-        PolicyError: the file is missing, damaged, or does not fit the game.
     """
     arrays = _arrays(path)
     description = _description(path, arrays)
@@ -274,9 +270,6 @@ def _select(
     """The game, and the slots that the policy sees.
 
     The game lacks its display if the policy does not see it.
-
-    Raises:
-        ValueError: the game lacks some of the slots.
     """
     if slots is None:
         game = _with_display(game, hud)

@@ -52,12 +52,6 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 
     Args:
         path: a file that `model.save` wrote.
-        game: the game that the policy plays.
-
-    Raises:
-        PolicyError: the file is missing, damaged or too large, contains another kind of model, or
-            does not fit the game.
-        MissingExtraError: PyTorch is not installed; a ModuleNotFoundError.
     """
     state = _weights(path)
     found = _architecture(path, set(state))
@@ -176,10 +170,6 @@ def _member(path: Path) -> bytes:
     """The bytes of the policy's weights, another zip archive.
 
     Sizes are checked before reading.
-
-    Raises:
-        ValueError: the member is missing, compressed or too large.
-        OSError: the file cannot be read.
     """
     if not path.is_file():
         raise ValueError("it is no regular file")

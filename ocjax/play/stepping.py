@@ -25,7 +25,6 @@ def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
     one life, which all begin with FIRE, so they never press it themselves.
 
     Args:
-        pool: the emulators.
         act: the policy, a function of `seen(pool)`.
 
     Yields:

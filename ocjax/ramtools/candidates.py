@@ -39,7 +39,6 @@ class Control(NamedTuple):
 
     Args:
         kind: "remove", "freeze" or "recolor".
-        category: its name.
         writes: the values to write before every emulated frame, by address. For "recolor", each
             value is the colour, a palette index.
         also: other categories that are recoloured.
@@ -56,14 +55,7 @@ class Control(NamedTuple):
 def candidates(
     category: str, by_rem: "ByRem", on_screen: "OnScreen", color: int
 ) -> Iterator[Control]:
-    """Candidates for a category, the more likely ones of each kind first.
-
-    Args:
-        category: its name.
-        by_rem: the effects of bytes by REM.
-        on_screen: the effects of bytes by the screen.
-        color: the new colour, a palette index.
-    """
+    """Candidates for a category, the more likely ones of each kind first."""
     for choice in range(CHOICES):
         if writes := by_rem.removal(category, choice):
             yield Control("remove", category, writes)
@@ -152,7 +144,6 @@ class ByRem:
     """The effects of bytes by REM.
 
     Args:
-        game: the game.
         rams: uint8 `[S, 128]`, states of play.
     """
 
@@ -180,12 +171,7 @@ class ByRem:
         )
 
     def removal(self, category: str, choice: int) -> dict[int, int]:
-        """Search greedily for bytes that remove all objects of a category; empty on failure.
-
-        Args:
-            category: its name.
-            choice: index among the values that are equally good.
-        """
+        """Search greedily for bytes that remove all objects of a category; empty on failure."""
         rams, writes, left = self.rams.copy(), {}, int(self.valid[:, self._slots(category)].sum())
         while left and len(writes) < MOST_BYTES:
             fewest, address, value = min(
@@ -267,7 +253,6 @@ class OnScreen:
     """The effects of bytes by the screen.
 
     Args:
-        game: the game.
         color: a palette index that the screen does not have in play.
         seed: seed of the play that leads to the states.
         instances: number of emulators that share the work.

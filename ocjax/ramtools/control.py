@@ -57,13 +57,6 @@ def control(game: Game, *, seed: int = 0) -> list[Control]:
     """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
 
     The search skips displays, and objects that rarely appear in random play.
-
-    Args:
-        game: the game.
-        seed: seed of the play.
-
-    Raises:
-        RomError: a ValueError; the ROM is missing, or the game's decoder needs another ROM.
     """
     plain, other = _play(game, seed), _play(game, seed + ENVS, steps=MORE_STEPS)
     chosen = np.random.default_rng(seed).choice(len(plain.rams), STATES, replace=False)

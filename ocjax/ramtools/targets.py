@@ -81,11 +81,7 @@ def from_vem(recording: Recording) -> list[Target]:
 
 
 def from_chip(recording: Recording) -> list[Target]:
-    """The connected pixels of the video chip's sprites. This needs no vision rules.
-
-    Raises:
-        ValueError: the recording lacks the video chip's sprites.
-    """
+    """The connected pixels of the video chip's sprites. This needs no vision rules."""
     if recording.shown is None:
         raise ValueError("the recording lacks the video chip's sprites (an array 'shown')")
     categories = tuple(

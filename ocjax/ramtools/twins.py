@@ -53,9 +53,7 @@ class Twins:
     """Pairs of states with equal RAM and different screens.
 
     Args:
-        game: the game.
         moment: the kind of moments; see `MOMENTS`.
-        moments: number of moments.
         tried: number of changes per moment.
         found: number of changes that led to the same RAM and another picture.
         bytes: for each category with different objects, the number of pairs by changed byte.
@@ -88,14 +86,8 @@ def twins(
     """Search for pairs of states with equal RAM and different pictures.
 
     Args:
-        game: the game.
         moment: "play", "life" (a life is lost) or "end" (of the game).
-        count: number of moments.
-        seed: seed of the emulator and the random play.
         game_mode: in ale-py's numbering; None for the game's default.
-
-    Raises:
-        ValueError: the kind of moment does not exist, or random play never reaches one.
     """
     if moment not in MOMENTS:
         raise ValueError(f"moment must be one of {', '.join(MOMENTS)}, got {moment!r}")

@@ -327,11 +327,7 @@ def slots(objects: Objects, before: Objects | None = None) -> list[GameObject]:
     """The objects of one state, one for each slot, with a `NoObject` in empty slots.
 
     Args:
-        objects: objects of one state.
         before: objects of the step before; None in the first state of an episode.
-
-    Raises:
-        ValueError: the objects do not know their game.
     """
     now, old = (
         [np.asarray(a).tolist() for a in jax.tree.leaves(o)]

@@ -206,7 +206,6 @@ def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int
         bitmap: `[words, height, B]`.
         left: first column of each of `n` pieces, int `[n]`.
         rows: rows of each piece, int `[k, n]` or `[k, 1]`.
-        n_words: words per piece.
 
     Returns:
         uint32 `[k, n_words, n, B]`.

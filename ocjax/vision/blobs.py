@@ -25,8 +25,6 @@ def detect_blobs(
     """Find the objects of some categories.
 
     Args:
-        scene: the frames.
-        rules: each category's rule and number of slots.
         heads: whether to compute the column of each object's first pixel, too.
     """
     if not rules:

@@ -29,7 +29,6 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     """Find the boxes of several rules' regions together.
 
     Args:
-        rules: each with its regions.
         masks: for each rule its selected pixels, one bitmap `[5, H, B]` per region of all its
             `parts`.
     """

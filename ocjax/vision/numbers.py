@@ -33,7 +33,6 @@ def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Read
     """Read numbers; numbers with the same font and mask are read together.
 
     Args:
-        digits: the cells of each number.
         masks: the bitmap of each number, `[5, H, B]`.
     """
     groups: dict[tuple[int, Font], list[int]] = {}

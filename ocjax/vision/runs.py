@@ -23,7 +23,6 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
     """Find the objects of several rules, searching all rows together.
 
     Args:
-        rules: each with its rows.
         masks: for each rule the pixels of its rows' colours, one bitmap `[5, H, B]` per row.
     """
     if not rules:

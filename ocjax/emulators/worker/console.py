@@ -142,11 +142,7 @@ def check(data: bytes, good: bytes) -> None:
     """Check that bytes are a well-formed state of ALE with all fields in their ranges.
 
     Args:
-        data: the state.
         good: a state of the same game, from an emulator that has loaded the ROM.
-
-    Raises:
-        ValueError: a field is out of range; the message names it.
     """
     outer = _Reader(data, good)
     outer.read(_HEAD)

@@ -82,9 +82,6 @@ def apply_hooks(
 
     Returns:
         The edited RAM.
-
-    Raises:
-        RuntimeError: a hook failed; the message contains its name and `place`.
     """
     ram, frame, game_frame = ale.getRAM(), ale.getFrameNumber(), ale.getEpisodeFrameNumber()
     edited, moment = (
@@ -108,7 +105,6 @@ class Emulator:
 
     Args:
         i: its row in the arrays.
-        config: the worker's configuration.
         shown: arrays for the results.
         commands: arguments of the commands.
         hooks: names and functions, called in order with the RAM before every emulated frame.
@@ -411,9 +407,6 @@ class Emulator:
         These are the action that a sticky frame repeats, the completeness of the last frame, and
         the pixels that the next frame does not draw. The emulator gets them by emulating frames
         before it loads ALE's state.
-
-        Raises:
-            ValueError: the emulator did not accept the state.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         action = int(self.shown.executed[self.i])

@@ -23,13 +23,7 @@ def disassemble(
 
     Args:
         name: of the game, which needs no decoder. See `roms.find`.
-        states: number of states of random play.
-        seed: seed of the play.
         game_mode: in ale-py's numbering; None for the game's default.
-
-    Raises:
-        ValueError: the game or the mode does not exist, the ROM is missing, or its kind of
-            cartridge is not supported.
     """
     found = roms.find(name)
     rom = cartridge.read(Path(found.path).read_bytes())

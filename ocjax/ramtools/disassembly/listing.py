@@ -38,10 +38,7 @@ class Program:
     """A disassembled program.
 
     Args:
-        name: of the game.
-        cartridge: its cartridge.
         instructions: the reachable ones, by their offsets in the file.
-        trace: the execution.
         fields: names of the bytes of RAM.
     """
 
@@ -56,8 +53,6 @@ def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | N
     """Disassemble a program.
 
     Args:
-        name: of the game.
-        cartridge: its cartridge.
         trace: its execution. All executed instructions are entry points, beside the reset.
         ram: the game's names of its bytes, if it has a decoder.
     """

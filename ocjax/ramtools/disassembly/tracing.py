@@ -20,7 +20,6 @@ class Writes:
     """The writes of one instruction to one byte of RAM at one time of the frame.
 
     Args:
-        count: number of writes.
         first, last: scan lines, counted from the end of the vertical sync.
     """
 
@@ -55,9 +54,7 @@ def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
     gets lost, the machine continues from the frames after its reset.
 
     Args:
-        cartridge: the cartridge.
         rams: 128 bytes each.
-        seed: of the inputs.
     """
     machine, rng = Machine(cartridge), np.random.default_rng(seed)
     out = Trace(machine.visits, {}, 0, 0)

@@ -74,13 +74,10 @@ class NewGame(NamedTuple):
     Args:
         name: as in Gymnasium's "ALE/<Name>-v5".
         rom: ale-py's name of the ROM.
-        md5: its checksum.
         height: rows of the screen.
         pal: whether it has the palette of PAL consoles.
-        modes, difficulties: in ale-py's numbering.
         frames: number of frames of the survey.
         fonts: pictures in the ROM that look like digits.
-        colors: on the screen.
         mixed: colours that touch each other.
     """
 
@@ -102,11 +99,6 @@ def describe(name: str, *, frames: int = 60, seed: int = 0) -> NewGame:
 
     Args:
         name: of the game. See `roms.find`.
-        frames: number of frames of random play to survey.
-        seed: seed of the play.
-
-    Raises:
-        ValueError: ale-py has no such game, or the ROM is missing.
     """
     found = roms.find(name)
     data = Path(found.path).read_bytes()
@@ -138,11 +130,7 @@ def _is_pal(ale: ale_py.ALEInterface) -> bool:
 
 
 def source(game: NewGame) -> str:
-    """The source of a game file that runs.
-
-    Args:
-        game: facts about the game.
-    """
+    """The source of a game file that runs."""
     objects = [color for color in game.colors if not color.is_scenery]
     lines = [f"COLOR_{c.index} = {c.index}  # {_comment(game, c)}" for c in game.colors]
     numbers = [f"{'FONT' if i == 0 else f'FONT_{i + 1}'} = {f}" for i, f in enumerate(game.fonts)]

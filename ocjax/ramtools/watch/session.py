@@ -38,13 +38,9 @@ class Session:
     Keys are single characters, or a terminal's sequences for arrows.
 
     Args:
-        game: the game.
         policy: "keyboard", or the name of a policy for `make_policy`.
         seed: seed of the emulator and the policy.
         game_mode: in ale-py's numbering; None for the game's default.
-
-    Raises:
-        RomError, PolicyError, ValueError: a wrong ROM, policy or mode.
     """
 
     def __init__(

@@ -79,7 +79,6 @@ def components(
 
     Args:
         masks: bitmaps with equal numbers of words and frames; the numbers of rows may differ.
-        searches: the search of each mask.
         heads: whether to return the column of each object's first pixel (`Detected.head`), too.
             Searches that split components return none.
 

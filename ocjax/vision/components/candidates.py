@@ -37,7 +37,6 @@ def starts(
 
     Args:
         here: the words of rows from left to right, uint32 of any shape.
-        above: the words of the rows above.
         corners: words with all bits set if pixels that touch at a corner connect, uint32;
             broadcasts to each of the other words.
     """

@@ -17,7 +17,6 @@ def fill(
 
     Args:
         mask: uint32 `[rows, words, ...]`.
-        seed: of the same shape.
         corners: all bits set if pixels that touch at a corner connect.
         reach: minimum distance that a sweep fills runs to both sides, in pixels.
     """

@@ -94,12 +94,8 @@ class Layout:
     Args:
         order: the number of the search of each mask.
         counts: slots of each mask, int32 `[masks]`.
-        gaps: of each mask.
         board: sizes of the board.
-        window: sizes of windows.
-        n_candidates: per round.
         table: the entries of each mask, int32 `[masks]` each.
-        pictures: of all searches.
         reads_pixels: for each shape of the tables, whether a search limits its pixels.
         splits: whether a search splits components.
         unlimited: whether a search accepts components of any size.

@@ -64,7 +64,6 @@ def fill_slots(
 
     Args:
         counts: slots of each mask, int32 `[masks]`.
-        found: the objects.
         totals: number of objects so far of each mask and frame, int32 `[masks, lanes]`.
         slots: boxes as words, 0 for empty slots, and heads if requested: uint32 `[slots, lanes]`
             each.
@@ -107,7 +106,6 @@ def _places(counts: np.ndarray, known: jax.Array) -> jax.Array:
     """Index of each slot's object in a round, int32 `[slots, lanes]`; negative without one.
 
     Args:
-        counts: slots of each mask.
         known: see `fill_slots`, int32 `[masks, lanes]`.
     """
     number = np.arange(counts.max(), dtype=np.int32)[None, :, None]

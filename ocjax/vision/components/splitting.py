@@ -52,8 +52,6 @@ def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture
     Args:
         filled: windows, at least as high as the pictures and as wide to both sides of column
             `reach`.
-        reach: column of the components' first pixels.
-        edges: of each component's region.
         pictures: tried in this order; the first one that fits applies.
     """
     height, begin = max(map(len, pictures)), reach - FIRST_PIXEL_COLUMN
