@@ -66,8 +66,7 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
     """Read arrays from a file.
 
     Args:
-        wanted: whether to read an array of this name. For other arrays, only the zip archive's own
-            header is checked.
+        wanted: whether to read an array of this name.
     """
 
     def read_all(archive: zipfile.ZipFile) -> dict[str, np.ndarray]:

@@ -16,8 +16,6 @@ from jax.sharding import AbstractMesh, AxisType, NamedSharding, PartitionSpec, u
 def by_device(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array], Any]:
     """Apply a function to traced arrays, following their sharding along the batch.
 
-    On one device and inside `shard_map` this is the function itself.
-
     Args:
         f: maps `[..., *tail]` to a pytree of arrays `[..., *rest]`; states are independent of each
             other.

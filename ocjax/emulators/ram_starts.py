@@ -40,8 +40,7 @@ def describe(start: Start) -> str:
 def variation(game: Game, start: Start) -> Variation:
     """A start as a variation that writes to the RAM.
 
-    A field that occurs at several addresses is written at each of them. Bits outside the field stay
-    unchanged.
+    A field that occurs at several addresses is written at each of them.
     """
     writes: dict[int, int] = {}
     masks: dict[int, int] = {}

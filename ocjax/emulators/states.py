@@ -139,8 +139,6 @@ class States:
 
             envs.restore_state(States.concatenate([early[0], late[1]]))
 
-        The result has all states in the order of the parts.
-
         Raises:
             TypeError: a part is not of type `States`.
             ValueError: `parts` is empty, or the parts have different games or observations.

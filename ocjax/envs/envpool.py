@@ -7,8 +7,6 @@ Unsupported options and calls raise an error with the reason. envpool does not s
 - saved states, writing RAM, and hooks,
 - new seeds after the first reset, and resets of single environments,
 - autoreset modes other than next-step.
-
-`ocjax.emulators.envpool` names three settings that differ slightly.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -46,7 +44,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
     With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
     `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
-    environments in the results. Each environment keeps the memory of its observations.
+    environments in the results.
     """
 
     pool: EnvpoolPool
@@ -175,8 +173,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
     def xla(self) -> tuple[Any, XlaStep]:
         """The environments as a pure function for `jax.jit` and `jax.lax.scan`.
-
-        They start from their current state.
 
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next

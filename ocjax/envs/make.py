@@ -107,7 +107,7 @@ def make_vec(
         game_difficulty: ale-py's number of the game difficulty, given in the same way.
         continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
             deflection from 0 to 1, its angle in radians from -pi to pi, and its button from 0 to 1.
-            The deflection is also the speed of a paddle. All 18 actions are available.
+            All 18 actions are available.
         continuous_action_threshold: the deflection above which a joystick's contact closes, and the
             same for the button.
         hook: a function, or a sequence of functions, that edits the RAM of each instance before
@@ -116,8 +116,7 @@ def make_vec(
         reward_fn: a function that returns one environment's reward from the objects before a step,
             the objects after it and the action. The objects are REM's if the mode extracts them.
             JAX compiles the function for the batch. Its result is not clipped, and `info["reward"]`
-            is the game's own reward. Next-step autoreset ignores the action of an episode's first
-            step; this step has reward 0.
+            is the game's own reward.
         mode: "rem" (objects from RAM, without pixels), "vem" (objects from the screen), "both", or
             "raw" (no objects).
         obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
@@ -322,8 +321,6 @@ def make(
 
     - the game's behaviour: `preset` to `reward_fn`
     - the observation: `mode` to `render_mode`
-
-    `gymnasium.make("ocjax/Pong-v5")` makes the same environment inside Gymnasium's wrappers.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`.

@@ -138,10 +138,7 @@ class ObjectEnv(Uncopied, gym.Env):
 
     @property
     def ale(self) -> Any:
-        """The emulator, an `ale_py.ALEInterface`, once the game has been reset.
-
-        Wrappers for ale-py's environments use it.
-        """
+        """The emulator, an `ale_py.ALEInterface`, once the game has been reset."""
         return self.envs.pool.emulator(0)
 
     def get_action_meanings(self) -> list[str]:

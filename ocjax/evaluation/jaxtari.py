@@ -21,8 +21,6 @@ __all__ = ["Jaxtari"]
 class Jaxtari:
     """A game of JAXtari (`pip install jaxtari`), without rendering.
 
-    JAXtari's sprites need not be installed.
-
     Args:
         game: the game.
 
@@ -150,10 +148,7 @@ def _make(game: Game) -> Any:
 
 
 class _Unrendered:
-    """A renderer that accepts every call and draws nothing.
-
-    JAXtari's renderers read sprites, which the package does not include; few games need them.
-    """
+    """A renderer that accepts every call and draws nothing."""
 
     def __getattr__(self, name: str) -> "_Unrendered":
         return self

@@ -1,7 +1,5 @@
 """Compare another implementation of a game with the real ROM.
 
-Both play the same actions, and their objects are matched frame by frame.
-
     from ocjax.evaluation import parity
     from ocjax.evaluation.jaxtari import Jaxtari
 
@@ -117,8 +115,7 @@ def compare(
         seed: of the actions and of the simulator.
         frames: number of emulated frames.
         align: whether to move objects in the real game, after its reset, to their places in the
-            simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
-            has separate bytes for its position.
+            simulator (see `ocjax.edit`).
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.

@@ -77,8 +77,7 @@ def evaluate(
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: the samples. Frames before, rewards, lives and drawn pixels are optional; the
-            result omits the evaluations that need missing ones.
+        recording: the samples.
         ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
     """
     if recording.screens is None or not len(recording):

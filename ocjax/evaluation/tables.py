@@ -40,10 +40,7 @@ def is_number(cell: Cell) -> bool:
 
 
 def text(cell: Cell) -> str:
-    """Format a cell, with "-" for None and nan.
-
-    Percentages have two decimals, and integers have thousands separators.
-    """
+    """Format a cell, with "-" for None and nan."""
     if isinstance(cell, str):
         return cell
     if isinstance(cell, int):
@@ -52,7 +49,7 @@ def text(cell: Cell) -> str:
 
 
 def show(table: Table, console: Console) -> None:
-    """Print a table. It may be wider than the console, because cut-off numbers would mislead."""
+    """Print a table."""
     table = table.without_empty_columns()
     out = RichTable(title=escape(table.title), title_justify="left")
     cells = [[escape(text(c)) for c in row] for row in table.rows]

@@ -52,10 +52,7 @@ class Measurement:
 
 @contextlib.contextmanager
 def one_core() -> Iterator[None]:
-    """Bind this process and the threads that it starts to one core.
-
-    This has an effect only on systems with such bindings, such as Linux.
-    """
+    """Bind this process and the threads that it starts to one core."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

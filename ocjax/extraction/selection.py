@@ -52,8 +52,7 @@ class Selection:
 
     Attributes:
         slots: see the arguments.
-        game: describes the selected slots: their categories, counts and places. It cannot extract
-            objects.
+        game: describes the selected slots: their categories, counts and places.
     """
 
     def __init__(self, game: Game, slots: Sequence[Slots]) -> None:

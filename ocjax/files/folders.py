@@ -1,8 +1,4 @@
-"""Safe access to folders from others: readers use only regular files in the folder itself.
-
-They follow no links, because a link could bring in a file from outside the folder. They read no
-pipes, because a pipe could block for ever.
-"""
+"""Safe access to folders from others: readers use only regular files in the folder itself."""
 
 import os
 import stat

@@ -138,8 +138,7 @@ def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -
 
     Args:
         wanted: a path, or the end of several. By default, the first of `NAMES` whose rows are RAM
-            or frames. The default skips groups whose names begin with `next_`, because they repeat
-            observations.
+            or frames.
     """
     if wanted is not None and wanted in shapes:
         return [wanted]

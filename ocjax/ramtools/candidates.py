@@ -1,7 +1,4 @@
-"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category.
-
-REM and the screen suggest the candidates.
-"""
+"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category."""
 
 import contextlib
 import functools

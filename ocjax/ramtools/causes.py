@@ -109,8 +109,7 @@ def causes(
 
     Args:
         steps: agent steps (of 4 emulated frames) of random play before the state.
-        frames: emulated frames after each change. At least 2, because many games draw objects
-            computed one frame ago.
+        frames: emulated frames after each change.
         values: number of values of each byte, 2 to 256, evenly spaced.
         num_envs: number of instances, all in the same state, that share the changes.
         game_mode: in ale-py's numbering; None for the game's default.

@@ -1,8 +1,4 @@
-"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring.
-
-ALE reads lengths, banks and positions without a check, so a forged state could make it write
-outside its memory.
-"""
+"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring."""
 
 import struct
 from typing import Any, NamedTuple

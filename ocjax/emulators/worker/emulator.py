@@ -166,7 +166,6 @@ class Emulator:
         ale.setFloat("repeat_action_probability", c.repeat_action_probability)
         ale.setInt("max_num_frames_per_episode", c.max_episode_frames)
         ale.setInt("frame_skip", self.frames_per_act)
-        # Derive seeds as ale-py's Gymnasium environment does: equal seeds give equal episodes.
         rng_seed, ale_seed = np.random.SeedSequence(None if seed < 0 else seed).generate_state(2)
         self.rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(rng_seed))))
         ale.setInt("random_seed", int(ale_seed.astype(np.int32)))
@@ -238,10 +237,7 @@ class Emulator:
             self.ale.getScreenRGB(out)
 
     def keep_previous(self, *, shown: bool) -> None:
-        """Keep the latest frame before the next one is emulated.
-
-        If the arrays show the frame, copy it from there, else from the emulator.
-        """
+        """Keep the latest frame before the next one is emulated."""
         for name, out in self.previous.items():
             if shown:
                 out[:] = self.screens[name][-1]
@@ -326,10 +322,7 @@ class Emulator:
             )
 
     def reset_game(self) -> None:
-        """Reset the console, which releases all buttons.
-
-        In the games of `PRESSING` it also draws random numbers.
-        """
+        """Reset the console, which releases all buttons."""
         self.ale.reset_game()
         self.executed.release()
         self.executed.synchronize(console.facts(self.console_state()).random)
@@ -351,10 +344,7 @@ class Emulator:
             shown.reward[i], shown.terminated[i], shown.truncated[i] = result
 
     def next_episode_begins_game(self) -> bool:
-        """True if, after a lost life, the start of the next episode reaches the frame limit.
-
-        The next episode is then a new game.
-        """
+        """True if, after a lost life, the start of the next episode reaches the frame limit."""
         state = self.rng.bit_generator.state
         frames = sum(self.draw_skip() for _ in range(1 + len(self.config.start_actions)))
         self.rng.bit_generator.state = state
@@ -404,9 +394,7 @@ class Emulator:
     def restore_console(self, saved: EmulatorState) -> None:
         """Restore a saved state, including facts that ALE's state lacks.
 
-        These are the action that a sticky frame repeats, the completeness of the last frame, and
-        the pixels that the next frame does not draw. The emulator gets them by emulating frames
-        before it loads ALE's state.
+        The emulator gets them by emulating frames before it loads ALE's state.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         action = int(self.shown.executed[self.i])

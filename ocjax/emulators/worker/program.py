@@ -64,10 +64,7 @@ class EmulatorBlock:
         return [e for e in self.emulators if self.commands.chosen[e.i]]
 
     def reset(self) -> None:
-        """Start the next episodes of the chosen environments.
-
-        A seed makes a new emulator.
-        """
+        """Start the next episodes of the chosen environments."""
         for e in self.chosen():
             seed = int(self.commands.seed[e.i])
             if seed >= 0 or e.phase is Phase.UNLOADED:
@@ -138,8 +135,7 @@ class EmulatorBlock:
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
         """Begin the next games of environments with an ended game, until interrupted.
 
-        A new game costs as much as 16 steps. This method runs between two commands, while the pool
-        does not wait for the worker.
+        This method runs between two commands, while the pool does not wait for the worker.
         """
         for e in self.emulators:
             if e.phase is Phase.GAME_OVER:
@@ -225,10 +221,7 @@ def _serve(
 
 
 def limit_stderr() -> None:
-    """Truncate a long stderr to its end.
-
-    stderr is a file, and messages of hooks would fill it without limit.
-    """
+    """Truncate a long stderr to its end."""
     size = os.fstat(_STDERR).st_size
     if size <= _MOST_STDERR:
         return
