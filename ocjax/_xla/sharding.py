@@ -1,8 +1,7 @@
 """Extraction from sharded arrays: each device processes its part of the batch.
 
 The compiler does not find this division itself. VEM's loops end when no frame has a candidate left,
-so devices would have to communicate to agree on the end. A loop over the chunks of a batch would
-fetch each chunk from the device that holds it.
+so devices would have to communicate to agree on the end.
 """
 
 from collections.abc import Callable

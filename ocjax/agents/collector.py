@@ -39,7 +39,8 @@ class Collector:
     observation of a new episode.
 
     Each of the first rollouts begins with a new episode in one environment: the second rollout in
-    environment 1, the third in environment 2, and so on.
+    environment 1, the third in environment 2, and so on. Games of a fixed length therefore do not
+    begin at the same time in all environments.
 
     Args:
         first: half of the environments.

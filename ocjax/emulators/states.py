@@ -190,10 +190,7 @@ def _check_alike(first: States, other: States) -> None:
 def _described(
     description: bytes, size: int
 ) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
-    """The MD5 hash, and the dtypes and shapes of the arrays, from a description.
-
-    The arrays take `size` bytes.
-    """
+    """The MD5 hash, and the dtypes and shapes of the arrays, from a description."""
     try:
         values = json.loads(description)
         md5, listed = values["md5"], values["arrays"]
@@ -285,10 +282,7 @@ _RANGES = {
 
 
 def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -> None:
-    """Check that an array of `count` states matches the pool's array.
-
-    Its dtype and shape must be equal, and its numbers within their range.
-    """
+    """Check that an array of `count` states matches the pool's array."""
     shape = (count, *target.shape[1:])
     fits = (
         array.ndim == 2 and array.shape[1] <= STATE_BYTES

@@ -110,10 +110,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         super().step_async(actions)
 
     def async_reset(self, seed: int | Sequence[int | None] | None = None) -> None:
-        """Reset all environments without waiting for them.
-
-        `recv` returns the results in the order of completion.
-        """
+        """Reset all environments without waiting for them."""
         self.pool.async_reset(seeds_of(seed, self.num_envs))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:

@@ -322,32 +322,6 @@ def make(
     - the game's behaviour: `preset` to `reward_fn`
     - the observation: `mode` to `render_mode`
 
-    Args:
-        game: the game's name in any of the usual spellings, or a `Game`.
-        preset: a named set of settings.
-        frame_skip: see `Settings`. This option and the next eight override the preset.
-        repeat_action_probability: see `Settings`.
-        max_episode_frames: see `Settings`.
-        max_episode_steps: see `Settings`.
-        full_action_space: see `Settings`.
-        noop_max: see `Settings`.
-        fire_reset: see `Settings`.
-        clip_rewards: see `Settings`.
-        episodic_life: see `Settings`.
-        game_mode: ale-py's number of the game mode.
-        game_difficulty: ale-py's number of the game difficulty.
-        continuous: whether actions are continuous, float32 `[3]`.
-        continuous_action_threshold: the deflection above which a contact closes.
-        hook: functions or names of variations that edit the RAM before every emulated frame.
-        reward_fn: a function that returns the reward from the objects before and after a step and
-            the action.
-        mode: "rem", "vem", "both" or "raw".
-        obs: the observation, or several observations.
-        hud: whether score, lives and other display objects are included.
-        ram_info: whether `info` contains the RAM.
-        render_mode: "rgb_array" or "objects".
-        unknown: other options raise TypeError.
-
     Returns:
         The environment.
 

@@ -512,8 +512,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def clone_state(self) -> States:
         """Save the state of every environment.
 
-        It includes the memory of the observations.
-
         Raises:
             ValueError: the environments have not been reset, or the backend cannot save states.
             AlreadyPendingCallError: a step is pending.

@@ -237,10 +237,7 @@ def errors(p: Parity) -> Errors:
 
 
 def to_table(runs: Sequence[Parity]) -> Table:
-    """Make a table of runs with different seeds, by field.
-
-    It gives the objects of both sides, F1, mean differences, and the first frames that differ.
-    """
+    """Make a table of runs with different seeds, by field."""
     found = [errors(p) for p in runs]
     rows: list[list[Cell]] = []
     for k, name in enumerate(runs[0].real.categories):

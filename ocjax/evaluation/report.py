@@ -268,10 +268,7 @@ def by_category(e: Evaluation) -> Table:
 
 @functools.cache
 def by_situation(e: Evaluation) -> Table:
-    """Make a table of samples at starts and ends of episodes and just after lost lives.
-
-    It has one row for each kind of sample that occurs.
-    """
+    """Make a table of samples at starts and ends of episodes and just after lost lives."""
     header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
     rows = [
         _situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()

@@ -1,7 +1,6 @@
 """Inputs: rows of RAM or frames in files, folders and datasets.
 
-The formats are NumPy, HDF5, Zarr, Parquet, Arrow, Minari, and folders of pictures, Parquet or Arrow
-files. All inputs are read in blocks of rows, so files may be larger than the memory.
+All inputs are read in blocks of rows, so files may be larger than the memory.
 """
 
 import contextlib

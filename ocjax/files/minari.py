@@ -1,7 +1,4 @@
-"""Write new Minari datasets, and copies of existing ones with objects.
-
-A dataset appears when it is complete.
-"""
+"""Write new Minari datasets, and copies of existing ones with objects."""
 
 import contextlib
 import shutil

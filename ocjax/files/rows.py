@@ -101,7 +101,7 @@ class Input(ABC):
 
 
 def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
-    """Convert rows of integers to uint8; other arrays stay. `first` is for errors."""
+    """Convert rows of integers to uint8; other arrays stay."""
     if rows.dtype == np.uint8 or rows.dtype.kind not in "iu" or not rows.size:
         return rows
     if rows.min() < 0 or rows.max() > 255:

@@ -207,10 +207,7 @@ class ByRem:
         )
 
     def colors(self, category: str, color: int) -> frozenset[int]:
-        """The bytes that hold all of the category's colours; empty if a colour is elsewhere.
-
-        All of these bytes are set to a palette index for the test.
-        """
+        """The bytes that hold all of the category's colours; empty if a colour is elsewhere."""
         own = [
             a
             for a, e in self._all_effects(category).items()

@@ -1,7 +1,4 @@
-"""`ocjax ram causes`: find the pixels and objects that each byte changes.
-
-The command sets every byte to every value in one state, and steps the emulator.
-"""
+"""`ocjax ram causes`: find the pixels and objects that each byte changes."""
 
 import contextlib
 import dataclasses

@@ -140,10 +140,7 @@ def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]
 
 
 def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
-    """Stack the rows of regions, with the pixels outside cleared: `[5, rows, B]`.
-
-    Several regions are padded to full strips each.
-    """
+    """Stack the rows of regions, with the pixels outside cleared: `[5, rows, B]`."""
     if len(regions) == 1:
         return bm.cut(mask, regions[0])
     rows, inside = [], []

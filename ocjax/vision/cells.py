@@ -24,10 +24,7 @@ def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
 
 
 def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Detected:
-    """Find the objects of a rule in a mask `[5, H, B]`.
-
-    `anchor` is the mask of the rule's anchor, if the rule has one.
-    """
+    """Find the objects of a rule in a mask `[5, H, B]`."""
     if not rule.floats:
         return _detect(rule, mask)
     place = functools.partial(_to_own_place, rule)

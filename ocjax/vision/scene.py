@@ -97,10 +97,7 @@ class Scene:
         return self._counted[key]
 
     def cut(self, rule: Blobs) -> Bitmap:
-        """Return the pixels that a rule selects, in the rows of its region.
-
-        Rules that select the same pixels share one array.
-        """
+        """Return the pixels that a rule selects, in the rows of its region."""
         key = _counts_alike(rule, rule.own_palette), self.region(rule)
         if key not in self._cuts:
             pixels = bm.cut(self.counted(rule, rule.own_palette), self.region(rule))

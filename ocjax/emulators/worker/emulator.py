@@ -194,10 +194,7 @@ class Emulator:
         return self.rng.bit_generator.state["state"]["inc"]
 
     def play(self, action: int, strength: float = FULL, *, visible: bool = True) -> float:
-        """Hold an action for the frames of one step, and return their reward.
-
-        Screens are copied only if `visible`.
-        """
+        """Hold an action for the frames of one step, and return their reward."""
         if self.whole_steps:
             return self.act(action, strength)
         reward, frames = 0.0, self.draw_skip()
@@ -253,10 +250,7 @@ class Emulator:
                 self.copy_frame(name, frames[-1])
 
     def reset(self) -> None:
-        """Show the start of the next episode.
-
-        After the loss of a life it continues the game, else it is a new game.
-        """
+        """Show the start of the next episode."""
         if self.phase is not Phase.NEXT_READY:
             self.begin_episode()
         self.change(Event.START)
@@ -376,10 +370,7 @@ class Emulator:
         snapshot.write(self.state(), self.commands, self.i)
 
     def restore(self) -> None:
-        """Continue from the state and the RAM in the shared memory.
-
-        The pool restores the other observed arrays.
-        """
+        """Continue from the state and the RAM in the shared memory."""
         saved = snapshot.read(self.commands, self.i)
         try:
             self.restore_console(saved)

@@ -75,8 +75,7 @@ class EmulatorBlock:
         """Step all environments.
 
         An environment with an ended episode starts the next one instead, unless autoreset is
-        disabled. With same-step autoreset, this only happens after the end of an episode has been
-        restored.
+        disabled.
         """
         ended = [e.phase is not Phase.RUNNING for e in self.emulators]
         if self.autoreset == interface.DISABLED and any(ended):

@@ -50,8 +50,7 @@ def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
     """Run a program from its reset, then for one frame from each state of play.
 
     A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
-    state of play replaces the machine's. If a program gets lost, the machine continues from the
-    frames after its reset.
+    state of play replaces the machine's.
 
     Args:
         rams: 128 bytes each.

@@ -1,8 +1,4 @@
-"""`ocjax ram new`: a game file that runs, for a game without a decoder.
-
-`fonts` finds digits in the ROM, `colors` describes the colours of random play, and this module
-writes the file.
-"""
+"""`ocjax ram new`: a game file that runs, for a game without a decoder."""
 
 import hashlib
 from pathlib import Path
