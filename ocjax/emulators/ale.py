@@ -318,11 +318,6 @@ class AlePool(EmulatorPool):
         )
         self._start(interface.STEP)
 
-    def wait(self) -> None:
-        """See `EmulatorPool.wait`."""
-        for _ in self.as_completed():
-            pass
-
     def as_completed(self) -> Iterator[int]:
         """See `EmulatorPool.as_completed`."""
         self.require_open()

@@ -195,12 +195,7 @@ class EnvpoolPool(EmulatorPool):
             self.env.send(actions.astype(np.int32), ids.astype(np.int32))
 
     def as_completed(self) -> Iterator[int]:
-        """Wait for the step of the only shard."""
-        self.wait()
-        yield 0
-
-    def wait(self) -> None:
-        """Wait for the step; with a batch size, for the first environments to finish."""
+        """Wait for the only shard; with a batch size, for the first environments to finish."""
         self.require_open()
         if self._busy.sum() < self._batch_size:
             raise NoAsyncCallError(
@@ -212,6 +207,7 @@ class EnvpoolPool(EmulatorPool):
             frames, _, terminated, truncated, info = self.env.recv()
             self._store(frames, terminated, truncated, info)
             self._awaited_steps = self._steps
+        yield 0
 
     @property
     def steps(self) -> int:

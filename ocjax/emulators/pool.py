@@ -87,13 +87,14 @@ class EmulatorPool(Uncopied, ABC):
             NoAsyncCallError: no step is pending.
         """
 
-    @abstractmethod
     def wait(self) -> None:
         """Wait for the step of all emulators.
 
         Raises:
             NoAsyncCallError: no step is pending.
         """
+        for _ in self.as_completed():
+            pass
 
     def step(self, actions: np.ndarray) -> None:
         """Step all emulators: `send`, then `wait`."""
