@@ -11,6 +11,7 @@ from typing import Any
 INSTALL = {  # argument of `pip install` for each package
     "cv2": "opencv-python-headless",
     "envpool": "'ocjax[envpool]'",
+    "gymnax": "gymnax",
     "h5py": "'ocjax[data]'",
     "jaxtari": "jaxtari",
     "matplotlib": "matplotlib",

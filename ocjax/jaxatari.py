@@ -26,6 +26,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax import _extras
 from ocjax.console.ram import RAM_SIZE
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import start_emulator
@@ -54,6 +55,7 @@ _MAX_EPISODE_FRAMES = Settings().max_episode_frames
 _DEGREES = 22.5  # per compass point
 _KEEP = -1  # instead of a number of no-ops: an ended game stays over
 _LENGTH = np.dtype("<u4")  # the length in front of a saved emulator
+_GYMNAX_SPACES = "gymnax.environments.spaces"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -570,7 +572,7 @@ class GymnaxEnvironment(Environment):
         """
         ram = jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8)
         shape = jax.eval_shape(lambda ram: _flat(observation(self.game.rem(ram))), ram).shape
-        return _gymnax_spaces().Box(-jnp.inf, jnp.inf, shape, jnp.float32)
+        return _extras.require(_GYMNAX_SPACES).Box(-jnp.inf, jnp.inf, shape, jnp.float32)
 
     def action_space(self, params: GymnaxParams | None = None) -> Any:
         """The space of actions, a `Discrete` of gymnax.
@@ -578,7 +580,7 @@ class GymnaxEnvironment(Environment):
         Raises:
             ModuleNotFoundError: gymnax is not installed.
         """
-        return _gymnax_spaces().Discrete(self.num_actions)
+        return _extras.require(_GYMNAX_SPACES).Discrete(self.num_actions)
 
     def state_space(self, params: GymnaxParams | None = None) -> Any:
         """The space of states, a `Dict` of gymnax.
@@ -586,7 +588,7 @@ class GymnaxEnvironment(Environment):
         Raises:
             ModuleNotFoundError: gymnax is not installed.
         """
-        spaces = _gymnax_spaces()
+        spaces = _extras.require(_GYMNAX_SPACES)
         _, state = jax.eval_shape(self.reset, jax.random.key(0))
         limits = {name: np.iinfo(field.dtype) for name, field in state._asdict().items()}
         return spaces.Dict(
@@ -595,15 +597,6 @@ class GymnaxEnvironment(Environment):
                 for name, field in state._asdict().items()
             }
         )
-
-
-def _gymnax_spaces() -> Any:
-    try:
-        return importlib.import_module("gymnax.environments.spaces")
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "gymnax is not installed: pip install gymnax", name="gymnax"
-        ) from error
 
 
 def _flat(seen: Any) -> jax.Array:

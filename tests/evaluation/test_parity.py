@@ -11,7 +11,6 @@ import ocjax
 from ocjax.emulators.start import start_emulator
 from ocjax.evaluation import parity
 from ocjax.evaluation.parity import Frame
-from tests.support.command import run
 
 PONG = ocjax.load("Pong")
 
@@ -74,4 +73,3 @@ def test_wrong_use():
     simulator.actions = ("UPFIRE",)
     with pytest.raises(ValueError, match="Shifted and the real Pong have no action in common"):
         parity.compare(PONG, simulator)
-    assert "must be one of jaxtari, got 'gym'" in run("parity", "Pong", "--against", "gym").output
