@@ -170,7 +170,6 @@ def observation(objects: Objects) -> Any:
 
 
 def _shape(field: ObservedField) -> tuple[int, ...]:
-    """The shape of a field's numbers."""
     return (
         field.count
         if isinstance(field.count, tuple)

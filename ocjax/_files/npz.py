@@ -79,7 +79,6 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
 
 
 def _opened(path: Path, read: Callable[[zipfile.ZipFile], Found]) -> Found:
-    """Open a file and call a function that reads from it."""
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
     if not path.is_file():

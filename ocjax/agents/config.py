@@ -88,7 +88,6 @@ class Hyperparameters:
 
 
 def _positive(name: str, value: Any) -> float:
-    """A positive number; the entropy coefficient may be 0."""
     or_zero = name == "entropy_coefficient"
     known = isinstance(value, int | float) and not isinstance(value, bool) and value <= MOST
     if known and (value > 0 or (value == 0 and or_zero)):
@@ -241,7 +240,6 @@ def _variant(game: Game, mode: Any, difficulty: Any) -> dict[str, int | None]:
 
 
 def _names(field: str, value: Any) -> tuple[str, ...]:
-    """A sequence of names as a tuple."""
     if (
         isinstance(value, str)
         or not isinstance(value, Sequence)

@@ -87,7 +87,6 @@ class Metrics:
         self.rows += 1
 
     def _write_events(self, row: dict[str, Any]) -> None:
-        """Write a row's numbers to TensorBoard's file."""
         frames, now = row["frames"], time.time()
         if self._writer is None:
             (self._folder / "tensorboard").mkdir(exist_ok=True)

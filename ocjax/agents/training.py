@@ -167,10 +167,6 @@ class Trainer:
         return _Updated(learner, losses, time.monotonic() - start)
 
     def _note(self, previous: _Updated, seconds: float) -> None:
-        """Add a row of metrics.
-
-        It has the games of the last rollout, and the losses of the concurrent update.
-        """
         shares = {
             f"{name}_share": value / seconds for name, value in self._collector.seconds.items()
         }
@@ -205,7 +201,6 @@ class Trainer:
         )
 
     def _save(self) -> None:
-        """Write the policy and a checkpoint."""
         assert self._checkpoints is not None
         state = {"pending": self._pending.result(), "acting": self._acting}
         progress = {"updates": self.updates, "metrics": self.metrics.save()}
@@ -250,7 +245,6 @@ class Trainer:
             ) from error
 
     def _restore_from(self, checkpoints: Checkpoints, step: int) -> None:
-        """Continue from a checkpoint."""
         state = {"pending": self._pending.result(), "acting": self._acting}
         saved = checkpoints.restore(step, state)
         if jax.tree.map(_form, saved["state"]) != jax.tree.map(_form, state):
@@ -277,7 +271,6 @@ class Trainer:
 
 
 def _in_one_line(error: Exception) -> str:
-    """The type of an error and the beginning of its message."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:500]
 
 

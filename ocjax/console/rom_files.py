@@ -24,7 +24,6 @@ def game_name(rom: str) -> str:
 
 
 def _installed() -> Path:
-    """Return ale-py's folder of ROMs."""
     spec = importlib.util.find_spec("ale_py")
     if spec is None or not spec.submodule_search_locations:
         raise RomError(
@@ -72,6 +71,5 @@ def read_rom(rom: str, md5: str) -> bytes:
 
 @functools.cache
 def _contents(path: Path) -> tuple[bytes, str]:
-    """Return a file's contents and their MD5 hash."""
     data = path.read_bytes()
     return data, hashlib.md5(data, usedforsecurity=False).hexdigest()

@@ -115,7 +115,6 @@ def _starts(plan: Plan) -> str:
 
 
 def _settings(plan: Plan) -> str:
-    """The settings of the emulators, one line for each group of policies."""
     names: dict[str, list[str]] = {}
     for name, _ in plan.policies:
         listed = ", ".join(
@@ -129,7 +128,6 @@ def _settings(plan: Plan) -> str:
 
 
 def _actions(game: Game, plan: Plan) -> list[str]:
-    """The names of the actions."""
     return [a.name for a in action_set(load_emulator(game), plan.settings_of(plan.policies[0][0]))]
 
 

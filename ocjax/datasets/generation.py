@@ -131,7 +131,6 @@ def _run(
     ray: str | None,
     report: Progress | None,
 ) -> None:
-    """Execute a task for each of these shards."""
     states = [shard.states for shard in plan.shards]
     done = plan.states - sum(states[k] for k in numbers)
     if report is not None:

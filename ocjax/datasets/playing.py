@@ -112,7 +112,6 @@ def _states(pool: AlePool, team: _Team, index: np.ndarray) -> Iterator[dict[str,
 
 
 def _policies(pool: AlePool, team: _Team) -> Policy:
-    """Combine the policies of a team to one."""
     ends = np.cumsum([0, *(count for _, count, _ in team.policies)])
     parts = [
         (
@@ -125,7 +124,6 @@ def _policies(pool: AlePool, team: _Team) -> Policy:
 
 
 def _state(pool: AlePool, action: np.ndarray | int, episode: np.ndarray) -> dict[str, np.ndarray]:
-    """The present state of a pool, arrays `[n, ...]`."""
     return {
         "ram": pool.ram.copy(),
         "screen": pool.screen[:, 1].copy(),

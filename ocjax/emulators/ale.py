@@ -207,7 +207,6 @@ class AlePool(EmulatorPool):
         return tuple(None if v is None else int(v) for v in values)
 
     def _start_workers(self, config: WorkerConfig, size: int, num_workers: int) -> None:
-        """Make the shared memory, and start workers for blocks of emulators."""
         # Workers inherit the descriptor, so the file may be closed afterwards.
         with shared_memory(size) as (file, memory):
             self.arrays, self._commands = interface.shared_arrays(memory, config)
@@ -354,7 +353,6 @@ class AlePool(EmulatorPool):
         return self.steps != self._awaited_steps
 
     def _chosen(self, mask: np.ndarray | None) -> np.ndarray:
-        """The emulators to reset or restore, bool `[N]`."""
         chosen = mask_array("mask", mask, self.num_envs)
         if not self._ready and not chosen.all():
             raise ValueError(
@@ -401,7 +399,6 @@ class AlePool(EmulatorPool):
         self._ready, self._local_steps = ready, self._local_steps + (command == interface.STEP)
 
     def _execute(self, command: bytes, report: StartReport | None = None) -> None:
-        """Execute a command and wait for its end."""
         self._start(command)
         self._finish(report)
 

@@ -55,7 +55,6 @@ def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
 
 
 def _allocate(file: int, size: int) -> None:
-    """Allocate all pages of a file."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(file, 0, size)
         return

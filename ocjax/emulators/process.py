@@ -136,7 +136,6 @@ class WorkerProcess:
         )
 
     def _state(self) -> str:
-        """The state of the process, as far as the system shows it."""
         status = Path(f"/proc/{self.process.pid}/stat")
         stopped = status.exists() and status.read_text().rpartition(")")[2].split()[0] in ("T", "t")
         return "is stopped by a signal or a debugger" if stopped else "is still busy or hangs"

@@ -167,7 +167,6 @@ class States:
 
 
 def _check_alike(first: States, other: States) -> None:
-    """Check that two `States` can be joined."""
     if first.md5 != other.md5:
         raise ValueError(
             f"expected states of one game, got the MD5 hashes {first.md5} and {other.md5} of ROMs"
@@ -369,7 +368,6 @@ def distribute(
 
 
 def _saved(shown: EmulatorArrays, commands: CommandArrays) -> dict[str, np.ndarray]:
-    """The arrays that a saved state contains, by name."""
     arrays = {name: getattr(shown, name) for name in _SHOWN}
     arrays |= {name: getattr(commands, name) for name in _COMMAND}
     return {name: array for name, array in arrays.items() if array is not None}

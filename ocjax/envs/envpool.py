@@ -219,7 +219,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         return (handle, jax.tree.map(jnp.asarray, self._shards[0].memory), ended), step
 
     def _traced_observation(self, ram: jax.Array, observed: Observed) -> Any:
-        """The observation inside a traced function."""
         out = {
             name: observed.computed[name]
             if isinstance(kind, Computed)
@@ -259,7 +258,6 @@ def _refuse_unsupported(
 
 
 def _one_for_all(name: str, value: Any) -> int:
-    """A game mode or difficulty in envpool's form."""
     if value is None:
         return -1
     if np.ndim(value) > 0:

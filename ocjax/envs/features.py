@@ -91,7 +91,6 @@ class Vector(Computed):
         )
 
     def _features(self, category: Category) -> tuple[str, ...]:
-        """The features of a category's slots."""
         if self.grid_features is not None and category.on_grid:
             return self.grid_features
         if self.features is not None:

@@ -270,7 +270,6 @@ def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) 
 
 
 def _spec(game: Game, mode: str, obs: Any, chosen: Settings, **options: Any) -> EnvSpec:
-    """The `EnvSpec` that reproduces the environment."""
     given = {name: value for name, value in options.items() if value is not None}
     kwargs = {
         "game": game.name,

@@ -210,14 +210,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return out[""] if self._single else out
 
     def _observe(self, arrays: Mapping[str, np.ndarray], memory: dict[str, Any]) -> Observed:
-        """Extract the objects and compute the observations of a block of environments."""
         latest = {name: arrays[name][:, -1] for name in FRAMES if name in arrays}
         return self._observer(
             {"ram": arrays["ram"], "started": arrays["started"], **latest}, memory
         )
 
     def _assemble(self, blocks: Sequence[tuple[Observed, Mapping[str, np.ndarray]]]) -> Any:
-        """The observation of all blocks in new arrays."""
         out = {}
         for name, kind in self.kinds.items():
             if isinstance(kind, Computed):
@@ -241,7 +239,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
 
     def _observation(self, shards: Sequence[EnvShard]) -> Any:
-        """The observation of shards."""
         jax.block_until_ready([shard.carry() for shard in shards])
         return self._assemble(
             [(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards]

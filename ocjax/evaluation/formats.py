@@ -122,7 +122,6 @@ def to_html(evaluations: Sequence[Evaluation]) -> str:
 
 
 def _html_explanation(evaluations: Sequence[Evaluation]) -> str:
-    """Explain the columns of the tables."""
     tables = [overview(evaluations), *(table for e in evaluations for table in tables_of(e))]
     occurring = {heading for table in tables for heading in table.without_empty_columns().header}
     rows = "".join(

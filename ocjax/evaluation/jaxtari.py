@@ -131,7 +131,6 @@ def _loose() -> Any:
 
 
 def _make(game: Game) -> Any:
-    """Make JAXtari's environment of a game."""
     base, module = (
         _extras.require("jaxtari.environment").JaxEnvironment,
         _extras.require(f"jaxtari.games.jax_{game.name.lower()}"),

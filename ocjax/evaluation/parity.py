@@ -194,7 +194,6 @@ def _by_field(found: Detections, fields: Mapping[str, tuple[str, ...]]) -> Detec
 
 
 def _detections(shown: Sequence[Frame], fields: tuple[str, ...]) -> Detections:
-    """Convert a simulator's frames to detections."""
     most = max(sum(map(len, frame.boxes.values())) for frame in shown)
     xywh, label = np.zeros((len(shown), most, 4)), np.full((len(shown), most), -1)
     for b, frame in enumerate(shown):

@@ -177,14 +177,12 @@ def _installed(module: str) -> bool:
 
 
 def _actions(envs: Any) -> int:
-    """Return the number of actions of a single environment."""
     return int(getattr(envs, "single_action_space", envs.action_space).n)
 
 
 def _measured(
     game: Game, what: str, batch: int, call: Callable[[], Any], seconds: float
 ) -> Measurement:
-    """Time calls for this many seconds."""
     start = time.perf_counter()
     call()
     first_call = time.perf_counter() - start

@@ -19,7 +19,6 @@ HEADER = "category", "slots", "attributes", "what it is"  # of tables of categor
 
 
 def _has_colors(rule: Rule) -> bool:
-    """Return whether a rule's objects may have several colours."""
     several = (
         [len(colors) for _, colors in rule.slots]
         if isinstance(rule, Bounds)
@@ -88,7 +87,6 @@ class Category:
         return self.name, self.count, ", ".join((*["hud"] * self.hud, *self.attributes)), self.doc
 
     def _repr_html_(self) -> str:
-        """Show the category as a table in a notebook."""
         return table(HEADER, [self.row()])
 
     @property

@@ -181,7 +181,6 @@ def _one_byte_changed(rams: np.ndarray, addresses: np.ndarray) -> np.ndarray:
 
 
 def _refusal(game: Game, before: np.ndarray, place: int, goal: _Goal, nearest: np.ndarray) -> str:
-    """Explain why the numbers cannot be set."""
     category = game.categories[game.slot_category[place]].name
     at = [k for k in range(len(EDITABLE)) if goal.wanted[place, k]]
     got = np.asarray(_numbers(game.rem(nearest)))[place]

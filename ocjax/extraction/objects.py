@@ -155,7 +155,6 @@ class Objects:
         )
 
     def _first(self) -> records.Fields:
-        """Return the fields of the first state."""
         return records.Fields(
             *(
                 np.asarray(getattr(self, name)[(0,) * len(self.batch_shape)])

@@ -45,7 +45,6 @@ def _check_facts(found: Mapping[str, npz.Header]) -> None:
 
 
 def _game(facts: Mapping[str, np.ndarray]) -> Declaration:
-    """The game, or the part of it, that the file names."""
     # The registry imports this module.
     registry = importlib.import_module("ocjax.extraction.registry")
     game = registry.load(str(facts["game"]), hud=bool(facts["hud"]))
@@ -63,7 +62,6 @@ def _game(facts: Mapping[str, np.ndarray]) -> Declaration:
 
 
 def _check_fields(found: Mapping[str, npz.Header], game: Declaration) -> None:
-    """Check the dtypes and shapes of the fields before they are read."""
     batch = found["valid"].shape[:-1] if "valid" in found else ()
     for name, (dtype, tail) in FIELDS.items():
         expected = [*batch, game.num_slots, *tail]

@@ -229,7 +229,6 @@ def check_hdf5(path: Path) -> None:
 
 
 def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
-    """The datasets of an HDF5 file and their paths."""
     h5py = require("h5py")
     links: list[tuple[str, Any]] = []
     # the visiting function must not raise
@@ -248,7 +247,6 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
 
 
 def _of_hdf5(name: str, dataset: Any) -> _Batch:
-    """Open a dataset of an HDF5 file."""
     check_own(name, dataset)
     return Array(name, dataset, dataset.id.get_storage_size())
 

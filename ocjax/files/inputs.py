@@ -68,7 +68,6 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
 
 
 def _open_minari(name: str, wanted: str | None) -> Input:
-    """Open the observations of all episodes of a Minari dataset."""
     dataset, path, contents = load_minari(minari_id(name))
     is_image = require("minari.dataset.minari_storage").is_image_space
     if dataset.storage.jpeg_encoding and is_image(dataset.observation_space):

@@ -295,7 +295,6 @@ def write_yolo(blocks: Blocks, folder: Path) -> None:
 
 
 def _yolo_lines(block: Block, game: Game) -> list[str]:
-    """A line for each object of a block."""
     (height, width), (x, y, w, h) = game.screen, block.xywh.T.astype(np.float64)
     columns = (
         game.slot_category[block.slot],

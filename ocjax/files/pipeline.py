@@ -127,8 +127,6 @@ def extract(
 
 
 class _Target(NamedTuple):
-    """The output and the work folder."""
-
     path: Path  # file or folder of objects
     folder: Path  # work folder
     write: Callable[[outputs.Blocks], object]

@@ -197,7 +197,6 @@ def _numbers(column: Any, name: str, first: int) -> np.ndarray:
 
 
 def _row(value: bytes, name: str, number: int) -> np.ndarray:
-    """Decode the RAM or the picture in bytes."""
     if not value.startswith(pictures.SIGNATURES) or (
         len(value) == RAM_SIZE and not value.startswith(pictures.SIGNATURES[0])
     ):

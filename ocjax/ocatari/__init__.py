@@ -166,7 +166,6 @@ class OCAtari(Uncopied, gym.Env):
         return env
 
     def _prepare_slots(self) -> None:
-        """Prepare OCAtari's slots and their contents."""
         self._table = SlotTable(self.game, self.hud)
         self.max_objects_per_cat = self._table.counts
         self.ns_meaning = self._table.meaning
@@ -177,7 +176,6 @@ class OCAtari(Uncopied, gym.Env):
         self._lists: dict[str, list[GameObject]] = {}
 
     def _make_spec(self, options: dict[str, Any]) -> EnvSpec:
-        """The `EnvSpec` that reproduces this environment."""
         names = (
             "env_name",
             "mode",

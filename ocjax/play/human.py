@@ -56,7 +56,6 @@ class HumanGame(gym.Env):
         self._keep(first=True)
 
     def _keep(self, first: bool = False) -> None:
-        """Record a sample."""
         sample = {
             "rams": self.ale.getRAM(),
             "screens": self.screen,

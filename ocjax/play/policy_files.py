@@ -105,7 +105,6 @@ def _on_pixels(
     name: str,
     known: Mapping[str, Any],
 ) -> SavedPolicy:
-    """A policy on pixels."""
     _check_no_moments(path, arrays, name)
     shape = kind.space(game, "raw").shape
     assert shape is not None
@@ -143,7 +142,6 @@ def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: 
 
 
 def _count_inputs(path: str | Path, game: Game, kind: Vector, first: np.ndarray) -> int:
-    """Check the first layer's number of inputs, and return it."""
     if kind.history > first.size:
         raise PolicyError(
             f"{path}: layer 0 has {first.size:,} weights, too few for a history of "
@@ -264,7 +262,6 @@ def _slots_entry(entry: Any) -> Slots:
 def _select(
     game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool
 ) -> tuple[Game, Selection]:
-    """The game, and the slots that the policy sees."""
     if slots is None:
         game = _with_display(game, hud)
         return game, Selection(game, slots_of(game, kind))
@@ -276,7 +273,6 @@ def _select(
 
 
 def _with_display(game: Game, hud: bool) -> Game:
-    """The game with or without its display."""
     if game.hud == hud:
         return game
     return load(game.name, hud=hud) if hud or game is load(game.name) else game.without_hud()

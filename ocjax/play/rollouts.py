@@ -174,7 +174,6 @@ class _Sampler:
 
 
 def _state(pool: AlePool, i: int) -> State:
-    """The current state of an instance."""
     return {
         "rams": pool.ram[i].copy(),
         "screens": pool.screen[i, 1].copy(),

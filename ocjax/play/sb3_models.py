@@ -98,7 +98,6 @@ def _with_inputs(path: str | Path, game: Game, inputs: int) -> Game:
 
 
 def _architecture(path: str | Path, names: set[str]) -> _Architecture:
-    """The architecture, from the names of the tensors."""
     if names and all(map(_ACTOR_CRITIC.fullmatch, names)):
         prefix, head, activation, sampled = "features_extractor", ["action_net"], "mlp", True
         hidden = _numbered(names, "mlp_extractor.policy_net")

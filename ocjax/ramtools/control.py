@@ -94,7 +94,6 @@ def _rarest_color(screens: np.ndarray) -> int:
 
 
 def _play(game: Game, seed: int, hook: Variation | None = None, *, steps: int = STEPS) -> _Play:
-    """Random play, with or without a variation."""
     settings = Settings(frame_skip=FRAME_SKIP, repeat_action_probability=0)
     with contextlib.closing(
         AlePool(game, ENVS, settings, screens=("screen",), hook=hook, num_workers=0)
@@ -113,7 +112,6 @@ def _play(game: Game, seed: int, hook: Variation | None = None, *, steps: int = 
 
 
 def _per_frame(game: Game, objects: Objects, category: str) -> float:
-    """Objects of a category per frame."""
     return float(objects.valid[:, game.slices[category]].sum(axis=1).mean())
 
 

@@ -51,7 +51,6 @@ def ram_class(findings: Iterable[Finding]) -> str:
 
 
 def _entries(finding: Finding) -> Iterator[_Entry]:
-    """The fields that a finding proposes."""
     words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|\W+", "_", finding.category).lower()
     name = f"{words}_{finding.field}"
     if finding.digits:

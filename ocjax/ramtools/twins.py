@@ -143,7 +143,6 @@ def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[tuple[Any, ale_py.Act
 
 
 def _moments(ale: ale_py.ALEInterface, moment: str, count: int, seed: int) -> Iterator[_Moment]:
-    """Moments of random play."""
     before: collections.deque[tuple[Any, ale_py.Action]] = collections.deque(maxlen=max(BACK))
     found, since = 0, 0
     for state, action, lost in _play(ale, seed):
@@ -177,7 +176,6 @@ def _pairs(
 
 
 def _detect(game: Game, screens: list[np.ndarray]) -> list[Objects]:
-    """VEM's objects in each screen."""
     found = by_chunks(game.vem, np.stack(screens), BATCH)
     return [jax.tree.map(lambda a, i=i: a[i], found) for i in range(len(screens))]
 

@@ -27,7 +27,6 @@ def category_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
 
 
 def _bright_colors(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
-    """A bright RGB colour for each name, with hues evenly spaced."""
     hues = {name: colorsys.hsv_to_rgb(i / len(names), 0.75, 1.0) for i, name in enumerate(names)}
     return {
         name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()
@@ -154,7 +153,6 @@ def _frame(
     *,
     dashed: bool,
 ) -> None:
-    """Draw the edges of a rectangle."""
     left, top, right, bottom = corners
     if not dashed:
         draw.rectangle((left, top, right, bottom), outline=color, width=width)

@@ -96,7 +96,6 @@ def masks(
 
 
 def _shades(game: Declaration) -> list[int]:
-    """One shade of grey per category, evenly spaced up to white."""
     n = len(game.categories)
     return [255 * (i + 1) // n for i in range(n)]
 

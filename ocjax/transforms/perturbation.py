@@ -97,7 +97,6 @@ def _perturb(
 
 
 def _swapped(key: jax.Array, objects: Objects, game: Declaration, swap: jax.Array) -> Objects:
-    """Permute some of the slots of each category."""
     pick, order = jax.random.split(key)
     number = jax.random.uniform(order, objects.valid.shape)
     chosen = jax.random.uniform(pick, objects.valid.shape) < swap

@@ -151,8 +151,6 @@ class NoLines:
 def _followed(
     step: Callable[[int, jax.Array, jax.Array], jax.Array], rows: int, thin: Bitmap, lines: Bitmap
 ) -> Bitmap:
-    """Follow lines by this many rows."""
-
     def room(pixels: Bitmap) -> jax.Array:
         return jnp.pad(bm.windows(pixels, rows), ((0, 0), (rows, rows), (0, 0)))
 

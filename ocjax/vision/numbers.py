@@ -45,7 +45,6 @@ def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Read
 
 
 def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
-    """Read numbers of one font and mask."""
     starts = np.cumsum([0, *(len(own.cells) for own in digits)]).tolist()
     worth = np.zeros((len(digits), starts[-1]), np.int32)
     for row, own, start in zip(worth, digits, starts, strict=False):

@@ -490,7 +490,6 @@ Rule = Bounds | Blobs | Cells | Runs
 
 
 def _keep_slots(steps: tuple[Step, ...]) -> bool:
-    """Return whether objects stay in their rule's slots."""
     return all(step.keeps_slots for step in steps)
 
 

@@ -153,8 +153,6 @@ _Arrays = TypeVar("_Arrays", ObservedArrays, EmulatorArrays, CommandArrays)
 
 
 class _Place(NamedTuple):
-    """The position of an array in the shared memory."""
-
     dtype: str
     shape: tuple[int, ...]
     offset: int

@@ -161,7 +161,6 @@ class EmulatorBlock:
 
 
 def _load_hooks(hooks: Iterable[tuple[str, str]]) -> list[tuple[str, Hook]]:
-    """Hooks with their names, from their pickles in hexadecimal."""
     loaded = []
     for name, pickled in hooks:
         try:

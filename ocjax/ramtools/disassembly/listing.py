@@ -105,13 +105,11 @@ def lines(p: Program) -> Iterator[str]:
 
 
 def _unreached(p: Program) -> list[int]:
-    """Banks without a reachable instruction."""
     reached = {offset // p.cartridge.bank for offset in p.instructions}
     return [bank for bank in range(p.cartridge.banks) if bank not in reached]
 
 
 def _labels(p: Program) -> dict[int, str]:
-    """The names of targets, by offset."""
     out: dict[int, str] = {}
     for instruction in p.instructions.values():
         if instruction.target is not None:

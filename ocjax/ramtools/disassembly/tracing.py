@@ -78,7 +78,6 @@ def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
 
 
 def _count(frame: Frame, out: Trace) -> None:
-    """Add the writes of a frame."""
     out.frames += 1
     for byte, at, cycle in frame.writes:
         line = (cycle - frame.start) // LINE
@@ -88,7 +87,6 @@ def _count(frame: Frame, out: Trace) -> None:
 
 
 def _time(frame: Frame, cycle: int) -> str:
-    """One of `TIMES`."""
     if frame.first_drawn is None or frame.last_drawn is None or cycle < frame.first_drawn:
         return TIMES[0]
     return TIMES[1] if cycle <= frame.last_drawn else TIMES[2]

@@ -119,7 +119,6 @@ def describe(name: str, *, frames: int = 60, seed: int = 0) -> NewGame:
 
 
 def _is_pal(ale: ale_py.ALEInterface) -> bool:
-    """True if the colours of the screen are those of PAL consoles."""
     screen, rgb = ale.getScreen(), ale.getScreenRGB()
     wrong = [int((palette[screen] != rgb).any(axis=-1).sum()) for palette in (NTSC, PAL)]
     return wrong[1] < wrong[0]
@@ -156,7 +155,6 @@ def _numbers(numbers: tuple[int, ...]) -> str:
 
 
 def _comment(game: NewGame, color: Color) -> str:
-    """The description of a colour, after the colour in words."""
     red, green, blue = (PAL if game.pal else NTSC)[color.index].tolist()
     rgb = f"({red}, {green}, {blue}), in {100 * color.seen:.0f} % of the frames"
     if color.is_scenery:

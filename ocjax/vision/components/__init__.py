@@ -56,8 +56,6 @@ from ocjax.vision.detected import Detected
 
 
 class _Progress(NamedTuple):
-    """The results of the rounds so far."""
-
     done: jax.Array  # int32: candidates processed
     totals: jax.Array  # int32 [masks, lanes]: objects
     # uint32 [slots, lanes]: boxes as words, 0 for empty slots, and heads if requested

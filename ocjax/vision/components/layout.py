@@ -193,7 +193,6 @@ def _board_size(
     window: WindowSize,
     searches: Sequence[Search],
 ) -> BoardSize:
-    """Size the board for masks of these heights."""
     parts = [
         -(-(height + s.gap[1] + 1) // BLOCK_ROWS) * BLOCK_ROWS
         for height, s in zip(heights, searches, strict=True)
@@ -236,7 +235,6 @@ def _entries(
 
 
 def _limits(shape: Shape) -> Limits:
-    """Return the limits of a shape as integers."""
     pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
     return Limits(
         *shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE)
