@@ -1,4 +1,4 @@
-"""Draw docs/games.gif, REM's objects while agents play, and docs/variations.png.
+"""Draw docs/games.gif, the objects of both methods in play, and docs/variations.png.
 
 python docs/picture.py
 """
@@ -16,18 +16,11 @@ from ocjax.play.rollouts import rollout
 from ocjax.transforms.drawing import overlay, sheet
 
 ROOT = Path(__file__).parent.parent
-PLAYED = {
-    "SpaceInvaders": 200,
-    "MsPacman": 330,
-    "Freeway": 120,
-    "Boxing": 60,
-    "Seaquest": 260,
-    "Asterix": 100,
-}  # frames skipped before
+PLAYED = {"MsPacman": 330, "Seaquest": 260}  # frames skipped before
 FRAMES = 45  # of the animation, one for each agent step
 FRAME_SKIP = 4
 FRAME_TIME = 90  # milliseconds
-COLUMNS = 3
+TITLES = ("REM: objects from RAM", "VEM: objects from pixels")
 
 
 SHOWN = (  # variations
@@ -62,9 +55,8 @@ STEPS, PAIRS, GAP, LINE = (
 
 def main() -> None:
     """Write the pictures."""
-    tiles = [draw_play(name, after) for name, after in PLAYED.items()]
-    rows = [tiles[i : i + COLUMNS] for i in range(0, len(tiles), COLUMNS)]
-    sheets = [sheet([[tile[t] for tile in row] for row in rows], []) for t in range(FRAMES)]
+    games = [draw_play(name, after) for name, after in PLAYED.items()]
+    sheets = [sheet([pictures[t] for pictures in games], TITLES) for t in range(FRAMES)]
     colors = sheets[0].quantize(64)
     images = [image.quantize(palette=colors, dither=Image.Dither.NONE) for image in sheets]
     animation = {
@@ -78,8 +70,11 @@ def main() -> None:
     draw_variations().quantize(64).save(ROOT / "docs" / "variations.png", optimize=True)
 
 
-def draw_play(name: str, after: int) -> list[Image.Image]:
-    """Frames with REM's objects, played by the shipped agent, or at random without one."""
+def draw_play(name: str, after: int) -> list[list[Image.Image]]:
+    """REM's beside VEM's objects on each frame.
+
+    The shipped agent plays, or random actions in games without one.
+    """
     game = ocjax.load(name)
     policy = "trained" if (SHIPPED / f"{name}.npz").exists() else "repeat"
     tape = rollout(
@@ -92,10 +87,10 @@ def draw_play(name: str, after: int) -> list[Image.Image]:
         whole_games=False,
     )
     assert tape.screens is not None
-    objects = [jax.tree.map(np.asarray, state) for state in game.rem(tape.rams)]
+    methods = jax.tree.map(np.asarray, (game.rem(tape.rams), game.vem(tape.screens)))
     return [
-        overlay(game, frame, state, scale=1, labels=False)
-        for frame, state in zip(tape.screens, objects, strict=True)
+        [overlay(game, frame, objects[t], scale=2) for objects in methods]
+        for t, frame in enumerate(tape.screens)
     ]
 
 

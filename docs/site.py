@@ -5,14 +5,14 @@
 Pictures show recorded states in tests/data, so neither ROMs nor ale-py are needed.
 """
 
-import importlib
-import inspect
+import functools
 import io
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import griffe
 import jax
 import numpy as np
 from mkdocs.config.defaults import MkDocsConfig
@@ -23,7 +23,11 @@ from ocjax import recordings
 from ocjax.cli.description import describe
 from ocjax.cli.gallery import richest
 from ocjax.cli.games import FIGURES
+from ocjax.emulators.settings import PRESETS
+from ocjax.emulators.start import action_set, load_emulator
+from ocjax.envs import Vector
 from ocjax.extraction.game import Game
+from ocjax.extraction.suites import SUITES
 from ocjax.transforms.drawing import category_colors, overlay
 
 ROOT = Path(__file__).parent.parent
@@ -32,20 +36,48 @@ PAGES = {
     "benchmarks/README.md": "benchmarks.md",
     ".github/CONTRIBUTING.md": "contributing.md",
 }
+SEARCH = """
+<input id="search" type="search" placeholder="Name of a game" aria-label="Name of a game">
+<select id="suite" aria-label="Suite"><option value="">all games</option>OPTIONS</select>
+<script>
+  addEventListener("input", () => {
+    const name = document.getElementById("search").value.toLowerCase();
+    const suite = document.getElementById("suite").value;
+    for (const game of document.querySelectorAll(".game")) {
+      const isNamed = game.textContent.toLowerCase().includes(name);
+      const isMember = !suite || game.dataset.suites.split(" ").includes(suite);
+      game.hidden = !(isNamed && isMember);
+    }
+  });
+</script>
+"""
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(#[^)]*)?\)")
 PUBLIC = (
-    *(
-        "ocjax",
-        "ocjax.envs",
-        "ocjax.recordings",
-        "ocjax.files",
-        "ocjax.files.atari_head",
-        "ocjax.datasets",
-        "ocjax.errors",
-        "ocjax.authoring",
-    ),
-    *("ocjax.evaluation", "ocjax.evaluation.parity", "ocjax.ocatari", "ocjax.jaxatari"),
+    "ocjax",
+    "ocjax.envs",
+    "ocjax.agents",
+    "ocjax.recordings",
+    "ocjax.files",
+    "ocjax.files.atari_head",
+    "ocjax.datasets",
+    "ocjax.evaluation",
+    "ocjax.evaluation.parity",
+    "ocjax.ocatari",
+    "ocjax.sb3",
+    "ocjax.atariari",
+    "ocjax.jaxatari",
+    "ocjax.layouts",
+    "ocjax.errors",
+    "ocjax.authoring",
 )
+FIRST = ("load", "Game", "Objects", "make_vec", "make", "games")  # of the page of `ocjax`
+ENTRIES = {  # of the landing page
+    "Extract": ("loops.md", "objects from the RAM or the frames of your own loop or files"),
+    "Train": ("agents.md", "agents on objects, with ocjax or another library"),
+    "Label": ("datasets.md", "frames for detectors, in COCO, YOLO and other formats"),
+    "Migrate": ("neighbours.md", "code for OCAtari, HackAtari, AtariARI and JAXtari"),
+}
+LANDING = "## Install\n"  # the heading of the README below the entries
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -54,7 +86,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         target: _relinked((ROOT / source).read_text("utf-8"), Path(source).parent)
         for source, target in PAGES.items()
     }
-    texts["reference.md"] = "\n".join(_reference())
+    texts["index.md"] = texts["index.md"].replace(LANDING, f"{_entries()}\n\n{LANDING}", 1)
+    texts["reference/index.md"] = "\n".join(_modules())
+    texts |= {f"reference/{module}.md": "\n".join(_reference(module)) for module in PUBLIC}
     games = [ocjax.load(name) for name in ocjax.games()]
     texts["games/index.md"] = "\n".join(_gallery(games))
     texts |= {f"games/{game.name}.md": "\n".join(_page(game)) for game in games}
@@ -80,21 +114,33 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     return markdown if page.file.generated_by else _relinked(markdown, Path("docs"))
 
 
+def _entries() -> str:
+    """Cards with links to the four tasks."""
+    cards = (f"- **[{name}]({page})**\n\n    {text}" for name, (page, text) in ENTRIES.items())
+    return '<div class="grid cards" markdown>\n\n' + "\n".join(cards) + "\n\n</div>"
+
+
 def _gallery(games: list[Game]) -> Iterator[str]:
     yield (
         f"# Games\n\nAll {len(games)} games work with both methods. Each picture shows the objects "
         "that REM finds in one state.\n"
     )
-    yield '<div class="grid cards" markdown>\n'
+    yield SEARCH.replace("OPTIONS", "".join(f"<option>{name}</option>" for name in SUITES))
+    yield '<div class="games" markdown>\n'
     for game in games:
-        page = f"({game.name}.md)"
-        yield f"- [![{game.name}]({game.name}.png)]{page}\n\n    [{game.name}]{page}\n"
-    yield "</div>"
+        suites = " ".join(name for name, suite in SUITES.items() if game.name in suite.games)
+        yield (
+            f'<a class="game" href="{game.name}/" data-suites="{suites}">'
+            f'<img alt="{game.name}" src="{game.name}.png" loading="lazy">{game.name}</a>'
+        )
+    yield "\n</div>"
 
 
 def _page(game: Game) -> Iterator[str]:
     about = describe(game)
-    yield f"# {game.name}\n\n{about['title'].removeprefix(game.name + ':').strip().capitalize()}\n"
+    title = about["title"].removeprefix(game.name + ":").strip()
+    yield f"# {game.name}\n\n{title[:1].upper()}{title[1:]}\n"
+    yield from _environment(game)
     yield f"![Objects that REM finds in {game.name}]({game.name}.png)\n"
     yield "## Objects\n"
     yield "| | category | slots | attributes | what it is |\n|---|---|---|---|---|"
@@ -120,6 +166,24 @@ def _page(game: Game) -> Iterator[str]:
     yield "## Notes\n\n" + "\n\n".join(about["notes"]) + "\n"
     yield from _play(about)
     yield from _machine(about)
+
+
+def _environment(game: Game) -> Iterator[str]:
+    """Three lines of code, and the actions and observations."""
+    count = len(Vector().features_of(game))
+    meanings = ", ".join(a.name for a in action_set(load_emulator(game), PRESETS["v5"]))
+    yield (
+        f'```python\nimport ocjax\n\nenvs = ocjax.make_vec("{game.name}", num_envs=64)\n'
+        "observations, infos = envs.reset(seed=0)\n```\n"
+    )
+    yield (
+        f"| | |\n|---|---|\n| id | `ocjax/{game.name}-v5` |\n"
+        f"| actions | {meanings} |\n"
+        f'| `obs="vector"` | float32 `[{count}]` |\n'
+        '| `obs="dqn"` | uint8 `[4, 84, 84]` |\n'
+        f'| `obs="pixels"` | uint8 `[{game.screen[0]}, {game.screen[1]}, 3]` |\n'
+        f"| slots N | {game.num_slots} |\n"
+    )
 
 
 def _play(about: dict[str, Any]) -> Iterator[str]:
@@ -175,24 +239,40 @@ def _picture(game: Game) -> bytes:
     return out.getvalue()
 
 
-def _reference() -> Iterator[str]:
-    """The documented names of the public modules."""
-    yield "# Reference\n\nEverything here is generated from the docstrings."
+def _modules() -> Iterator[str]:
+    """A list of the public modules."""
+    yield "# Reference\n\nThese pages are made from the docstrings.\n"
+    yield "| module | contents |\n|---|---|"
     for module in PUBLIC:
-        public = importlib.import_module(module)
-        names = [
-            name
-            for name in getattr(public, "__all__", vars(public))
-            if _is_documented(getattr(public, name), module)
-        ]
-        yield f"\n# `{module}`\n\n{(inspect.getdoc(public) or '').splitlines()[0]}\n"
-        yield from (f"::: {getattr(public, name).__module__}.{name}\n" for name in names)
+        yield f"| [`{module}`]({module}.md) | {_first_line(_parsed(module))} |"
 
 
-def _is_documented(found: Any, module: str) -> bool:
-    """Whether something is a class or function of a module's own."""
-    return (
-        (inspect.isclass(found) or inspect.isfunction(found))
-        and found.__module__.startswith("ocjax")
-        and bool(found.__doc__)
-    )
+def _reference(module: str) -> Iterator[str]:
+    """The documented names of a public module."""
+    public = _parsed(module)
+    names = [name for name in public.exports or () if _is_documented(public[str(name)])]
+    first = [name for name in FIRST if name in names]
+    yield f"# `{module}`\n\n{_first_line(public)}\n"
+    rest = sorted(set(names) - set(first))
+    yield from (f"::: {module}.{name}\n" for name in [*first, *rest])
+
+
+@functools.cache
+def _package() -> Any:
+    return griffe.load("ocjax", search_paths=[str(ROOT)], resolve_aliases=True)
+
+
+def _parsed(module: str) -> Any:
+    """A module, read without its dependencies."""
+    inside = module.removeprefix("ocjax").removeprefix(".")
+    return _package()[inside] if inside else _package()
+
+
+def _first_line(module: Any) -> str:
+    return module.docstring.value.splitlines()[0]
+
+
+def _is_documented(found: Any) -> bool:
+    """Whether something is a class or function of ocjax with a docstring."""
+    target = found.final_target if found.is_alias else found
+    return (target.is_class or target.is_function) and target.has_docstring

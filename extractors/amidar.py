@@ -19,6 +19,16 @@ after the frame is drawn; byte 92 schedules the player and the others alternatel
 that step and the turn at a crossing. The ROM's assignment of figures to sprites gives the sprite of
 a shadow, and thus its height.
 
+Timeline between two frames, by byte 92:
+    turn 5     the others take a third step, if the sum of their speeds says so
+    turn 4, 2  the others step
+    turn 3, 1  the player steps
+A figure that has come to a crossing turns there. Jumps begin and end, and points are added.
+
+Timeline of the drawing loop, which repeats every five rows of the maze: it clears the first sprite
+on one of the five rows and the second sprite on another. A shadow, which is visible only on lines
+and ladders, ends on that row (`FIRST_SPRITE_ENDS`, `SECOND_SPRITE_ENDS`).
+
 Covered: eight levels at both difficulties (ended by editing the painted lines), jumps, chickens,
 deaths, the game's end. The `value` of Life is the emulator's, the low half of byte 86: 11 for three
 lives in the first level at difficulty 0, 3 at difficulty 3.
@@ -43,23 +53,28 @@ from ocjax.authoring import (
     Blobs,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
+    KindEntry,
+    Kinds,
     NumberDisplay,
     RamMap,
     Rom,
     Shape,
+    Word,
     among,
     bcd,
     bits,
     box,
     byte,
+    choose,
     display,
     div,
     edges,
+    flag,
     match,
     mod,
-    only,
     pick,
     when,
 )
@@ -81,8 +96,16 @@ NO_FIGURE = 255  # `y`
 UNSORTED = 2  # `player` on the frame on which all records have been reset
 LONGEST_WAIT = 255
 TWINS = 2  # `rank` of two figures other than the player and the tracer
-OTHERS_FIRST = 5  # `turn` of a possible third step of the others; they also move on even turns
+SLOT_OF_RANK = (0, 1, 2, 4)  # the second twin has slot 3
+TRACER_SLOT = 5
+NO_SLOT = 6  # of the player and of unused records; always empty
+RECORDS = np.arange(7)
 STICK_AT_REST = 144  # `stick`
+
+
+class Turn:  # of `Ram.turn`; the others also step on even turns, the player on odd ones
+    PLAYER_BY_STICK = 1  # in which the joystick is read
+    OTHERS_FIRST = 5  # a possible third step of the others
 
 
 class Called:  # of `Ram.called`
@@ -109,8 +132,27 @@ RIGHT_SIDE = 130
 TOP_LINE = 7  # `y`
 BOTTOM_LINE = 153
 LAST_LINE_Y = 160  # `y` on the screen
-HIGHEST_RANK = 3  # of a figure with priority on this frame
+OUR_X = 9  # columns from `x` to the screen
+OUR_Y = 7  # rows from `y` to the screen
+SIZE = 7  # columns and rows of a figure
+BAND_ROWS = 30  # rows from one line of the maze to the next
+SHADOW_INSET = 3  # columns of a figure left of its shadow
+CHICKEN_INSET = 1  # columns of a figure beside a chicken, on each side
+
+# The assignment of figures to sprites.
+TURN_RANK = 3  # of a figure with priority on this frame
+PLAYER_RANK = 2
+OTHER_RANK = 1
 SPRITE_REACH = 18  # least rows between two figures that one sprite draws
+FAR_BELOW = 999  # `y` of no figure
+
+# Rows of a shadow by its top row modulo 5: the first sprite's last row + 1, the second sprite's,
+# and the hidden rows at the top.
+FIRST_SPRITE_ENDS = (1, 5, 4, 3, 2)
+SECOND_SPRITE_ENDS = (4, 3, 2, 1, 5)
+HIDDEN_TOP_ROWS = (0, 1, 0, 0, 1)
+LINE_ROWS = 4  # of a line of the maze, also columns of a ladder
+MAZE_END = 144  # the column right of the maze
 LADDERS = (  # left columns of the ladders between two lines, by band from the top
     (16, 40, 56, 72, 84, 100, 116, 140),
     (16, 32, 52, 64, 92, 104, 124, 140),
@@ -151,17 +193,17 @@ class Ram(RamMap):
     y = byte(*range(59, 66))  # y - 7
     x = byte(*range(66, 73))  # x - 9
     rank = bits(*range(73, 80), count=2)  # frame of four on which the figure has priority
-    vertical = bits(*range(73, 80), first=2)
-    mark = bits(*range(73, 80), first=3)  # goes left along lines
+    vertical = flag(*range(73, 80), bit=2)  # walks on a ladder
+    mark = flag(*range(73, 80), bit=3)  # goes left along lines
     kind = bits(*range(73, 80), first=4, count=3)
-    back = bits(*range(73, 80), first=7)  # left or, on ladders, down
+    back = flag(*range(73, 80), bit=7)  # left or, on ladders, down
     tracer = byte(80)  # record of the figure that walks along the border, clockwise
     icons = bits(86, count=2)
     lives = bits(86, count=4)
     carry = bits(86, first=1)
     level = bits(86, first=2, count=3)
-    playing = bits(86, first=5)
-    over = bits(86, first=7)
+    playing = flag(86, bit=5)
+    over = flag(86, bit=7)
     player = byte(87)  # its record
     pace = byte(88)  # sum of the others' speeds
     score = bcd((91, 90, 89))
@@ -172,25 +214,33 @@ class Ram(RamMap):
     called = byte(124)  # return address of the last call of the player's step: still on the stack
 
 
+# A figure as drawn, in one number: a single maximum finds the record of a slot.
+FIGURE_WORD = Word(kind=4, width=4, height=4, left=8, top=8)
+
+
+class Drawn(NamedTuple):
+    """The frame as drawn; positions on the screen, one entry per record."""
+
+    own: jax.Array  # the player's record
+    unused: jax.Array
+    x: jax.Array
+    y: jax.Array
+    begins: jax.Array  # a life or a level; the records are already set for the next frame
+    blank: jax.Array  # the whole screen
+
+
 def decode(m: Ram) -> dict[str, Box]:
-    begins = (m.playing == 0) & (m.over == 0) & (m.player == UNSORTED)  # a life or a level
-    blank = begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0)
-    own = (np.arange(7) == m.player) & (m.y != NO_FIGURE)
-    x, y = _drawn_places(m, own)
-    drawn, kind = _by_figure(m, own, _others(m, x, y, own))
-    figures = drawn.where(~begins)
+    drawn = _as_drawn(m)
+    figures, kind = _figures_by_slot(m, drawn)
     shown = m.score - m.gained
     up = when(shown >= SIX_DIGITS, 1)
     boxes = {
-        "Player": _player(m, x, y, own).where(~begins),
-        "Warrior": figures.where(kind == Kind.WARRIOR),
-        "Pig": figures.where(kind == Kind.PIG),
-        "Shadow": figures.where(kind == Kind.SHADOW),
-        "Chicken": figures.where(kind == Kind.CHICKEN),
+        "Player": _player_box(m, drawn),
+        **OTHERS.split(figures.where(~drawn.begins), kind),
         "Score": _raised(SCORE.box(shown, value=m.score), up),
-        "Life": _raised(_lives_box(m, m.icons + when(begins, 1)), up),
+        "Life": _raised(_lives_box(m, m.icons + when(drawn.begins, 1)), up),
     }
-    return {name: each.where(~blank) for name, each in boxes.items()}
+    return {name: each.where(~drawn.blank) for name, each in boxes.items()}
 
 
 def _raised(of: Box, up: jax.Array) -> Box:
@@ -199,88 +249,138 @@ def _raised(of: Box, up: jax.Array) -> Box:
 
 
 def _lives_box(m: Ram, icons: jax.Array) -> Box:
-    return RESERVE.box(icons, m.over == 0, value=m.lives)
+    return RESERVE.box(icons, ~m.over, value=m.lives)
 
 
-def _others(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> jax.Array:
-    """Kind, width, height, left and top of each figure in one word."""
-    late = (m.frames == 1) & (m.wait == LONGEST_WAIT - 1) & (m.y == TOP_LINE) & (m.rank != m.frame)
-    kind = jnp.where(own | (m.y == NO_FIGURE) | late, 0, _drawn_kinds(m))
-    shadow = _shadows(x + 3, y, _by_first_sprite(m, y, own))
-    is_shadow = kind == Kind.SHADOW
-    inset = jnp.where(kind == Kind.CHICKEN, 1, 0)
-    left = jnp.where(is_shadow, shadow.x, x + inset)
-    top = jnp.where(is_shadow, shadow.y, y)
-    width = jnp.where(is_shadow, jnp.maximum(shadow.w, 0), 7 - 2 * inset)
-    height = jnp.where(is_shadow, shadow.h, 7)
-    return kind | width << 4 | height << 8 | (left & 255) << 12 | (top & 255) << 20
-
-
-def _by_figure(m: Ram, own: jax.Array, packed: jax.Array) -> tuple[Box, jax.Array]:
-    """The figures in an order that they keep when they pass each other, and their kinds."""
-    twin = jnp.where(m.rank == TWINS, 1, 0)
-    by_rank = pick(m.rank, (0, 1, 2, 4)) + jnp.where(jnp.cumsum(twin) > 1, twin, 0)
-    nobody = own | (m.y == NO_FIGURE)
-    slot = match((nobody, 6), (np.arange(7) == m.tracer, 5), otherwise=by_rank)
-    here = [jnp.where(slot == i, packed, 0) for i in range(6)]
-    by_slot = jnp.stack([jnp.max(records) for records in (*here, jnp.zeros_like(slot))])
-    x = by_slot >> 12 & 255
-    y = by_slot >> 20 & 255
-    return box(x, y, by_slot >> 4 & 15, by_slot >> 8 & 15), by_slot & 15
-
-
-def _player(m: Ram, x: jax.Array, y: jax.Array, own: jax.Array) -> Box:
+def _player_box(m: Ram, drawn: Drawn) -> Box:
     """At the end of the game the player's record is gone, but this frame shows it at the start."""
-    gone = (m.over == 1) & (m.wait == 0)
-    left = jnp.where(gone, START[0], only(own, x))
-    top = jnp.where(gone, START[1], only(own, y))
-    return box(left, top, 7, 7, gone | jnp.any(own))
+    gone = m.over & (m.wait == 0)
+    here = box(drawn.x, drawn.y, SIZE, SIZE, drawn.own).only()
+    return choose(gone, box(*START, SIZE, SIZE), here).where(~drawn.begins)
 
 
-def _drawn_places(m: Ram, own: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Positions of the figures before their last step and its final turn."""
-    above, below = _at_ladders(m)
-    vertical = m.vertical == 1
-    on_line = (mod(m.y, 30) == TOP_LINE) | (m.y == BOTTOM_LINE)
-    crossing = jnp.where(vertical, on_line, above | below)
-    at_side = among(m.x, (LEFT_SIDE, RIGHT_SIDE))
-    corner = jnp.where(vertical, among(m.y, (TOP_LINE, BOTTOM_LINE)), at_side)
-    turned = crossing & ~own & ((np.arange(7) != m.tracer) | corner)
-    left = jnp.where(at_side, m.x == LEFT_SIDE, m.mark == 1)
-    back = jnp.where(turned, jnp.where(vertical, left, above), m.back == 1)
-    upright = vertical ^ turned
+def _figures_by_slot(m: Ram, drawn: Drawn) -> tuple[Box, jax.Array]:
+    """The figures in an order that they keep when they pass each other, and their kinds."""
+    words = _figure_words(m, drawn)
+    slot = _slots(m, drawn)
+    of_slots = [when(slot == i, words) for i in range(NO_SLOT)]
+    nothing = jnp.zeros_like(slot)
+    found = FIGURE_WORD.unpack(jnp.stack([jnp.max(each) for each in (*of_slots, nothing)]))
+    return box(found.left, found.top, found.width, found.height), found.kind
+
+
+def _slots(m: Ram, drawn: Drawn) -> jax.Array:
+    """The slot of each record."""
+    is_twin = when(m.rank == TWINS, 1)
+    is_second_twin = when(jnp.cumsum(is_twin) > 1, is_twin)
+    return match(
+        (drawn.unused | drawn.own, NO_SLOT),
+        (m.tracer == RECORDS, TRACER_SLOT),
+        otherwise=pick(m.rank, SLOT_OF_RANK) + is_second_twin,
+    )
+
+
+def _figure_words(m: Ram, drawn: Drawn) -> jax.Array:
+    """Each record's figure as a `FIGURE_WORD`."""
+    kind = _seen_kinds(m, drawn)
+    shadow = _shadow_boxes(drawn.x + SHADOW_INSET, drawn.y, _by_first_sprite(m, drawn))
+    is_shadow = kind == Kind.SHADOW
+    inset = when(kind == Kind.CHICKEN, CHICKEN_INSET)
+    return FIGURE_WORD.pack(
+        kind=kind,
+        width=jnp.where(is_shadow, jnp.maximum(shadow.w, 0), SIZE - 2 * inset),
+        height=jnp.where(is_shadow, shadow.h, SIZE),
+        left=jnp.where(is_shadow, shadow.x, drawn.x + inset),
+        top=jnp.where(is_shadow, shadow.y, drawn.y),
+    )
+
+
+def _seen_kinds(m: Ram, drawn: Drawn) -> jax.Array:
+    """Kinds of the figures on the screen; 0 for the player and for unused records."""
+    second_frame = (m.frames == 1) & (m.wait == LONGEST_WAIT - 1)
+    without_priority = (m.y == TOP_LINE) & (m.rank != m.frame)
+    is_late = second_frame & without_priority
+    return jnp.where(drawn.own | drawn.unused | is_late, 0, _drawn_kinds(m))
+
+
+def _as_drawn(m: Ram) -> Drawn:
+    """Revert the figures' last step and its final turn."""
+    unused = m.y == NO_FIGURE
+    own = (m.player == RECORDS) & ~unused
+    crossing, above = _crossings(m)
+    turned = crossing & ~own & ((m.tracer != RECORDS) | _at_corner(m))
+    back = jnp.where(turned, _back_before_turn(m, above), m.back)
+    upright = m.vertical ^ turned
     player_crosses = jnp.any(own & crossing)
     stepped = jnp.where(own, _player_stepped(m, player_crosses), _others_stepped(m))
     step = when(stepped, jnp.where(back, 1, -1))
-    return m.x + 9 + when(~upright, step), m.y + 7 - when(upright, step)
+    begins = ~m.playing & ~m.over & (m.player == UNSORTED)
+    return Drawn(
+        own=own,
+        unused=unused,
+        x=m.x + OUR_X + when(~upright, step),
+        y=m.y + OUR_Y - when(upright, step),
+        begins=begins,
+        blank=begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0),
+    )
+
+
+def _crossings(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """True for figures at a crossing; True for figures below a ladder."""
+    above, below = _at_ladders(m)
+    on_line = (mod(m.y, BAND_ROWS) == TOP_LINE) | (m.y == BOTTOM_LINE)
+    return jnp.where(m.vertical, on_line, above | below), above
+
+
+def _at_side(m: Ram) -> jax.Array:
+    return among(m.x, (LEFT_SIDE, RIGHT_SIDE))
+
+
+def _at_corner(m: Ram) -> jax.Array:
+    """True for figures at an end of their line or ladder that is a corner of the border."""
+    return jnp.where(m.vertical, among(m.y, (TOP_LINE, BOTTOM_LINE)), _at_side(m))
+
+
+def _back_before_turn(m: Ram, above: jax.Array) -> jax.Array:
+    """True if a figure went left or, on a ladder, down before it turned."""
+    left = jnp.where(_at_side(m), m.x == LEFT_SIDE, m.mark)
+    return jnp.where(m.vertical, left, above)
 
 
 def _at_ladders(m: Ram) -> tuple[jax.Array, jax.Array]:
     """True if a ladder begins above each figure; the same for below."""
-    line = div(m.y + 5, 30)
     column = m.x - LEFT_SIDE
-    at_rungs = sum((word >> (column >> 2 & 31) & 1) << band for band, word in enumerate(RUNGS))
-    bands = when((column & 3) == 0, at_rungs)
-    return ((bands << 1) >> line & 1) == 1, (bands >> line & 1) == 1
+    rung = column >> 2 & 31  # number of the ladder's place
+    # Bit i: the band i from the top has a ladder here.
+    bands = sum((of_band >> rung & 1) << band for band, of_band in enumerate(RUNGS))
+    here = when((column & 3) == 0, bands)
+    line = div(m.y + 5, BAND_ROWS)  # the line from the top; band i is below line i
+    above = (here << 1) >> line & 1
+    below = here >> line & 1
+    return above == 1, below == 1
 
 
 def _player_stepped(m: Ram, crossing: jax.Array) -> jax.Array:
     """True if the player has taken a step since the frame was drawn."""
-    pressed = (m.turn == 1) & ((m.stick & 15) == 0) & (m.stick != STICK_AT_REST)
+    reads_stick = (m.turn == Turn.PLAYER_BY_STICK) & ((m.stick & 15) == 0)
+    pressed = reads_stick & (m.stick != STICK_AT_REST)
     walked_on = m.called == Called.WALK_ON
     walked_between = (m.called == Called.WALK_BETWEEN) & ~crossing
     walked_by_stick = (m.called == Called.WALK_BY_STICK) & pressed
     walked = walked_on | walked_between | walked_by_stick
-    own_turn = ((m.turn & 1) == 1) & (m.turn != OTHERS_FIRST)
-    return walked & own_turn & (m.playing == 1)
+    is_odd = (m.turn & 1) == 1
+    own_turn = is_odd & (m.turn != Turn.OTHERS_FIRST)
+    return walked & own_turn & m.playing
 
 
 def _others_stepped(m: Ram) -> jax.Array:
     """True if the others have stepped; after the game they step on every other frame."""
     third_step = m.pace < pick(m.level, SPEEDS) + m.carry
-    in_turn = jnp.where(m.turn == OTHERS_FIRST, third_step, (m.turn & 1) == 0)
-    after_game = (m.over == 1) & ((m.frame & 1) == 1)
-    return (in_turn & (m.playing == 1)) | after_game
+    is_even = (m.turn & 1) == 0
+    in_turn = jnp.where(m.turn == Turn.OTHERS_FIRST, third_step, is_even)
+    in_play = in_turn & m.playing
+    after_game = m.over & ((m.frame & 1) == 1)
+    return in_play | after_game
 
 
 def _drawn_kinds(m: Ram) -> jax.Array:
@@ -294,21 +394,23 @@ def _drawn_kinds(m: Ram) -> jax.Array:
     return match((begins, usual), (ends, Kind.SHADOW), otherwise=m.kind)
 
 
-def _by_first_sprite(m: Ram, y: jax.Array, own: jax.Array) -> jax.Array:
+def _by_first_sprite(m: Ram, drawn: Drawn) -> jax.Array:
     """True if the first sprite draws a figure; the ROM assigns figures from the bottom up.
 
     A sprite is free for a figure far enough above its last figure. A figure of higher rank takes a
     sprite from a figure of lower rank.
     """
-    rank = match((m.rank == m.frame, HIGHEST_RANK), (own, 2), otherwise=1)
+    rank = match((m.rank == m.frame, TURN_RANK), (drawn.own, PLAYER_RANK), otherwise=OTHER_RANK)
 
-    def given(before: Sprites, i: int) -> Sprites:
-        return _after_figure(before, Held(y[i], rank[i], 1 << i), m.y[i] != NO_FIGURE)
+    def after(before: Sprites, record: int) -> Sprites:
+        figure = Held(drawn.y[record], rank[record], jnp.int32(1 << record))
+        return _after_figure(before, figure, ~drawn.unused[record])
 
-    nothing = Held(jnp.int32(999), jnp.int32(0), jnp.int32(0))
+    nothing = Held(jnp.int32(FAR_BELOW), jnp.int32(0), jnp.int32(0))
     at_first = Sprites(nothing, nothing, drawn=jnp.int32(0), second_next=jnp.bool_(True))
-    last = functools.reduce(given, reversed(range(7)), at_first)
-    return ((last.drawn | last.first.bit) >> np.arange(7) & 1) == 1
+    last = functools.reduce(after, reversed(RECORDS.tolist()), at_first)
+    by_first = last.drawn | last.first.bit
+    return (by_first >> RECORDS & 1) == 1
 
 
 class Held(NamedTuple):
@@ -316,7 +418,7 @@ class Held(NamedTuple):
 
     y: jax.Array
     rank: jax.Array
-    bit: jax.Array | int
+    bit: jax.Array  # the bit of its record
 
 
 class Sprites(NamedTuple):
@@ -332,48 +434,63 @@ def _after_figure(before: Sprites, figure: Held, there: jax.Array) -> Sprites:
     """The sprites after a figure, which one of them takes if possible."""
     is_free = before.first.y - figure.y >= SPRITE_REACH
     second_is_free = before.second.y - figure.y >= SPRITE_REACH
-    can = (is_free | (before.first.rank < figure.rank)) & there
-    second_can = (second_is_free | (before.second.rank < figure.rank)) & there
-    is_highest = figure.rank == HIGHEST_RANK
-    takes = can & (~before.second_next | (~second_can & is_highest))
-    second_takes = second_can & (before.second_next | (~can & is_highest))
+    outranks = before.first.rank < figure.rank
+    outranks_second = before.second.rank < figure.rank
+    can = (is_free | outranks) & there
+    second_can = (second_is_free | outranks_second) & there
+    has_turn = figure.rank == TURN_RANK  # takes the sprite that it can get
+    takes = can & (~before.second_next | (~second_can & has_turn))
+    second_takes = second_can & (before.second_next | (~can & has_turn))
     return Sprites(
-        first=jax.tree.map(lambda new, old: jnp.where(takes, new, old), figure, before.first),
-        second=jax.tree.map(
-            lambda new, old: jnp.where(second_takes, new, old), figure, before.second
-        ),
+        first=_held_after(takes, figure, before.first),
+        second=_held_after(second_takes, figure, before.second),
         drawn=before.drawn | when(takes & is_free, before.first.bit),
         second_next=~second_takes & (before.second_next | takes),
     )
 
 
-def _shadows(x: jax.Array, y: jax.Array, first: jax.Array) -> Box:
-    """Visible rows of shadows on the maze and on a ladder; the whole shadow if none is visible.
+def _held_after(takes: jax.Array, figure: Held, before: Held) -> Held:
+    return jax.tree.map(lambda new, old: jnp.where(takes, new, old), figure, before)
 
-    The game clears a sprite on one row of every five, and the shadow ends there.
-    """
+
+def _shadow_boxes(x: jax.Array, y: jax.Array, by_first: jax.Array) -> Box:
+    """Visible rows of shadows on the maze and on a ladder; the whole shadow if none is visible."""
     phase = mod(y, 5)
-    bottom = y + jnp.where(first, pick(phase, (1, 5, 4, 3, 2)), pick(phase, (4, 3, 2, 1, 5)))
-    top = y + pick(phase, (0, 1, 0, 0, 1))
-    on_line = (mod(y + 15, 30) < 4) | (mod(bottom + 14, 30) < 4)
-    ladder = sum(jnp.where(abs(x - at) < 4, at, 0) for at in LADDERS[4])
-    on_last_line = y == LAST_LINE_Y
+    first_ends = pick(phase, FIRST_SPRITE_ENDS)
+    second_ends = pick(phase, SECOND_SPRITE_ENDS)
+    top = y + pick(phase, HIDDEN_TOP_ROWS)
+    bottom = y + jnp.where(by_first, first_ends, second_ends)
+    begins_on_line = mod(y + 15, BAND_ROWS) < LINE_ROWS
+    ends_on_line = mod(bottom + 14, BAND_ROWS) < LINE_ROWS
+    on_last_line = y == LAST_LINE_Y  # only a ladder of the last band shows a part
+    on_line = begins_on_line | ends_on_line | on_last_line
+    ladder = sum(when(abs(x - left) < LINE_ROWS, left) for left in LADDERS[4])
     beside = on_last_line & (ladder > 0)
     left = jnp.where(beside, jnp.maximum(x, ladder), x)
     right = match(
-        (beside, jnp.minimum(x, ladder) + 4),
-        (on_line | on_last_line, x + 4),
+        (beside, jnp.minimum(x, ladder) + LINE_ROWS),
+        (on_line, x + LINE_ROWS),
         otherwise=x + 2,
     )
-    return edges(left, top, jnp.minimum(right, 144), bottom)
+    return edges(left, top, jnp.minimum(right, MAZE_END), bottom)
 
 
-others_of = functools.partial(Category, count=7, blinks=True)
 walkers = functools.partial(Blobs, region=MAZE, shapes=Shape(w=(5, 21), h=(5, 21), split=(7, 7)))
-
 PLAYER_RULE = Blobs(YELLOW, MAZE, Shape(w=(6, 14), h=(6, 14)))
 SHADOWS_RULE = Blobs(BLACK, MAZE, Shape(w=(1, 4), h=(1, 7)), gap=(0, 1), ignore=_gaps())
 CHICKENS = Blobs(YELLOW, MAZE, Shape(w=(4, 5), h=(6, 14), split=(5, 7)))
+
+
+def _figure_kind(kind: int, name: str, rule: Blobs, doc: str) -> KindEntry:
+    return KindEntry(Category(name, rule, count=7, blinks=True, doc=doc), (kind,))
+
+
+OTHERS = Kinds(  # of the figures other than the player
+    _figure_kind(Kind.WARRIOR, "Warrior", walkers(GREEN), "odd levels"),
+    _figure_kind(Kind.PIG, "Pig", walkers(RED), "even levels"),
+    _figure_kind(Kind.SHADOW, "Shadow", SHADOWS_RULE, "black on the maze"),
+    _figure_kind(Kind.CHICKEN, "Chicken", CHICKENS, "to be caught"),
+)
 SCORE_RULE = SCORE.rule(YELLOW, SCORE_AREA, required=True)
 RULE_OF_SIX = replace(SCORE, top=SCORE.top - 1).rule(YELLOW, SCORE_AREA, required=True)
 LIVES_RULE = RESERVE.rule(YELLOW, LIVES_AREA, single=LIVES_OF_ICON)
@@ -383,12 +500,15 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        # The frame on which a life ends is older than the RAM, which has no figures then. VEM
+        # reports too many overlapping figures.
+        agreement={"lost": 0.39, "modes": 0.95},
+        at_limits={"Score": (99_999, 100_000, 123_456)},  # six digits begin a row earlier
+    ),
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="gorilla or roller"),
-        others_of("Warrior", walkers(GREEN), doc="odd levels"),
-        others_of("Pig", walkers(RED), doc="even levels"),
-        others_of("Shadow", SHADOWS_RULE, doc="black on the maze"),
-        others_of("Chicken", CHICKENS, doc="to be caught"),
+        *OTHERS.categories,
         display("Score", SCORE_RULE, otherwise=RULE_OF_SIX, role="score", doc="points"),
         display("Life", LIVES_RULE, role="lives", doc="lives left"),
     ),

@@ -36,8 +36,10 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Game,
     Gauge,
+    LivesAsIcons,
     NumberDisplay,
     RamMap,
     Rom,
@@ -406,6 +408,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(lives=(LivesAsIcons(("Lives",), hidden=1),)),
     categories=(
         Category(
             "Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, role="player", doc="the cannon"

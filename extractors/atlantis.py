@@ -33,8 +33,10 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
+    LivesAsIcons,
     Number,
     RamMap,
     Rom,
@@ -378,6 +380,15 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        # Each building is a life. The loss of the last one ends the game.
+        lives=(
+            LivesAsIcons(
+                ("AcropolisCommandPost", "Generator", "DomedPalace", "BridgedBazaar", "AquaPlane"),
+                hidden=-1,
+            ),
+        ),
+    ),
     categories=(
         _colored("Sentry", CANNONS, 202, count=2, role="player", doc="left and right cannon"),
         _colored("AcropolisCommandPost", COMMAND, 58, doc="middle cannon"),

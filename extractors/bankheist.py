@@ -37,9 +37,11 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
     Gauge,
+    LivesAsIcons,
     RamMap,
     Rom,
     Saver,
@@ -281,6 +283,10 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (12, 11), 128, mask=SAVER_MASK),
+    checks=Checks(
+        rare=("Points", "Police"),
+        lives=(LivesAsIcons(("Life",)),),
+    ),
     categories=(
         Category(
             "Player", sprites(CAR_COLORS, STREETS), role="player", doc="the car, or its wreck"

@@ -11,8 +11,17 @@ these categories are the game's two records.
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (meaning of the records), a public
 disassembly by Manuel Polik, and the ROM's drawing loop, which keeps the drawn columns, sizes, edge
 masks and picture pointers. The game projects a shot before it draws the frame; `decode` reverts the
-shot's step and the player's turn since then. Pixels that the loop draws left of the beam appear a
-row lower, except shots.
+shot's step and the player's turn since then.
+
+Timeline between two drawings of a shot (the player's on odd frames, the enemy's on even frames):
+    1. the shot is projected: `side` and `ahead` become a column and a line
+    2. the frame is drawn
+    3. the player's move turns and shifts all positions
+    4. the shot makes its step
+
+Timeline of a line with an enemy: the loop writes a row of dots when the beam is at column 15, so
+dots left of it appear a row lower. Only the last row of the lower enemy shows this, as an
+additional row.
 
 Covered: modes 1-3, all enemies, explosions, crashes, game over, attract mode.
 
@@ -30,20 +39,29 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.authoring import (
+    WIDTH as SCREEN_WIDTH,
     Blobs,
     Bounds,
     Box,
     Category,
-    Cells,
+    Checks,
     Digits,
     Game,
+    Icons,
+    KindEntry,
+    Kinds,
+    LivesAsIcons,
     RamMap,
     Rom,
     Shape,
+    Static,
+    Word,
     bits,
     box,
     byte,
+    choose,
     display,
+    flag,
     high,
     lookup,
     low,
@@ -67,36 +85,69 @@ class Kind:  # of `Ram.kind` and `Ram.drawn_kinds`; 0: none
 
 
 # Pictures: 50 of tanks by angle and size, 3 of explosions, 10 of flyers and 10 of bosses by size.
-EXPLOSIONS = 50
-FLYERS = 53
-BOSSES = 63
+TANKS = 50
+EXPLOSION_PICTURES = 3
+FIRST_EXPLOSION = TANKS
+FIRST_FLYER = FIRST_EXPLOSION + EXPLOSION_PICTURES
 SIZES = 10
+FIRST_BOSS = FIRST_FLYER + SIZES
 LAST_LINES = ROM.bytes(0x81B, SIZES).tolist()  # counted upwards
 HEIGHTS = (ROM.bytes(0x811, SIZES) - LAST_LINES).tolist()
 
 
-def _picture_rows() -> np.ndarray:
+class Group(NamedTuple):
+    """Consecutive pictures, whose addresses are in a table of low bytes."""
+
+    low_bytes: int  # offset of the table
+    pages: tuple[int, ...]  # of each picture
+
+
+GROUPS = (
+    Group(0xCAF, (0x9,) * 39 + (0xA,) * 11),  # tanks
+    Group(0x902, (0xC,) * EXPLOSION_PICTURES),
+    Group(0x8D4, (0xD,) * SIZES),  # flyers
+    Group(0x839, (0x8,) * SIZES),  # bosses
+)
+
+
+def _read_pictures() -> np.ndarray:
     """All rows of all pictures, the lowest first: `[picture, row]`."""
-    pages = [0x9] * 39 + [0xA] * 11 + [0xC] * 3 + [0xD] * 10 + [0x8] * 10
-    tables = ((0xCAF, 50), (0x902, 3), (0x8D4, 10), (0x839, 10))
-    low_bytes = np.concatenate([ROM.bytes(at, count) for at, count in tables])
-    offsets = (np.array(pages) << 8 | low_bytes) + 1
-    return ROM.rows(offsets.tolist(), HEIGHTS[-1], top_first=True)
+    offsets = [
+        (page << 8 | int(low_byte)) + 1
+        for group in GROUPS
+        for page, low_byte in zip(
+            group.pages, ROM.bytes(group.low_bytes, len(group.pages)), strict=True
+        )
+    ]
+    return ROM.rows(offsets, HEIGHTS[-1], top_first=True)
+
+
+ZOOM_OF_NUSIZ = {5: 1, 7: 2}  # log2 of the pixels of a dot; 0 for other values
+OTHER_ZOOMS = (0, 0, 0, 0, 1, 1, 2, 2, 2, 2)  # of explosions, flyers and bosses, by size
 
 
 def _zooms() -> np.ndarray:
     """log2 of the pixels of a dot: `[picture, size]`."""
-    nusiz = ROM.bytes(0xE8D, EXPLOSIONS)[:, None]  # of tanks; 5 and 7 make dots wider
-    tanks = np.where(nusiz == 7, 2, np.where(nusiz == 5, 1, 0)).repeat(SIZES, 1)
-    return np.vstack([tanks, np.tile((0, 0, 0, 0, 1, 1, 2, 2, 2, 2), (23, 1))])
+    of_tanks = [ZOOM_OF_NUSIZ.get(nusiz, 0) for nusiz in ROM.bytes(0xE8D, TANKS).tolist()]
+    others = EXPLOSION_PICTURES + 2 * SIZES
+    return np.vstack([np.array(of_tanks)[:, None].repeat(SIZES, 1), [OTHER_ZOOMS] * others])
 
 
-ROWS = _picture_rows()
-# By 10 * picture + size: dots used in any row; << 8 in the lowest row; << 16 the zoom.
-USED = np.stack([np.bitwise_or.reduce(ROWS[:, :height], axis=1) for height in HEIGHTS], axis=1)
-DOTS_USED = (USED | ROWS[:, :1] << 8 | _zooms() << 16).ravel()
+PICTURE_ROWS = _read_pictures()
+# By SIZES * picture + size: the dots in any visible row, and those in the lowest row.
+DOTS_WORD = Word(used=8, lowest=8, zoom=2)
+STORED_DOTS = DOTS_WORD.pack(
+    used=np.stack(
+        [np.bitwise_or.reduce(PICTURE_ROWS[:, :height], axis=1) for height in HEIGHTS], axis=1
+    ),
+    lowest=PICTURE_ROWS[:, :1],
+    zoom=_zooms(),
+).ravel()
 # By 256 * picture + dots: rows that contain any of these dots, the lowest in bit 0.
-ROWS_WITH = ((ROWS[:, None] & np.arange(256)[:, None]) != 0).dot(1 << np.arange(17)).ravel()
+BYTES = 256
+MOST_ROWS = 17
+HAS_DOT = (PICTURE_ROWS[:, None] & np.arange(BYTES)[:, None]) != 0
+ROWS_WITH = HAS_DOT.dot(1 << np.arange(MOST_ROWS)).ravel()
 
 # The hand of the radar by its angle from straight down.
 HAND_WIDTH = (2, 4, 5, 7, 8, 10, 10, 11, 11, 11, 10, 10, 8, 7, 5, 4, 2)
@@ -120,9 +171,26 @@ def _line_of_depth(depth: int, limits: np.ndarray, line: int, step: int) -> int:
     return _line_of_depth(depth, limits, next_line, step >> 1)
 
 
-# Lines by depth: the player's shot, then the enemy's.
-SEARCHES = ((ROM.bytes(0x1F85, 47), 23, 12), (ROM.bytes(0x1F52, 51), 25, 13))
-SHOT_LINES = [_line_of_depth(depth, *search) for search in SEARCHES for depth in range(DEPTHS)]
+class Search(NamedTuple):
+    """The game's search for the line of a depth."""
+
+    limits: np.ndarray  # the greatest depth of each line
+    line: int  # where it begins
+    step: int  # the first one; it halves
+
+
+PLAYER_SEARCH = Search(ROM.bytes(0x1F85, 47), 23, 12)
+ENEMY_SEARCH = Search(ROM.bytes(0x1F52, 51), 25, 13)
+# Lines of shots by depth: the player's, then the enemy's.
+SHOT_LINES = [
+    _line_of_depth(depth, search.limits, search.line, search.step)
+    for search in (PLAYER_SEARCH, ENEMY_SEARCH)
+    for depth in range(DEPTHS)
+]
+FIRST_LINE_OF = np.array((0, DEPTHS))  # in that table
+LEAST_DEPTH = np.array((0, 8))  # of visible shots: the player's, the enemy's
+FAR_LINE = 35  # from this line on, a shot is 1 pixel wide
+NEAR_LINE = 10  # below this line it is 4 pixels wide, between them 2
 
 NEW_SHOT = np.array((53, 117))  # `shot_time` of a new shot: the player's, the enemy's
 CRASH_BEGINS = 128  # `crash` on its first frame
@@ -139,13 +207,26 @@ class Stick:  # bits of `Ram.stick`
 # A move of the player reduces a shot's distance by this, without and with a turn.
 STRAIGHT_MOVE = 127
 TURNING_MOVE = 31
+TURN_SIDE = 6  # a turn of the player moves a shot aside by this part of its distance, in 256ths
 MIDDLE = 79  # column
+LAST_COLUMN = 159
+BEHIND = 128  # least high byte of `side` of a shot on the left
+GROUND_LINE = 140  # the row of line 0 of a shot; an enemy's is the row above
+BEAM = 15  # column of the beam when the loop writes an enemy's dots
 NO_BLIP = 31  # least `blip_y` of an absent blip
+BLIP_BOTTOM = 34  # the row of a blip with `blip_y` 0
+RADAR_MIDDLE = 84  # column of a blip with `blip_x` 0
 NO_DIGIT = 10  # a blank instead of a leading zero
+DIGIT_SHIFTS = np.array((0, 4, 8))  # of thousands, ten thousands, hundred thousands
+DIGIT_WORTHS = np.array((1_000, 10_000, 100_000))
 GREEN = 202
 WHITE = 14
 TEXT = 180
 PLAIN = (0, 86, 160, 140)
+HULL = Static(19, 140, 122, 37, (194, 2, 4))  # of the player's tank
+RADAR_RIM = Static(74, 3, 22, 33, GREEN)  # its rim
+SPARE = Icons(left=65, top=190, size=(6, 5), pitch=8, count=5)  # tanks
+NEAR_AND_FAR = np.arange(2)
 
 
 class Ram(RamMap):
@@ -156,7 +237,7 @@ class Ram(RamMap):
     size = byte(47, 53)
     x = byte(48, 54)
     mask = byte(49, 55)  # visible dots
-    mirrored = bits(51, 57, first=3)
+    mirrored = flag(51, 57, bit=3)
     drawn_kinds = byte(62)  # a nibble per enemy
     lives = low(58)
     crash = byte(65)  # counts down
@@ -175,20 +256,29 @@ class Ram(RamMap):
     shots = bits(97, first=6, count=2)  # a bit for each shot in flight
 
 
+class Enemy(NamedTuple):
+    """An enemy as drawn: the nearer one, then the farther one."""
+
+    kind: jax.Array
+    picture: jax.Array
+    size: jax.Array
+    mirrored: jax.Array
+    x: jax.Array  # the column of its first dot
+    zoom: jax.Array  # log2 of the pixels of a dot
+    dots: jax.Array  # its visible columns of dots; bit 0 is the leftmost
+    lowest: jax.Array  # dots in its lowest row
+
+
 def decode(m: Ram) -> dict[str, Box]:
     normal = (m.crash == 0) | (m.crash >= CRASH_FLICKERS)
-    boxes, kind = _by_record(m, *_enemy_boxes(m))
-    enemies = boxes.where(normal)
+    enemy = _enemies_as_drawn(m)
+    boxes, kind = _by_record(m, _enemy_boxes(enemy), enemy.kind)
     return {
-        "Player": box(19, 140, 122, 37, normal),
+        "Player": HULL.box(normal),
         "Crosshair": box(78, 79, 1, 6, normal, color=m.crosshair_color),
-        "Blue_Tank": enemies.where(kind <= Kind.BLUE),
-        "Yellow_Blue_Tank": enemies.where(kind == Kind.YELLOW),
-        "Red_Thing": enemies.where(kind == Kind.FLYER),
-        "Boss": enemies.where(kind >= Kind.BOSS),
-        "Explosion": enemies.where(kind == Kind.EXPLODES),
-        "Shot": _shots(m).where(normal),
-        "Radar": box(74, 3, 22, 33, normal),
+        **FOES.split(boxes.where(normal), kind),
+        "Shot": _shot_boxes(m).where(normal),
+        "Radar": RADAR_RIM.box(normal),
         "Radar_Content": _radar(m).where(normal),
         "Score": _score_box(m),
         "Life": _lives_box(m),
@@ -196,63 +286,82 @@ def decode(m: Ram) -> dict[str, Box]:
 
 
 def _lives_box(m: Ram) -> Box:
-    place = np.arange(5)
-    drawn = m.lives + when(m.crash == CRASH_BEGINS, 1)
-    return box(65 + 8 * place, 190, 6, 5, place < drawn)
+    return SPARE.box(m.lives + when(m.crash == CRASH_BEGINS, 1))
 
 
 def _score_box(m: Ram) -> Box:
     """The last three digits are always 0."""
-    digits = m.digits >> np.array((0, 4, 8)) & 15
-    shown = jnp.sum(when(digits < NO_DIGIT, 1))
-    value = jnp.sum(when(digits < NO_DIGIT, digits) * np.array((1000, 10000, 100000)))
+    digits = m.digits >> DIGIT_SHIFTS & 15
+    is_digit = digits < NO_DIGIT
+    shown = jnp.sum(when(is_digit, 1))
+    value = jnp.sum(when(is_digit, digits) * DIGIT_WORTHS)
     return box(90 - 8 * shown, 180, 21 + 8 * shown, 8, value=value)
 
 
-def _enemy_boxes(m: Ram) -> tuple[Box, jax.Array]:
-    """Tight boxes of the visible parts of the nearer and the farther enemy, and their kinds."""
-    kind = m.drawn_kinds >> np.array((0, 4)) & 15
+def _enemies_as_drawn(m: Ram) -> Enemy:
+    """The pictures of the nearer and the farther enemy, with the visible part of each."""
+    kind = m.drawn_kinds >> 4 * NEAR_AND_FAR & 15
     size = jnp.minimum(m.size, SIZES - 1)
     picture = match(
-        (kind <= Kind.YELLOW, jnp.minimum(m.picture, EXPLOSIONS - 1)),
-        (kind == Kind.EXPLODES, EXPLOSIONS + jnp.minimum(m.picture, 2)),
-        (kind >= Kind.BOSS, BOSSES + size),
-        otherwise=FLYERS + size,
+        (kind <= Kind.YELLOW, jnp.minimum(m.picture, TANKS - 1)),
+        (kind == Kind.EXPLODES, FIRST_EXPLOSION + jnp.minimum(m.picture, EXPLOSION_PICTURES - 1)),
+        (kind >= Kind.BOSS, FIRST_BOSS + size),
+        otherwise=FIRST_FLYER + size,
     )
-    dots, lowest, x, zoom = _shown_dots(m, SIZES * picture + size)
-    left = x + (31 - lax.clz(dots & -dots) << zoom)
-    right = x + (32 - lax.clz(dots) << zoom)
-    used_rows = lookup(ROWS_WITH, 256 * picture + jnp.where(m.mirrored > 0, dots, mirrored(dots)))
-    seen_rows = used_rows & ((1 << pick(size, HEIGHTS)) - 1)
-    below = pick(size, LAST_LINES)
-    first = 32 - lax.clz(seen_rows & -seen_rows)
-    last = 32 - lax.clz(seen_rows)
-    # Left of the beam, the last row of the lower enemy lasts one more row.
-    left_of_beam = (dots & lowest & ((1 << _dots_within(15 - x, zoom)) - 1)) != 0
-    late = left_of_beam & (2 * below <= jnp.sum(below))
-    height = last - first + 1 + when(late, 1)
-    return box(left, 139 - below - last, right - left, height, seen_rows > 0), kind
-
-
-def _shown_dots(m: Ram, index: jax.Array) -> tuple[jax.Array, ...]:
-    """Visible dots, dots in the lowest row (bit 0 is leftmost), its column, the zoom."""
-    entry = lookup(DOTS_USED, index)
-    zoom = entry >> 16
-    masked = entry & (m.mask << 8 | m.mask)
-    drawn = jnp.where(m.mirrored > 0, masked, mirrored(masked))
-    shows = drawn & 255
-    lowest = drawn >> 8
+    stored = DOTS_WORD.unpack(lookup(np.asarray(STORED_DOTS), SIZES * picture + size))
+    zoom = stored.zoom
+    lowest = _from_left(m, stored.lowest & m.mask)
+    shows = _from_left(m, stored.used & m.mask)
     x = wrap(_column(m.x) + when(zoom > 0, 1))  # the chip draws wide dots a pixel later
     # A picture may appear at both edges: the larger part counts.
-    beyond = -1 << _dots_within(160 - x, zoom)
+    beyond = -1 << _dots_within(SCREEN_WIDTH - x, zoom)
     wraps = lax.population_count(shows & beyond) > lax.population_count(shows & ~beyond)
     part = jnp.where(wraps, beyond, ~beyond)
-    return shows & part, lowest, jnp.where(wraps, x - 160, x), zoom
+    left = jnp.where(wraps, x - SCREEN_WIDTH, x)
+    return Enemy(kind, picture, size, m.mirrored, left, zoom, shows & part, lowest)
+
+
+def _from_left(m: Ram, dots: jax.Array) -> jax.Array:
+    """A row of dots as drawn, with the leftmost dot in bit 0; stored pictures have it in bit 7."""
+    return jnp.where(m.mirrored, dots, mirrored(dots) & 0xFF)
+
+
+def _lowest_bit(bits_set: jax.Array) -> jax.Array:
+    """The number of the lowest set bit; -1 for 0."""
+    return 31 - lax.clz(bits_set & -bits_set)
+
+
+def _bit_length(bits_set: jax.Array) -> jax.Array:
+    return 32 - lax.clz(bits_set)
+
+
+def _enemy_boxes(enemy: Enemy) -> Box:
+    """Tight boxes of the visible parts of the enemies."""
+    rows = _visible_rows(enemy)
+    first_row = _lowest_bit(rows)
+    end_row = _bit_length(rows)
+    left = enemy.x + (_lowest_bit(enemy.dots) << enemy.zoom)
+    right = enemy.x + (_bit_length(enemy.dots) << enemy.zoom)
+    below = pick(enemy.size, LAST_LINES)
+    # Left of the beam, the last row of the lower enemy lasts one more row.
+    left_dots = (1 << _dots_within(BEAM - enemy.x, enemy.zoom)) - 1
+    left_of_beam = (enemy.dots & enemy.lowest & left_dots) != 0
+    is_lower = 2 * below <= jnp.sum(below)
+    late = when(left_of_beam & is_lower, 1)
+    top = GROUND_LINE - 1 - below - end_row
+    return box(left, top, right - left, end_row - first_row + late, rows > 0)
+
+
+def _visible_rows(enemy: Enemy) -> jax.Array:
+    """The rows of each picture that have visible dots; bit 0 is the lowest."""
+    as_stored = jnp.where(enemy.mirrored, enemy.dots, mirrored(enemy.dots))
+    used = lookup(ROWS_WITH, BYTES * enemy.picture + as_stored)
+    return used & ((1 << pick(enemy.size, HEIGHTS)) - 1)
 
 
 def _column(x: jax.Array) -> jax.Array:
     """Column at which the game's loop positions a sprite: it is late for the leftmost columns."""
-    return match((x >= 17, x), (x >= 5, x - 5), otherwise=x + 160)
+    return match((x >= 17, x), (x >= 5, x - 5), otherwise=x + SCREEN_WIDTH)
 
 
 def _dots_within(pixels: jax.Array, zoom: jax.Array) -> jax.Array:
@@ -261,53 +370,66 @@ def _dots_within(pixels: jax.Array, zoom: jax.Array) -> jax.Array:
 
 
 def _by_record(m: Ram, enemies: Box, kind: jax.Array) -> tuple[Box, jax.Array]:
-    """The nearer and the farther enemy in the order of their records."""
+    """The nearer and the farther enemy in the order of their records, and their kinds."""
     closer = (kind[0] != m.kind[1]) | (m.distance[0] < m.distance[1])
     first_is_near = jnp.where(kind[0] == m.kind[0], closer, jnp.max(m.kind) == 0)
-    is_near = first_is_near == (np.arange(2) == 0)
-    fields = (enemies.x, enemies.y, enemies.w, enemies.h, enemies.valid, kind)
-    in_order = [jnp.where(is_near, near, far) for near, far in fields]
-    return box(*in_order[:5]), in_order[5]
+    is_near = first_is_near == (NEAR_AND_FAR == 0)
+    return choose(is_near, enemies[:1], enemies[1:]), jnp.where(is_near, kind[0], kind[1])
 
 
-def _shots(m: Ram) -> Box:
+class Shots(NamedTuple):
+    """The player's shot and the enemy's; positions are 256 a step, from 0 to 65,535."""
+
+    side: jax.Array
+    ahead: jax.Array
+
+
+def _shot_boxes(m: Ram) -> Box:
     """The player's shot as on the last odd frame, the enemy's as on the last even frame."""
-    side, ahead = _shots_drawn(m)
-    away = side >> 8
-    depth = ahead >> 8
-    is_right = away < 128
-    in_view = (depth < DEPTHS) & (depth + 2 >= jnp.where(is_right, away, 256 - away))
-    not_new = m.shot_time < NEW_SHOT + jnp.stack([m.frame & 1, 0])
-    seen = not_new & (depth >= np.array((0, 8)))
-    distance = _projected(jnp.where(is_right, side, 0xFFFF - side), ahead)
+    drawn = _shots_drawn(m)
+    depth = drawn.ahead >> 8
+    is_right = (drawn.side >> 8) < BEHIND
+    distance = _projected(jnp.where(is_right, drawn.side, 0xFFFF - drawn.side), drawn.ahead)
     place = jnp.where(is_right, MIDDLE + distance, MIDDLE - distance)
-    x = wrap(_column(jnp.where((place <= 0) | (place >= 159), 1, place)) - 1)
-    line = lookup(SHOT_LINES, (depth & 127) + np.array((0, DEPTHS)))
-    width = match((line < 10, 4), (line < 35, 2), otherwise=1)
-    there = in_view & seen & (m.shots >> np.arange(2) & 1 > 0)
-    return box(x, 140 - line, width, 3, there).clip(*PLAIN)
+    beyond = (place <= 0) | (place >= LAST_COLUMN)
+    x = wrap(_column(jnp.where(beyond, 1, place)) - 1)
+    line = lookup(SHOT_LINES, (depth & DEPTHS - 1) + FIRST_LINE_OF)
+    width = match((line < NEAR_LINE, 4), (line < FAR_LINE, 2), otherwise=1)
+    return box(x, GROUND_LINE - line, width, 3, _seen(m, drawn)).clip(*PLAIN)
 
 
-def _shots_drawn(m: Ram) -> tuple[jax.Array, jax.Array]:
+def _seen(m: Ram, drawn: Shots) -> jax.Array:
+    """True for shots that fly in the player's view."""
+    away = drawn.side >> 8
+    depth = drawn.ahead >> 8
+    aside = jnp.where(away < BEHIND, away, 256 - away)
+    in_view = (depth < DEPTHS) & (depth + 2 >= aside) & (depth >= LEAST_DEPTH)
+    not_new = m.shot_time < NEW_SHOT + jnp.stack([m.frame & 1, 0])
+    flies = m.shots >> NEAR_AND_FAR & 1 > 0
+    return in_view & not_new & flies
+
+
+def _shots_drawn(m: Ram) -> Shots:
     """Positions of the shots before their last step and the player's last move."""
-    side_before_step = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
-    ahead_before_step = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
-    side, ahead = _before_move(m, side_before_step, ahead_before_step)
-    moved = jnp.stack([m.frame & 1 == 0, jnp.bool_(True)])
-    drawn_side = jnp.where(moved, side, m.shot_side) & 0xFFFF
-    return drawn_side, jnp.where(moved, ahead, m.shot_ahead) & 0xFFFF
+    side = m.shot_side + lookup(STEP_SIDE, m.shot_direction)
+    ahead = m.shot_ahead + lookup(STEP_AHEAD, m.shot_direction)
+    before = _before_move(m, _signed_word(side), _signed_word(ahead))
+    moved = jnp.stack([m.frame & 1 == 0, jnp.bool_(True)])  # since the drawing
+    return Shots(
+        side=jnp.where(moved, before.side, m.shot_side) & 0xFFFF,
+        ahead=jnp.where(moved, before.ahead, m.shot_ahead) & 0xFFFF,
+    )
 
 
-def _before_move(m: Ram, side: jax.Array, ahead: jax.Array) -> tuple[jax.Array, jax.Array]:
+def _before_move(m: Ram, side: jax.Array, from_ahead: jax.Array) -> Shots:
     """Positions before the player's last move: the game's arithmetic for the opposite turn."""
-    from_side = _signed_word(side)
     turn = _pressed(m, Stick.RIGHT, Stick.LEFT)
     back = _pressed(m, Stick.DOWN, Stick.UP)
-    move = back * jnp.where(turn == 0, STRAIGHT_MOVE, TURNING_MOVE)
-    from_ahead = _signed_word(ahead) - move
-    turned_side = from_side + turn * 6 * (from_ahead >> 8) - abs(turn) * (from_side >> 12)
-    turned_ahead = from_ahead - turn * 6 * (from_side >> 8) - abs(turn) * (from_ahead >> 12)
-    return turned_side, turned_ahead
+    ahead = from_ahead - back * jnp.where(turn == 0, STRAIGHT_MOVE, TURNING_MOVE)
+    # A turn adds a part of the other coordinate and takes 1/4096 of the own one.
+    side_change = turn * TURN_SIDE * (ahead >> 8) - abs(turn) * (side >> 12)
+    ahead_change = turn * TURN_SIDE * (side >> 8) + abs(turn) * (ahead >> 12)
+    return Shots(side + side_change, ahead - ahead_change)
 
 
 def _signed_word(word: jax.Array) -> jax.Array:
@@ -322,29 +444,36 @@ def _pressed(m: Ram, forth: int, back: int) -> jax.Array:
 
 def _projected(side: jax.Array, ahead: jax.Array) -> jax.Array:
     """Pixels from the middle of the screen: the game's division of two 16-bit numbers."""
-    zeros = jnp.maximum(jnp.minimum(lax.clz(side), lax.clz(ahead)) - 16, 1)
-    shift = jnp.where(ahead >> 8 == 0, 0, zeros)
-    rest = (side << shift) >> 8 & 255
-    divisor = (ahead << shift) >> 8 & 255
-    begin = Division(rest, divisor, share=jnp.zeros_like(side))
-    share = functools.reduce(_next_bit, range(7, -1, -1), begin).share
-    return ((share >> 2) + share + 1 & 255) >> 1
+    zeros = jnp.minimum(lax.clz(side), lax.clz(ahead)) - 16  # above both numbers
+    shift = when(ahead >> 8 > 0, jnp.maximum(zeros, 1))
+    begin = Division(
+        rest=_high_byte(side << shift),
+        divisor=_high_byte(ahead << shift),
+        quotient=jnp.zeros_like(side),
+    )
+    quotient = functools.reduce(_after_bit, range(7, -1, -1), begin).quotient
+    return ((quotient >> 2) + quotient + 1 & 0xFF) >> 1
+
+
+def _high_byte(word: jax.Array) -> jax.Array:
+    return word >> 8 & 0xFF
 
 
 class Division(NamedTuple):
-    """The game's division, which finds one bit of the result per step."""
+    """The game's division, which finds one bit of the quotient per step."""
 
     rest: jax.Array
     divisor: jax.Array
-    share: jax.Array
+    quotient: jax.Array
 
 
-def _next_bit(before: Division, bit: int) -> Division:
+def _after_bit(before: Division, bit: int) -> Division:
+    """The division after the step that finds a bit."""
     fits = before.rest >= before.divisor
     rest = before.rest - when(fits, before.divisor)
     large = when(rest >= 128, 1)  # the game halves the divisor instead of doubling the rest
-    share = before.share | when(fits, 1 << bit)
-    return Division(rest << 1 - large, before.divisor >> large, share)
+    quotient = before.quotient | when(fits, 1 << bit)
+    return Division(rest << 1 - large, before.divisor >> large, quotient)
 
 
 def _radar(m: Ram) -> Box:
@@ -352,61 +481,93 @@ def _radar(m: Ram) -> Box:
     direction = (m.hand - when((m.frame & 3) == 1, 1)) & 31
     angle = jnp.minimum(direction, 32 - direction)
     width = pick(angle, HAND_WIDTH)
-    hand_x = jnp.where(direction < 16, 86 - width, 84)
-    x = jnp.append(hand_x, (m.blip_x + 84) & 255)
-    y = jnp.append(pick(angle, HAND_TOP), 34 - m.blip_y)
-    w = jnp.append(width, jnp.ones(2, jnp.int32))
-    h = jnp.append(pick(angle, HAND_HEIGHT), jnp.ones(2, jnp.int32))
-    return box(x, y, w, h, jnp.append(True, m.blip_y < NO_BLIP))
+    x = jnp.where(direction < 16, RADAR_MIDDLE + 2 - width, RADAR_MIDDLE)
+    hand = box(x, pick(angle, HAND_TOP), width, pick(angle, HAND_HEIGHT))
+    blip_x = (m.blip_x + RADAR_MIDDLE) & 0xFF
+    blips = box(blip_x, BLIP_BOTTOM - m.blip_y, 1, 1, m.blip_y < NO_BLIP)
+    return Box.stacked(hand, blips)
 
 
 # The lines of a crash may have any object's colours; the crosshair is not on that screen.
 on_plain = functools.partial(Category, needs=("Crosshair",))
-enemy_category = functools.partial(on_plain, count=2)
 enemy_blobs = functools.partial(Blobs, region=PLAIN, gap=(1, 1), shapes=Shape(w=(2, 32), h=(2, 18)))
 flyer_blobs = functools.partial(enemy_blobs, gap=(2, 4), shapes=Shape(w=(1, 32), h=(2, 18)))
 RED = (2, 64, 66, 70, 72, 74)
 FLYER_RGB = (74, 74, 74)
 BLUE_RGB = (24, 80, 128)
+FLAME_RGB = (184, 50, 50)
+
+
+def _enemy_kind(
+    name: str, values: range, rule: Blobs, doc: str, rgb: tuple[int, ...] | None = None
+) -> KindEntry:
+    return KindEntry(on_plain(name, rule, count=2, rgb=rgb, doc=doc), values)
+
+
+FOES = Kinds(
+    _enemy_kind(
+        "Blue_Tank",
+        range(Kind.BLUE + 1),
+        enemy_blobs((6, 162, 166), first=(6, 166)),
+        "enemy",
+        BLUE_RGB,
+    ),
+    _enemy_kind(
+        "Yellow_Blue_Tank",
+        range(Kind.YELLOW, Kind.YELLOW + 1),
+        enemy_blobs((40, 8, 162), first=40),
+        "enemy",
+        BLUE_RGB,
+    ),
+    _enemy_kind(
+        "Red_Thing",
+        range(Kind.FLYER, Kind.FLYER + 1),
+        flyer_blobs(RED, first=(70, 72, 74)),
+        "flyer, with its shadow",
+        FLYER_RGB,
+    ),
+    _enemy_kind("Boss", range(Kind.BOSS, 16), flyer_blobs((44, 0, 2), first=44), "with its shadow"),
+    _enemy_kind(
+        "Explosion",
+        range(Kind.EXPLODES, Kind.EXPLODES + 1),
+        enemy_blobs((24, 82, 68), gap=(5, 4)),
+        "of an enemy",
+        FLAME_RGB,
+    ),
+)
 CROSSHAIR = Blobs((0, 46), (70, 74, 88, 90), Shape(w=1, h=6))
 CONTENT = Blobs(WHITE, (75, 4, 95, 36), Shape(w=(1, 12), h=(1, 18)), gap=(0, 1))
-PLAYER = Bounds((194, 2, 4), (19, 140, 141, 177), min_size=(122, 37))
 SCORE = Bounds(TEXT, (66, 180, 112, 188), value=Digits(FONT, range(66, 114, 8), 180))
-LIVES = Cells(TEXT, tuple(range(65, 105, 8)), (190,) * 5, 6, 5, whole=False)
 
 GAME = Game(
     name="BattleZone",
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Red_Thing",),
+        lives=(LivesAsIcons(("Life",)),),
+    ),
     categories=(
-        on_plain("Player", PLAYER, rgb=(26, 102, 26), role="player", doc="the player's tank"),
+        on_plain("Player", HULL.rule(), rgb=(26, 102, 26), role="player", doc="the player's tank"),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
-        enemy_category(
-            "Blue_Tank", enemy_blobs((6, 162, 166), first=(6, 166)), rgb=BLUE_RGB, doc="enemy"
-        ),
-        enemy_category(
-            "Yellow_Blue_Tank", enemy_blobs((40, 8, 162), first=40), rgb=BLUE_RGB, doc="enemy"
-        ),
-        enemy_category(
-            "Red_Thing",
-            flyer_blobs(RED, first=(70, 72, 74)),
-            rgb=FLYER_RGB,
-            doc="flyer, with its shadow",
-        ),
-        enemy_category("Boss", flyer_blobs((44, 0, 2), first=44), doc="with its shadow"),
-        enemy_category(
-            "Explosion", enemy_blobs((24, 82, 68), gap=(5, 4)), rgb=(184, 50, 50), doc="of an enemy"
-        ),
+        *FOES.categories,
         on_plain(
             "Shot",
             Blobs(WHITE, PLAIN, Shape(w=(1, 8), h=(1, 4))),
             count=2,
             doc="player's, enemy's",
         ),
-        on_plain("Radar", Bounds(GREEN, (74, 3, 96, 36), min_size=(22, 33)), doc="its rim"),
+        on_plain("Radar", RADAR_RIM.rule(), doc="its rim"),
         on_plain("Radar_Content", CONTENT, count=3, doc="hand and blips"),
         display("Score", SCORE, role="score", doc="points"),
-        display("Life", LIVES, count=5, attributes=(), role="lives", doc="tanks left"),
+        display(
+            "Life",
+            SPARE.rule(TEXT),
+            count=SPARE.count,
+            attributes=(),
+            role="lives",
+            doc="tanks left",
+        ),
     ),
 )

@@ -7,11 +7,16 @@ Slots: the game keeps eight records: three for saucers, four for other enemies, 
 shot. Each category has a slot for every record that may hold one of its objects. A hit object
 becomes an Explosion, then Sparks.
 
-RAM: ALE's source (score, lives), OCAtari 2.2 (records), and the ROM's code. Every second frame the
-game copies the records to a display list and moves the records afterwards, so the screen shows
-their positions one step earlier. That step follows from the record's state, its speed or script,
-and the frame counter. A table gives the screen line for a record's depth. A product of line and
-lane gives the column. State and depth give the picture.
+RAM: ALE's source (score, lives), OCAtari 2.2 (records), and the ROM's code. A table gives the
+screen line for a record's depth. A product of line and lane gives the column. State and depth give
+the picture.
+
+Timeline of the display list, by `Ram.half`:
+    0 or 255     the list is new: a copy of the records, which have made a step since; `decode`
+                 reverts that step by the record's state, its speed or script, and the counter of
+                 steps
+    other        the list is drawn: only the saucers, and records that follow them sideways, have
+                 made a step since
 
 Covered: sectors 1 to 20, all enemies, deaths, game over, the sentinel.
 
@@ -20,7 +25,9 @@ game moves one by a few lines or skips it on a frame; enemies other than saucers
 hit; the last frame of a torpedo.
 """
 
-from dataclasses import replace
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import jax
 import jax.numpy as jnp
@@ -30,9 +37,13 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
-    Cells,
+    Checks,
     Digits,
     Game,
+    Icons,
+    KindEntry,
+    Kinds,
+    LivesAsIcons,
     NumberDisplay,
     RamMap,
     Rom,
@@ -45,10 +56,10 @@ from ocjax.authoring import (
     byte,
     choose,
     display,
+    flag,
     lookup,
     match,
     packed_position,
-    pick,
     reached,
     signed_nibble,
     when,
@@ -58,27 +69,20 @@ ROM = Rom("beam_rider", "79ab4123a83dc11d468fb2108ea09e2e")
 FONT = ROM.font(0x3, rows=8)
 NARROW_FONT = ROM.font(0x3, rows=8, dots=6, shift=1, pitch=6)  # the same without margins
 
-# States of a record; they are also the numbers of its pictures.
-DEBRIS = range(1, 2)
-ENEMY_SHOT = range(2, 4)
-BLOCKER = range(4, 6)
+# States of a record; they are also the numbers of its pictures. `ENEMIES` has those of the enemies.
 BLOCKER_ASIDE = 4
 BLOCKER_FALLING = 5
 BURST_STATES = range(6, 12)
 EXPLOSION = range(6, 10)
 SPARKS = range(10, 12)
-CHARGER = range(12, 16)
 CHARGER_WAITING = 15
-REJUVENATOR = range(16, 20)
-JUMPER = range(20, 24)
-ROCK = range(24, 28)
-SIZED = range(CHARGER.start, ROCK.stop)  # four pictures each, by nearness
-CHIRPER = range(28, 32)
+PER_SIZE = 4  # pictures of an enemy that grows, by nearness
+CHIRPER_FIRST = 28
 CHIRPER_TURNED = range(30, 32)
-CRAFT = range(32, 35)
 CRAFT_ASIDE = 32
 CRAFT_FALLING = 33
 CRAFT_RISING = 34
+ENEMY_STATES = 35  # the first state after those of enemies
 LASER_SHOT = 35
 TORPEDO = range(36, 39)
 DISK = 39  # a distant saucer
@@ -90,7 +94,7 @@ SAUCER_LEAVING = 1
 SAUCER_LEFT = 2
 SAUCER_RIGHT = 3
 
-COLORS = ROM.bytes(0x1D8E, CRAFT.stop)  # by picture
+COLORS = ROM.bytes(0x1D8E, ENEMY_STATES)  # by picture
 JUST_HIT = 8  # timer of a burst on the frame of the hit, which still shows the target
 STRUCK_SHOT = 192  # the player's shot on that frame
 SHIP_EXPLODES = 19  # picture of the ship
@@ -98,6 +102,7 @@ FRESH_LISTS = (0, 255)  # `half` while the list is new
 LOST = 255  # `ship_lost`
 NEGATIVE = 128  # least value of a counter below 0: no spare ships, no enemies
 MIDDLE = 128  # lane
+BURST_STEP = -2  # of a burst, along the beams
 
 # Ranges of the records.
 SAUCERS = slice(0, 3)
@@ -129,6 +134,7 @@ HORIZON = 32  # depth at which the beams begin
 NEAREST = 210  # depth at which they end
 GROUND = 164  # row of line 0
 LINES = ROM.bytes(0x1EEF, 256) + 2  # by depth
+DOT_SCALE = 84  # of the distance from the middle, at the horizon, in 128ths
 LINE_SCALE = 0xC6  # of the distance from the middle, at line 0, in 128ths
 # Least depths of the next larger picture.
 SAUCER_GROWS = (0x30, 0x50, 0x70, 0x90, 0xB8)
@@ -137,6 +143,7 @@ TORPEDO_GROWS = (0x4E, 0x80)
 # A laser shot that has left the beams stays in the list, at one of these lines.
 LASER_LEAVES = (101, 104)
 LASER_LEFT = 102  # its depth then
+LASER_STEP = 8  # of the player's shots, also of torpedoes
 
 # Tables of pages and low bytes. The top row is 2 bytes before that, the other 7 before it.
 PAGES = ROM.bytes(0x1CE8, PICTURE_COUNT) & 15
@@ -151,18 +158,7 @@ ENEMIES_LEFT = NumberDisplay(NARROW_FONT, right=31, top=32, digits=2)
 WRECK = 70  # an exploding ship
 DISK_COLORS = (8, 14)  # far and near saucers
 NEAR = 94  # least depth of a saucer in the second colour
-SHOTS = Blobs((104, 86), FIELD, Shape(w=(2, 4), h=(2, 6), pixels=(8, 12)))
-ENEMIES = {  # states, rule, doc
-    "Rejuvenator": (REJUVENATOR, Blobs(24, FIELD, Shape(w=(3, 5), h=(2, 7))), "a life"),
-    "Debris": (DEBRIS, Blobs(52, FIELD, Shape(w=(1, 7), h=(1, 7)), gap=(1, 1)), "of Rejuvenator"),
-    "Rock": (ROCK, Blobs(20, FIELD, Shape(w=(1, 8), h=(1, 6))), "brown"),
-    "Chriper": (CHIRPER, Blobs(26, FIELD, Shape(w=8, h=7)), "yellow, crosses"),
-    "Blocker": (BLOCKER, Blobs(216, FIELD, Shape(w=(1, 8), h=(1, 7)), gap=(1, 1)), "green"),
-    "Bouncecraft": (CRAFT, Blobs(218, FIELD, Shape(w=(1, 8), h=(1, 7))), "withstands the laser"),
-    "Charger": (CHARGER, Blobs(202, FIELD, Shape(w=(1, 8), h=(1, 7))), "fast"),
-    "Jumper": (JUMPER, Blobs(40, FIELD, Shape(w=(1, 7), h=(1, 6))), "orange"),
-    "Enemy_Projectile": (ENEMY_SHOT, SHOTS, "shots at the ship"),
-}
+TORPEDOES_LEFT = Icons(left=128, top=32, size=(4, 8), pitch=8, count=3)
 
 
 class Ram(RamMap):
@@ -181,8 +177,8 @@ class Ram(RamMap):
     x = byte(*range(33, 40))  # lane, 128 in the middle
     shot_x = byte(40)  # lane
     state = bits(*range(42, 49), count=6)
-    follows = bits(*range(42, 49), first=6)  # moves sideways with the saucers
-    back = bits(*range(42, 49), first=7)  # on its way back
+    follows = flag(*range(42, 49), bit=6)  # moves sideways with the saucers
+    back = flag(*range(42, 49), bit=7)  # on its way back
     shot = byte(49)  # state of the player's shot
     timer = byte(*range(50, 57))  # frames, or speed to the side
     sentinel_x = byte(52)
@@ -209,8 +205,8 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": _player(m),
         "Saucer": _saucer_boxes(m, drawn, x, y),
-        **{name: drawn[OTHERS].where(among(kind, e[0])) for name, e in ENEMIES.items()},
-        "Enemy_Projectile": colored[OTHERS].where(among(kind, ENEMY_SHOT)),
+        **ENEMIES.split(drawn[OTHERS], kind),
+        "Enemy_Projectile": colored[OTHERS].where(among(kind, ENEMY_SHOTS.values)),
         "Explosion": burst.where(among(picture, EXPLOSION)),
         "Sparks": burst.where(among(picture, SPARKS)),
         "Player_Projectile": shot.where(laser),
@@ -238,8 +234,9 @@ def _sentinel(m: Ram) -> Box:
 
 
 def _spare_torpedo_boxes(m: Ram) -> Box:
-    place = np.arange(3)
-    return box(128 + 8 * place, 32, 4, 8, place >= 3 - m.torpedoes)
+    """The left icon disappears first."""
+    used = TORPEDOES_LEFT.count - m.torpedoes
+    return TORPEDOES_LEFT.boxes(np.arange(TORPEDOES_LEFT.count) >= used)
 
 
 def _spare_ship_boxes(m: Ram) -> Box:
@@ -284,92 +281,130 @@ def _drawn_places(m: Ram) -> tuple[jax.Array, jax.Array]:
 
 def _saucer_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
     state = m.state[SAUCERS]
-    burst = _bursting(m)[SAUCERS]
-    op = lookup(SCRIPT_OPS, m.script_at)
-    speed = lookup(SCRIPT_PACES, m.script_at)
-    forth = _step(m, speed)
-    back = _step(m, -speed)
+    bursts = _bursting(m)[SAUCERS]
     scripted = among(state, SAUCER_SCRIPTED) | _is_just_hit(m)[SAUCERS]
-    aside = jnp.where((op ^ state) & 1 == 1, forth, back)
+    op = lookup(SCRIPT_OPS, m.script_at)
+    pace = lookup(SCRIPT_PACES, m.script_at)
+    forth = _step(m, pace)
+    back = _step(m, -pace)
+    goes_forth = (op ^ state) & 1 == 1
+    aside = when(op < RISE, jnp.where(goes_forth, forth, back))
     ahead = match((op == FALL, forth), (op == RISE, back), otherwise=_step(m, m.drift))
     dx = match(
-        (burst, 0),
-        (scripted, when(op < RISE, aside)),
+        (bursts, 0),
+        (scripted, aside),
         (state == SAUCER_LEFT, -1),
         (state == SAUCER_RIGHT, 1),
         otherwise=0,
     )
-    leaving = when(state == SAUCER_LEAVING, _step(m, Speed.SAUCER_LEAVES))
-    return dx, match((burst, -2), (scripted, ahead), otherwise=leaving)
+    leaves = when(state == SAUCER_LEAVING, _step(m, Speed.SAUCER_LEAVES))
+    return dx, match((bursts, BURST_STEP), (scripted, ahead), otherwise=leaves)
 
 
 def _other_steps(m: Ram) -> tuple[jax.Array, jax.Array]:
+    """Steps of the records other than the saucers, if the list is new."""
     kind = m.state[OTHERS]
     new = _list_is_new(m)
-    always_aside = (kind == BLOCKER_ASIDE) | among(kind, CHIRPER) | (kind == CRAFT_ASIDE)
-    aside = always_aside | among(kind, JUMPER) & (m.back[OTHERS] == 1)
-    ahead = jnp.where(among(kind, BURST_STATES), -2, _step(m, _other_speeds(m)))
+    aside = jnp.any(
+        jnp.stack([among(kind, enemy.values) & enemy.aside(m) for enemy in ENEMIES.entries]), axis=0
+    )
+    speed = match(
+        *((among(kind, enemy.values), enemy.speed(m)) for enemy in ENEMIES.entries), otherwise=0
+    )
+    ahead = jnp.where(among(kind, BURST_STATES), BURST_STEP, _step(m, speed))
     dx = when(new & aside, _step(m, m.timer[OTHERS]))
     dy = when(new & ~aside, ahead)
-    return dx, dy + when(m.follows[OTHERS] == 1, _step(m, m.drift))
+    return dx, dy + when(m.follows[OTHERS], _step(m, m.drift))
 
 
-def _other_speeds(m: Ram) -> jax.Array:
-    """Speed along the beams of the records other than the saucers."""
-    kind = m.state[OTHERS]
+def _charger_speed(m: Ram) -> jax.Array:
     timer = m.timer[OTHERS]
-    back = m.back[OTHERS] == 1
-    waits = (kind == CHARGER_WAITING) & (timer < 128)
+    waits = (m.state[OTHERS] == CHARGER_WAITING) & (timer < 128)
+    starts = when(timer == 0, Speed.CHARGER_STARTS)
+    return match(
+        (m.back[OTHERS], Speed.CHARGER_RETURNS), (waits, starts), otherwise=_usual_speed(m)
+    )
+
+
+def _craft_speed(m: Ram) -> jax.Array:
+    kind = m.state[OTHERS]
     return match(
         (kind == CRAFT_RISING, Speed.CRAFT_RISES - m.speed),
         (kind == CRAFT_FALLING, m.speed + Speed.CRAFT_FALLS),
-        (among(kind, ROCK), m.speed + Speed.ROCK),
-        (among(kind, REJUVENATOR), (m.speed >> 1) + Speed.ENEMY),
-        (among(kind, CHARGER) & back, Speed.CHARGER_RETURNS),
-        (waits, jnp.where(timer > 0, 0, Speed.CHARGER_STARTS)),
-        (among(kind, DEBRIS), m.speed + Speed.DEBRIS),
-        (kind < BLOCKER.start, m.speed),
-        (kind == BLOCKER_FALLING, m.speed + Speed.BLOCKER_FALLS),
-        otherwise=m.speed + Speed.ENEMY,
+        otherwise=_usual_speed(m),
     )
+
+
+def _blocker_speed(m: Ram) -> jax.Array:
+    falls = m.state[OTHERS] == BLOCKER_FALLING
+    return m.speed + jnp.where(falls, Speed.BLOCKER_FALLS, Speed.ENEMY)
+
+
+def _usual_speed(m: Ram) -> jax.Array:
+    return m.speed + Speed.ENEMY
+
+
+def _never(m: Ram) -> jax.Array:
+    return jnp.zeros_like(m.back[OTHERS])
+
+
+def _always(m: Ram) -> jax.Array:
+    return jnp.ones_like(m.back[OTHERS])
 
 
 def _drawn_pictures(m: Ram, y: jax.Array) -> jax.Array:
     """Pictures of the seven records in the frame."""
-    state = m.state
-    new = _list_is_new(m)
-    odd = when(new | (np.arange(7) < 3), m.clock & 1)
-    turned = jnp.where(state == CHIRPER.start, state + 1, state - 1)
-    turned_back = jnp.where(among(state, CHIRPER_TURNED), state ^ 1, state + 1)
+    odd_step = m.clock & 1
+    of_saucer = np.arange(7) < 3
+    odd = when(_list_is_new(m) | of_saucer, odd_step)
+    in_order = [
+        (among(m.state, enemy.values), enemy.look(m, y)) for enemy in ENEMIES.entries if enemy.look
+    ]
     return match(
         (_is_saucer(m), DISK + reached(y, SAUCER_GROWS)),
-        (_bursting(m), jnp.maximum(state - odd, BURST_STATES.start)),
-        (among(state, ENEMY_SHOT), state ^ odd),
-        (among(state, SIZED), (state & ~3) + reached(y, ENEMY_GROWS)),
-        (among(state, CHIRPER) & new, jnp.where(m.back == 1, turned_back, turned)),
-        otherwise=state,
+        (_bursting(m), jnp.maximum(m.state - odd, BURST_STATES.start)),
+        (among(m.state, ENEMY_SHOTS.values), m.state ^ odd),
+        *in_order,
+        otherwise=m.state,
     )
+
+
+def _by_depth(m: Ram, y: jax.Array) -> jax.Array:
+    """The picture of an enemy that grows as it comes nearer."""
+    return (m.state & -PER_SIZE) + reached(y, ENEMY_GROWS)
+
+
+def _chirper_look(m: Ram, _: jax.Array) -> jax.Array:
+    """The picture before the one in the record, if the list is new."""
+    is_turned = among(m.state, CHIRPER_TURNED)
+    forth = jnp.where(m.state == CHIRPER_FIRST, m.state + 1, m.state - 1)
+    back = jnp.where(is_turned, m.state ^ 1, m.state + 1)
+    return jnp.where(_list_is_new(m), jnp.where(m.back, back, forth), m.state)
 
 
 def _shot_as_drawn(m: Ram) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Depth and picture of the player's shot as drawn; True if it is the laser's."""
     new = _list_is_new(m)
     struck = m.shot == STRUCK_SHOT
-    target = jnp.max(jnp.where(_is_just_hit(m), m.y + 1, 0))
+    target = jnp.max(when(_is_just_hit(m), m.y + 1))  # its depth + 1; 0: none
     ended = jnp.cumsum(m.list_line == 0) > 0  # the rest of the list is old
     listed = among(m.list_line, LASER_LEAVES) & (m.list_color == LASER_COLOR) & ~ended
-    gone = new & (m.shot & 63 == 0) & jnp.any(listed)
-    y = match((struck, (target & ~7) + 14), (gone, LASER_LEFT), otherwise=m.shot_y + when(new, 8))
-    laser = (m.shot == LASER_SHOT) | struck & (target > 0) | gone
-    return y, jnp.where(laser, LASER_SHOT, TORPEDO.start + reached(y, TORPEDO_GROWS)), laser
+    has_no_shot = m.shot & 63 == 0
+    left = new & has_no_shot & jnp.any(listed)
+    before_step = m.shot_y + when(new, LASER_STEP)
+    at_target = (target & ~7) + 14
+    y = match((struck, at_target), (left, LASER_LEFT), otherwise=before_step)
+    laser = (m.shot == LASER_SHOT) | (struck & (target > 0)) | left
+    shot_picture = TORPEDO.start + reached(y, TORPEDO_GROWS)
+    return y, jnp.where(laser, LASER_SHOT, shot_picture), laser
 
 
 def _picture_box(x: jax.Array, y: jax.Array, picture: jax.Array) -> Box:
     """Pictures at a lane and a depth; only valid on the beams."""
     line = lookup(LINES, y)
     left = 80 + _scaled(x - MIDDLE, LINE_SCALE - line + (line >> 4) + (line >> 3 & 1))
-    on_beams = (y >= HORIZON) & (y < NEAREST) & (left < 158)
-    return PICTURES.box(picture, left, GROUND - line + 1, valid=on_beams)
+    is_shown = (y >= HORIZON) & (y < NEAREST) & (left < 158)
+    return PICTURES.box(picture, left, GROUND - line + 1, valid=is_shown)
 
 
 def _scaled(side: jax.Array, scale: jax.Array | int) -> jax.Array:
@@ -383,15 +418,19 @@ def _saucer_boxes(m: Ram, drawn: Box, x: jax.Array, y: jax.Array) -> Box:
     own_x = x[SAUCERS]
     own_y = y[SAUCERS]
     far = saucer & (own_y < HORIZON)
-    i = np.arange(3)
-    other = own_y[None]
-    own = own_y[:, None]
-    before = (other < own) | (other == own) & (i[None] > i[:, None])
-    third = jnp.sum(jnp.where(before & far[None], 1, 0), axis=1) == 2  # another sprite draws it
-    dot_x = jnp.where(third, 84, 80) + _scaled(own_x - jnp.where(third, MIDDLE, 123), 84)
-    nearer = when(own_y >= NEAR, 1)
+    third = _is_third(far, own_y)  # another sprite draws it
+    from_lane = jnp.where(third, MIDDLE, MIDDLE - 5)
+    dot_x = jnp.where(third, 84, 80) + _scaled(own_x - from_lane, DOT_SCALE)
     boxes = choose(far, box(dot_x, 43, 1, 1), drawn[SAUCERS].where(saucer))
-    return replace(boxes, color=pick(nearer, DISK_COLORS))
+    return replace(boxes, color=jnp.where(own_y >= NEAR, DISK_COLORS[1], DISK_COLORS[0]))
+
+
+def _is_third(far: jax.Array, y: jax.Array) -> jax.Array:
+    """True for the nearest saucer if all three are far; of equally near ones, the first."""
+    number = np.arange(3)
+    farther = y[None] < y[:, None]
+    later = (y[None] == y[:, None]) & (number[None] > number[:, None])
+    return jnp.sum(when((farther | later) & far[None], 1), axis=1) == 2
 
 
 SHIP_COLORS = (*range(64, 112, 2), YELLOW)
@@ -404,26 +443,121 @@ ENDS = Blobs((38, 86), FIELD, Shape(w=(7, 8), h=5), gap=(2, 1))
 LASERS = Blobs(LASER_COLOR, FIELD, Shape(w=(1, 8), h=(1, 5)))
 TORPEDOES = Blobs(104, FIELD, Shape(w=(1, 5), h=(1, 5)), filters=(ShortRuns(1),))
 PASSING = Blobs((140, 66, 68, 218, 58), (0, 37, 160, 44), Shape(w=(8, 16), h=(4, 7)))
-SPARE_TORPEDOES = Cells(98, (128, 136, 144), (32,) * 3, 4, 8)
 SPARE_SHIPS = Blobs(YELLOW, (0, 182, 160, 194), Shape(w=(1, 5), h=(1, 7)))
 AMOUNT = Bounds(212, (15, 30, 40, 43), value=Digits(NARROW_FONT, (6, 19, 25), 32))
 SECTOR = Bounds(42, (56, 20, 110, 30), value=Digits(FONT, (92, 100), 21))
+
+
+@dataclass(frozen=True)
+class Enemy(KindEntry):
+    """A kind of enemy in the records other than the saucers'; `values` are its states.
+
+    Args:
+        speed: along the beams; see `Speed`.
+        aside: True for records that move sideways instead.
+        look: the picture as drawn, from the depth; None: the state.
+    """
+
+    speed: Callable[[Ram], jax.Array] = _usual_speed
+    aside: Callable[[Ram], jax.Array] = _never
+    look: Callable[[Ram, jax.Array], jax.Array] | None = None
+
+
+four = functools.partial(Category, count=4)
+on_beams = functools.partial(Blobs, region=FIELD)
+ENEMIES = Kinds(
+    Enemy(
+        four("Rejuvenator", on_beams(24, shapes=Shape(w=(3, 5), h=(2, 7))), doc="a life"),
+        range(16, 20),
+        speed=lambda m: (m.speed >> 1) + Speed.ENEMY,
+        look=_by_depth,
+    ),
+    Enemy(
+        four(
+            "Debris",
+            on_beams(52, shapes=Shape(w=(1, 7), h=(1, 7)), gap=(1, 1)),
+            doc="of Rejuvenator",
+        ),
+        range(1, 2),
+        speed=lambda m: m.speed + Speed.DEBRIS,
+    ),
+    Enemy(
+        four("Rock", on_beams(20, shapes=Shape(w=(1, 8), h=(1, 6))), doc="brown"),
+        range(24, 28),
+        speed=lambda m: m.speed + Speed.ROCK,
+        look=_by_depth,
+    ),
+    Enemy(
+        four("Chriper", on_beams(26, shapes=Shape(w=8, h=7)), doc="yellow, crosses"),
+        range(CHIRPER_FIRST, CHIRPER_TURNED.stop),
+        aside=_always,
+        look=_chirper_look,
+    ),
+    Enemy(
+        four("Blocker", on_beams(216, shapes=Shape(w=(1, 8), h=(1, 7)), gap=(1, 1)), doc="green"),
+        (BLOCKER_ASIDE, BLOCKER_FALLING),
+        speed=_blocker_speed,
+        aside=lambda m: m.state[OTHERS] == BLOCKER_ASIDE,
+    ),
+    Enemy(
+        four(
+            "Bouncecraft",
+            on_beams(218, shapes=Shape(w=(1, 8), h=(1, 7))),
+            doc="withstands the laser",
+        ),
+        range(CRAFT_ASIDE, CRAFT_RISING + 1),
+        speed=_craft_speed,
+        aside=lambda m: m.state[OTHERS] == CRAFT_ASIDE,
+    ),
+    Enemy(
+        four("Charger", on_beams(202, shapes=Shape(w=(1, 8), h=(1, 7))), doc="fast"),
+        range(12, CHARGER_WAITING + 1),
+        speed=_charger_speed,
+        look=_by_depth,
+    ),
+    Enemy(
+        four("Jumper", on_beams(40, shapes=Shape(w=(1, 7), h=(1, 6))), doc="orange"),
+        range(20, 24),
+        aside=lambda m: m.back[OTHERS],
+        look=_by_depth,
+    ),
+    Enemy(
+        four(
+            "Enemy_Projectile",
+            on_beams((104, 86), shapes=Shape(w=(2, 4), h=(2, 6), pixels=(8, 12))),
+            doc="shots at the ship",
+        ),
+        range(2, 4),
+        speed=lambda m: m.speed,
+    ),
+)
+ENEMY_SHOTS = ENEMIES.entries[-1]
 
 GAME = Game(
     name="BeamRider",
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Torpedos", "Player_Projectile"),
+        lives=(LivesAsIcons(("Life",), hidden=1, early=2),),
+    ),
     categories=(
         Category("Player", SHIP, color_row=-1, role="player", doc="the ship"),
         Category("Saucer", SAUCERS_SHOWN, count=3, doc="white; dots at the horizon"),
-        *(Category(name, e[1], count=4, doc=e[2]) for name, e in ENEMIES.items()),
+        *ENEMIES.categories,
         Category("Explosion", EXPLOSIONS, count=7, doc="what was hit"),
         Category("Sparks", ENDS, count=7, doc="the end of an explosion"),
         Category("Player_Projectile", LASERS, doc="the laser"),
         Category("Torpedos", TORPEDOES, doc="flying"),
         Category("Sentinel", PASSING, doc="passes above when no enemies are left"),
-        display("Torpedos_Available", SPARE_TORPEDOES, count=3, attributes=(), doc="left"),
+        display(
+            "Torpedos_Available",
+            TORPEDOES_LEFT.rule(98, whole=True),
+            count=TORPEDOES_LEFT.count,
+            attributes=(),
+            doc="left",
+        ),
         display("Enemy_Amount", AMOUNT, doc="enemies left in this sector"),
         display(
             "Score",

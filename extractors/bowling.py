@@ -26,6 +26,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Font,
     Game,
@@ -217,6 +218,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (158, 208), 38, mask=SAVER_MASK),
+    checks=Checks(
+        # When a throw ends, the RAM has put back the pins and the ball.
+        agreement={"last": 0.9, "modes": 0.89},
+        miscounted={"PlayerScore": 1},  # the console crashes at the end of some games
+    ),
     categories=(
         Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, role="player", doc="the bowler"),
         Category("Ball", BALL_RULE, doc="the ball"),

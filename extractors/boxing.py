@@ -18,9 +18,11 @@ Not exact: nothing known.
 import jax
 import jax.numpy as jnp
 from ocjax.authoring import (
+    UNKNOWN_VALUE,
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     RamMap,
@@ -144,6 +146,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        at_limits={"PlayerScore": ((100, UNKNOWN_VALUE),)},  # shown as KO
+    ),
     categories=(
         Category(
             "Player", Bounds(WHITE, RING), role="player", doc="the white boxer, both arms included"

@@ -32,6 +32,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
     RamMap,
@@ -161,6 +162,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (8, 0), 0),
+    checks=Checks(
+        agreement={"modes": 0.92},  # modes with invisible bricks
+    ),
     categories=(
         Category("Player", PADDLE, role="player", doc="the paddle"),
         Category("Ball", BALL, doc="in the colour of the row it is in"),

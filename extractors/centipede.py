@@ -39,8 +39,10 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
+    LivesAsIcons,
     NumberDisplay,
     RamMap,
     Rom,
@@ -345,6 +347,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Flea", "Scorpion"),
+        lives=(LivesAsIcons(("Life",), hidden=1),),
+    ),
     categories=(
         Category("Player", SHOOTER_RULE, role="player", doc="the shooter"),
         Category("Projectile", SHOT_RULE, doc="its shot"),

@@ -10,10 +10,18 @@ or the other. Truck has the places of a convoy. Bomb has the intact bomb or its 
 lower half. MiniTruck and MiniEnemy have block * 3 + place or lane, with the blocks of the landscape
 from the left. All blocks move on together, and no byte counts this.
 
-RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. The game moves the enemies before
-it draws a frame. After it, it moves the player, the bombs and the landscape, and counts hits;
-`_as_drawn` reverts this. The landscape's motion follows from the chip's codes for the columns of
-the two lower lanes, which the RAM keeps from the drawing, or else from the player's speed.
+RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. `_as_drawn` reverts the changes
+after a frame is drawn.
+
+Timeline of a frame:
+    1. the enemies move; the clock of the enemies and bombs counts down
+    2. the frame is drawn; the RAM keeps the chip's codes for the columns of the two lower lanes
+    3. the player's speed moves him through the landscape: a part of the columns is a step of his
+       own on the screen, and the landscape moves by the rest
+    4. bombs move, and hits are counted
+The landscape's motion in step 3 follows from the codes of step 2, or else from the player's speed.
+His own step leads him to a column for his speed, from 16 (to the right) or 134 (to the left). Near
+an edge of the screen, his steps away from it do not reduce the landscape's motion.
 
 Covered: both modes and difficulties, later waves, deaths, the end of the game.
 
@@ -38,6 +46,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     LoneRuns,
@@ -54,6 +63,7 @@ from ocjax.authoring import (
     byte,
     display,
     extremes,
+    flag,
     high,
     low,
     match,
@@ -94,10 +104,16 @@ CHOPPERS = ROM.pictures((0xEC0, 0xEB6), ROWS)
 
 PLACES = ((3, 5, 6, 7), (2, 4, 6, 7), (1, 4, 5, 7))  # convoys with a truck at each place
 BLOCK_COLUMNS = 320  # columns of the landscape
+NO_COARSE = 128  # least coarse code of a lane left of the screen
+COARSE_AGAIN = 122  # less than such a code
 GOES_RIGHT = 16  # the player's column when he flies to the right
 GOES_LEFT = 134
-BEHIND_LEFT = 21  # at most this: the landscape moves instead of a player who falls back
-BEHIND_RIGHT = 130  # at least this: the same on the other side
+STEP_FREE_LEFT = (
+    21  # up to this column, his steps to the right leave the landscape's motion as it is
+)
+STEP_FREE_RIGHT = 130
+NEGATIVE = 200  # least distance modulo 256 that is a negative one
+FASTEST = 64  # speeds are from -65 to 64
 LOWEST = 4  # `player_y`
 HIGHEST = 95
 OFF = 111  # `player_y` and `bomb_y` of absent objects, at least
@@ -106,6 +122,10 @@ JUST_EXPLODES = 15  # `timer`
 JUST_HIT = 31  # `pause`
 BLINKING = 8  # least `wreck` of a blinking truck
 LANE_ROWS = (183, 181, 179)  # of the radar's lanes, the low one first
+BLOCK_COUNT = 4  # of the landscape
+PER_BLOCK = 3  # lanes, or places of a convoy
+MINI_TRUCK_X = (3, 5, 7)  # columns of the places on the radar, from the block's
+TRUCK_X = (64, 96, 128)  # of the places in the landscape
 SAVER_MASK = 247  # `saver_mask` of the screen saver, which drops a bit of colours
 
 
@@ -118,9 +138,9 @@ class Kind:  # of `Ram.kind`
 
 class Phase:  # of `Ram.phase`
     PLAYS = 0
-    EXPLODES = 94  # at least this: the chopper explodes
+    EXPLODES = 94  # or more
     DEAD = 127
-    BETWEEN = 128  # at least this: a wave is over
+    BETWEEN_WAVES = 128  # or more
 
 
 class Stick:  # bits of `Ram.stick`
@@ -163,8 +183,8 @@ class Ram(RamMap):
     shot_color = byte(45)  # its brightness counts down
     shot = byte(49, 52, 55, 58, 61, 64)
     shot_y = byte(65)  # 167 - y
-    faces_right = bits(66)
-    odd = bits(67)  # half of a block
+    faces_right = flag(66, bit=0)
+    odd = flag(67, bit=0)  # half of a block
     scroll = byte(68)
     bomb_x = byte(70)  # x + 1
     player_x = byte(71)  # x - 1
@@ -183,9 +203,9 @@ class Drawn(NamedTuple):
 
     x: jax.Array  # the player's column on the frame
     y: jax.Array  # his row
-    shift: jax.Array  # the landscape's place on the frame
+    shift: jax.Array  # the landscape's column on the frame
     moved: jax.Array  # columns to the left that the landscape has moved since
-    ticked: jax.Array  # 1 if the clock of the enemies has ended
+    ticked: jax.Array  # 1 if the clock of the enemies has ended, which moves everything by a column
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -208,72 +228,105 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def _as_drawn(m: Ram) -> Drawn:
     """Infer the player's step from the landscape's motion if it is known and possible."""
-    ticked = when((m.phase == Phase.PLAYS) & (m.clock == ((3 - m.wave) & 255)), 1)
-    now = m.scroll - jnp.where(m.odd == 1, 0, BLOCK_COLUMNS // 2)
+    clock_ended = m.clock == ((3 - m.wave) & 0xFF)
+    ticked = when((m.phase == Phase.PLAYS) & clock_ended, 1)
+    now = m.scroll - jnp.where(m.odd, 0, BLOCK_COLUMNS // 2)
     flown = _columns_flown(m) + ticked
-    shift, seen = _seen_shift(m)
-    step = _player_step(m, flown + now - shift, seen)
-    behind = jnp.where(step < 0, m.player_x < BEHIND_RIGHT, m.player_x > BEHIND_LEFT)
-    moved = jnp.where(seen, shift - now, flown - when(behind, step))
-    block = when(_moved_on(m), jnp.where(m.odd == 1, -BLOCK_COLUMNS, BLOCK_COLUMNS))
-    x = m.player_x - step
-    y = m.player_y - _player_rise(m)
-    return Drawn(x, y, now + moved + block, moved, ticked)
+    seen = _seen_shift(m)
+    step = _player_step(m, flown + now - seen.shift, seen.known)
+    reduces = jnp.where(step < 0, m.player_x < STEP_FREE_RIGHT, m.player_x > STEP_FREE_LEFT)
+    moved = jnp.where(seen.known, seen.shift - now, flown - when(reduces, step))
+    block = when(_moved_on(m), jnp.where(m.odd, -BLOCK_COLUMNS, BLOCK_COLUMNS))
+    return Drawn(
+        x=m.player_x - step,
+        y=m.player_y - _player_rise(m),
+        shift=now + moved + block,
+        moved=moved,
+        ticked=ticked,
+    )
 
 
 def _columns_flown(m: Ram) -> jax.Array:
     """Columns that the player's speed has moved him in the landscape."""
-    before = m.part - m.speed  # the game keeps it from 0 to 31 or from -33 to -2
+    before = m.part - m.speed
+    to_right = (m.speed > 0) & (m.part >= 0)  # the game keeps the part from 0 to 31
+    to_left = (m.speed < 0) & (m.part < 0)  # from -33 to -2
     part = match(
-        ((m.speed > 0) & (m.part >= 0), before & 31),
-        ((m.speed < 0) & (m.part < 0), ((before + 33) & 31) - 33),
+        (to_right, before & 31),
+        (to_left, ((before + 33) & 31) - 33),
         otherwise=before,
     )
-    return when(m.phase < Phase.BETWEEN, (part + m.speed - m.part) >> 5)
+    return when(m.phase < Phase.BETWEEN_WAVES, (part + m.speed - m.part) >> 5)
 
 
-def _seen_shift(m: Ram) -> tuple[jax.Array, jax.Array]:
-    """The landscape's position according to the lower lanes, and True if one of them shows it."""
-    coarse = jnp.where(m.coarse < 128, m.coarse, m.coarse - 122)
+class Seen(NamedTuple):
+    """The landscape according to the lower lanes."""
+
+    shift: jax.Array  # its column on the frame
+    known: jax.Array  # True if one of the lanes shows it
+
+
+def _seen_shift(m: Ram) -> Seen:
+    coarse = jnp.where(m.coarse < NO_COARSE, m.coarse, m.coarse - COARSE_AGAIN)
     x = position(coarse, m.fine) - 1
-    seen = (x > 0) & (m.timer[:2] != JUST_EXPLODES) & ~_moved_on(m)
-    return jnp.where(seen[0], x[0] - m.x[0], x[1] - m.x[1]), jnp.any(seen)
+    shows = (x > 0) & (m.timer[:2] != JUST_EXPLODES) & ~_moved_on(m)
+    shifts = x - m.x[:2]
+    return Seen(jnp.where(shows[0], shifts[0], shifts[1]), jnp.any(shows))
 
 
-def _player_step(m: Ram, step: jax.Array, seen: jax.Array) -> jax.Array:
+class Steps(NamedTuple):
+    """Steps with which the player can have come to his column, bool each."""
+
+    gains: jax.Array
+    stays: jax.Array
+    loses: jax.Array
+
+
+def _player_step(m: Ram, inferred: jax.Array, known: jax.Array) -> jax.Array:
     """The player's step after he was drawn: the inferred step, if he can make it."""
     x = m.player_x
-    gains = _step_from(m, x - 1) == 1
-    stays = _step_from(m, x) == 0
-    loses = _step_from(m, x + 1) == -1
-    as_seen = (gains & (step == 1)) | (stays & (step == 0)) | (loses & (step == -1))
-    possible = seen & as_seen & (x > BEHIND_LEFT) & (x < BEHIND_RIGHT)
-    made = jnp.where(possible, step, _usual_step(m, gains, stays, loses))
-    return when(m.phase < Phase.BETWEEN, made)
+    can = Steps(
+        gains=_step_from(m, x - 1) == 1,
+        stays=_step_from(m, x) == 0,
+        loses=_step_from(m, x + 1) == -1,
+    )
+    gained = can.gains & (inferred == 1)
+    stayed = can.stays & (inferred == 0)
+    lost = can.loses & (inferred == -1)
+    reduces = (x > STEP_FREE_LEFT) & (x < STEP_FREE_RIGHT)
+    possible = known & (gained | stayed | lost) & reduces
+    made = jnp.where(possible, inferred, _usual_step(m, can))
+    return when(m.phase < Phase.BETWEEN_WAVES, made)
+
+
+def _resting_column(m: Ram) -> jax.Array:
+    return jnp.where(m.faces_right, GOES_RIGHT, GOES_LEFT)
 
 
 def _step_from(m: Ram, x: jax.Array) -> jax.Array:
-    """Columns that the game moves the player from x to the position for his speed."""
-    distance = (x - (m.speed >> 1)) & 255
-    aim = jnp.where(distance >= 200, 0, distance) & ~1
-    goal = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT)
-    near = jnp.sign(GOES_LEFT - x)
-    far = match((x == GOES_RIGHT + 1, 0), (x <= GOES_RIGHT, near), otherwise=-1)
-    return match((aim < goal, near), (aim == goal, 0), otherwise=far)
+    """Columns that the game moves the player from x to the column for his speed."""
+    distance = (x - (m.speed >> 1)) & 0xFF
+    aim = jnp.where(distance >= NEGATIVE, 0, distance) & ~1
+    goal = _resting_column(m)
+    towards_left_goal = jnp.sign(GOES_LEFT - x)
+    beyond = match((x == GOES_RIGHT + 1, 0), (x <= GOES_RIGHT, towards_left_goal), otherwise=-1)
+    return match((aim < goal, towards_left_goal), (aim == goal, 0), otherwise=beyond)
 
 
-def _usual_step(m: Ram, gains: jax.Array, stays: jax.Array, loses: jax.Array) -> jax.Array:
+def _usual_step(m: Ram, can: Steps) -> jax.Array:
     """The player's step if several are possible: he follows a change of his speed."""
     aside = m.stick & (Stick.LEFT | Stick.RIGHT)
-    right = (aside & Stick.RIGHT) != 0
-    left = aside == Stick.LEFT
+    pulls_right = (aside & Stick.RIGHT) != 0
+    pulls_left = aside == Stick.LEFT
     slows = aside == 0
-    rises = (right & (m.speed < 64)) | (slows & (m.speed < 0))
-    falls = (left & (m.speed > -65)) | (slows & (m.speed > 0))
-    edge = jnp.where(m.faces_right == 1, GOES_RIGHT, GOES_LEFT) + (m.speed >> 1)
-    follows = gains & rises & ((m.speed & 1) == 0) & (m.player_x == edge)
-    yields = loses & falls & ((m.speed & 1) == 1) & (m.player_x == edge + 1)
-    return match((stays & ~follows & ~yields, 0), (gains, 1), (loses, -1), otherwise=0)
+    rises = (pulls_right & (m.speed < FASTEST)) | (slows & (m.speed < 0))
+    falls = (pulls_left & (m.speed > -FASTEST - 1)) | (slows & (m.speed > 0))
+    is_even = (m.speed & 1) == 0
+    edge = _resting_column(m) + (m.speed >> 1)
+    follows = can.gains & rises & is_even & (m.player_x == edge)
+    yields = can.loses & falls & ~is_even & (m.player_x == edge + 1)
+    stays = can.stays & ~follows & ~yields
+    return match((stays, 0), (can.gains, 1), (can.loses, -1), otherwise=0)
 
 
 def _player_rise(m: Ram) -> jax.Array:
@@ -286,25 +339,25 @@ def _player_rise(m: Ram) -> jax.Array:
 
 def _moved_on(m: Ram) -> jax.Array:
     """True if the blocks of the landscape have moved on by one on this frame."""
-    near = jnp.where(m.odd == 1, m.scroll >= 150, m.scroll < 10)
+    near = jnp.where(m.odd, m.scroll >= 150, m.scroll < 10)
     return jnp.all(m.lane_state == 0) & near
 
 
 def _blocks(m: Ram, values: jax.Array) -> jax.Array:
     """A value of each of the four blocks as in the frame."""
-    back = jnp.where(m.odd == 1, jnp.roll(values, 1), jnp.roll(values, -1))
+    back = jnp.where(m.odd, jnp.roll(values, 1), jnp.roll(values, -1))
     return jnp.where(_moved_on(m), back, values)
 
 
 def _player(m: Ram, drawn: Drawn) -> Box:
-    right = m.faces_right == 1
     is_just_hit = (m.phase == Phase.DEAD) & (m.pause == JUST_HIT)
-    turns = ((m.phase == Phase.PLAYS) | is_just_hit) & (((m.frame - 2) & 2) == 0)  # the rotor
-    picture = jnp.where(turns, 0, 1)
-    left, top, width, height = CHOPPERS.extent(picture, mirrored=~right)
-    alive = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN) | is_just_hit
-    there = alive & (m.player_y < OFF)
-    facing = jnp.where(right, EAST, WEST)
+    rotor_turns = (m.phase == Phase.PLAYS) | is_just_hit
+    first = rotor_turns & (((m.frame - 2) & 2) == 0)
+    picture = jnp.where(first, 0, 1)
+    left, top, width, height = CHOPPERS.extent(picture, mirrored=~m.faces_right)
+    is_intact = (m.phase < Phase.EXPLODES) | (m.phase >= Phase.BETWEEN_WAVES) | is_just_hit
+    there = is_intact & (m.player_y < OFF)
+    facing = jnp.where(m.faces_right, EAST, WEST)
     x = drawn.x + 1 + 2 * left
     y = 159 - drawn.y + top
     return box(x, y, 2 * width, height, there, orientation=facing).clip(*FIELD)
@@ -334,24 +387,31 @@ def _cut(kind: jax.Array, x: jax.Array, y: jax.Array, there: jax.Array, facing: 
 def _truck_boxes(m: Ram, drawn: Drawn) -> Box:
     convoy = jnp.where(m.wreck >= BLINKING, m.wreck_convoy, _blocks(m, m.convoys)[1])
     there = jnp.stack([among(convoy, convoys) for convoys in PLACES])
-    x = jnp.array([64, 96, 128]) + drawn.shift
-    trucks = _cut(m.truck_kind ^ drawn.ticked, x, jnp.full(3, ROAD[1]), there, jnp.full(3, 0))
-    return trucks.clip(*ROAD)
+    x = jnp.array(TRUCK_X) + drawn.shift
+    kind = m.truck_kind ^ drawn.ticked
+    y = jnp.full(PER_BLOCK, ROAD[1])
+    return _cut(kind, x, y, there, jnp.full(PER_BLOCK, 0)).clip(*ROAD)
 
 
 def _bomb_boxes(m: Ram, drawn: Drawn) -> Box:
     """A bomb flies sideways or, on alternate frames, vertically, and its halves fall apart."""
-    sideways = (m.clock == 0) | (m.clock > 128)
-    is_whole = m.bomb_time >= SPLIT - 1
+    flew_sideways = (m.clock == 0) | (m.clock > 128)
     scrolled = drawn.moved - drawn.ticked
-    x = m.bomb_x - when(sideways, m.bomb_speed[0]) + scrolled
-    dy = jnp.where(sideways, 0, m.bomb_speed[1])
-    y = m.bomb_y - jnp.where(m.bomb_time >= SPLIT, dy, jnp.array([2, -2]))
-    lane = m.x + drawn.shift  # a new bomb appears on its second frame
-    fresh = (x == lane + when(lane < 156, 3)) & (y[0] == m.y + 4)
-    flies = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~jnp.any(fresh)
+    x = m.bomb_x - when(flew_sideways, m.bomb_speed[0]) + scrolled
+    fell = when(~flew_sideways, m.bomb_speed[1])
+    apart = jnp.array([2, -2])
+    y = m.bomb_y - jnp.where(m.bomb_time >= SPLIT, fell, apart)
+    flies = (m.bomb_time > 0) & (m.bomb_y < OFF) & ~_bomb_is_new(m, drawn, x, y[0])
+    is_whole = m.bomb_time >= SPLIT - 1
     there = flies & (np.array([True, False]) | ~is_whole)
     return box(x - 1, 167 - y, 2, jnp.where(is_whole, 2, 1), there).clip(*FIELD)
+
+
+def _bomb_is_new(m: Ram, drawn: Drawn, x: jax.Array, y: jax.Array) -> jax.Array:
+    """True if a bomb is at an enemy that drops it: it appears on its second frame."""
+    lane_x = m.x + drawn.shift
+    at_enemy = (x == lane_x + when(lane_x < 156, 3)) & (y == m.y + 4)
+    return jnp.any(at_enemy)
 
 
 def _shot(m: Ram) -> Box:
@@ -369,20 +429,25 @@ def _mini_player(drawn: Drawn) -> Box:
 
 def _mini_lefts(m: Ram) -> jax.Array:
     """Radar column of each block."""
-    return 56 - signed_nibble(m.radar) + 16 * np.arange(4)
+    return 56 - signed_nibble(m.radar) + 16 * np.arange(BLOCK_COUNT)
+
+
+def _by_block(of_places: list[jax.Array]) -> jax.Array:
+    """Values of each lane or place, by block, in the order of the slots: block * 3 + place."""
+    return jnp.stack(of_places, axis=1).reshape(BLOCK_COUNT * PER_BLOCK)
 
 
 def _mini_enemies(m: Ram) -> Box:
     lanes = [_blocks(m, lane) for lane in (m.low_lane, m.middle_lane, m.top_lane)]
-    x = jnp.stack([_mini_lefts(m) + lane - 1 for lane in lanes], 1).reshape(12)
-    there = jnp.stack([lane > 0 for lane in lanes], 1).reshape(12)
-    return box(x, np.tile(LANE_ROWS, 4), 2, 2, there).clip(*WINDOW)
+    x = _by_block([_mini_lefts(m) + lane - 1 for lane in lanes])
+    there = _by_block([lane > 0 for lane in lanes])
+    return box(x, np.tile(LANE_ROWS, BLOCK_COUNT), 2, 2, there).clip(*WINDOW)
 
 
 def _mini_trucks(m: Ram) -> Box:
-    x = jnp.stack([_mini_lefts(m) + column for column in (3, 5, 7)], 1).reshape(12)
     convoys = _blocks(m, m.convoys)
-    there = jnp.stack([among(convoys, place) for place in PLACES], 1).reshape(12)
+    x = _by_block([_mini_lefts(m) + column for column in MINI_TRUCK_X])
+    there = _by_block([among(convoys, place) for place in PLACES])
     return box(x, 185, 1, 2, there).clip(*WINDOW)
 
 
@@ -412,6 +477,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (8, 15), 136, mask=SAVER_MASK, taken=(136, 38)),
+    checks=Checks(
+        saver_hides=("EnemyPlane", "MiniEnemy", "MiniTruck"),
+    ),
     categories=(
         Category("Player", CHOPPER, attributes=("orientation",), role="player", doc="the chopper"),
         enemies("EnemyHelicopter", vehicles(WHITE, FIELD), doc="lanes from the bottom"),

@@ -7,8 +7,16 @@ colour). The climber and a falling object on the same rows are drawn alternately
 Slots: Window is row * 6 + column; row 0 scrolls in at the top.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the records), and the ROM's code. The game
-computes in the blank lines after a frame, so the RAM agrees with the screen. The drawing loop
-counts steps instead of lines, and skips some; `decode` repeats that count.
+computes in the blank lines after a frame, so the RAM agrees with the screen.
+
+Timeline of the drawing loop, which counts steps instead of lines. A falling object shows the row of
+its picture that belongs to the step. A row of the building has 13 lines:
+    line 4           the loop waits, which shows the row of the picture before once more
+    lines 5 to 11    the windows; the loop waits on the line after the last shut row
+    lines 12 and 13  the loop waits
+In each row the loop makes 11 steps. It makes one more in the rows above a thrower, except the upper
+two, and one more below his head. While it draws the bird, it makes two more in the upper two rows.
+`_row_start` counts the steps before a row, `_steps` those of its lines.
 
 Covered: all modes and difficulties, falls, the end of the game. The RAM was edited for the roof
 with the helicopter, and for girders that fall from high floors and are four times as wide as their
@@ -35,7 +43,10 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
+    Icons,
+    LivesAsIcons,
     NumberDisplay,
     Pictures,
     RamMap,
@@ -48,6 +59,7 @@ from ocjax.authoring import (
     display,
     edges,
     extremes,
+    flag,
     high,
     lookup,
     low,
@@ -59,7 +71,7 @@ from ocjax.authoring import (
 ROM = Rom("crazy_climber", "55ef7b65066428367844342ed59f956c")
 FONT = ROM.font([0xF0B + i for i in range(10)], rows=7, step=11)
 GREEN = 202
-GREEN_2 = 104
+DARK_GREEN = 104
 LEGS = 76
 RED = 70
 WHITE = 12
@@ -72,6 +84,7 @@ BUILDING = (40, 43, 120, 198)
 SCORE = NumberDisplay(FONT, right=96, top=31, digits=6, leading_zeros=True)
 BONUS = NumberDisplay(FONT, right=96, top=21, digits=5, leading_zeros=True)
 
+RESERVE = Icons(left=58, top=13, size=(5, 6), pitch=16, count=3)  # lives
 OVER = 128  # least `started` of an ended game
 NO_THROWER = 15  # `thrower`
 ORDINARY = 15  # `wide`
@@ -80,10 +93,13 @@ HEADLESS = 5  # least `row` of a thrower with a hidden head
 # Of the windows.
 WINDOW_ROW, COLUMN = np.ogrid[:13, :6]
 WINDOW_X = np.array((44, 56, 68, 84, 96, 108))
-WINDOW_ROWS = 8
+FIRST_WINDOW_Y = 34  # of row 0
+WINDOW_SIZE = 8  # pixels, in both directions
 SHUTS = 7  # least shut rows of an invisible window
-SHUT_FIRST = 3  # first row with shutters
+SHUT_ROWS = range(3, 11)  # rows with shutters
 CLIMBED = (WINDOW_ROW == 9) | (WINDOW_ROW == 10)  # beside the climber
+ROOF_ROW = 10  # on the roof, only windows below this row are left
+HEAD_BELOW = 2  # rows from `Ram.row` to the thrower's head
 DISTANCE = np.array((0, 1, 2, 2, 1, 0))  # column -> window of the left half
 OPEN = (0b111, 0b110, 0b011, 0b100, 0b100, 0)  # windows of the left half, bit 0 the outer one
 
@@ -91,10 +107,15 @@ OPEN = (0b111, 0b110, 0b011, 0b100, 0b100, 0)  # windows of the left half, bit 0
 ROW_LINES = 13  # of the building
 ROW_STEPS = 11  # loop steps in such a row
 LAST_ROW = 11
+WINDOW_LINE = 4  # the line above the windows
+LAST_WINDOW_LINE = 11
 # Rows with one more step per row down to the thrower.
 ZONE_START = 2
 ZONE_END = 7
 BIRD_STEPS = 2  # additional steps while the loop draws the bird
+BIRD_ROWS = 2  # upper rows, beside the bird
+BIRD_END = 8  # in the second of these rows, the line from which the loop makes steps again
+NO_STEP = -1  # on a line on which the loop waits
 THING_ROWS = 16  # at most, in a falling object's picture
 CLIMBER_STEP = 89  # least `end` of a falling object that may be on the climber's rows
 CLIMBER_LINES = range(103, 140)
@@ -137,19 +158,19 @@ class Ram(RamMap):
     row = byte(15)  # of the thrower, less 2
     raised = byte(16)  # rows of the thrower's head
     pose = byte(19, 21)  # low bytes of the addresses of the left and the right half
-    pose_page = bits(20, 22, first=0)  # 1: the first of two pages
+    first_page = flag(20, 22, bit=0)  # of two
     x = byte(24)  # x + 9
-    flies_left = bits(33, first=3)  # bird, helicopter
+    flies_left = flag(33, bit=3)  # bird, helicopter
     bird_x = byte(34)
     helicopter_y = byte(36)  # y - 48
     lives = byte(42)
     windows = byte(*range(45, 58))  # 4 * index of the row's windows in `OPEN`
     scroll = byte(58)  # rows: 0, 3, 6, 9
     on_roof = byte(65)
-    bird = bits(76, first=7)  # 0: the bird exists
+    no_bird = flag(76, bit=7)
     thrower = low(92)  # 15: none
     wide = high(92)  # 15: the falling object has ordinary width
-    turn = bits(38)  # 0: the climber is drawn, 1: the falling object beside him
+    things_turn = flag(38, bit=0)  # the falling object is drawn, not the climber beside it
     shut = byte(*range(95, 103))  # rows
     shut_kind = byte(*range(108, 116))  # 2 * index in `SHUTTERS`
     top = byte(81)  # first step of the drawing loop that shows the falling object
@@ -174,7 +195,7 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _join(a: Box, b: Box) -> Box:
+def _joined(a: Box, b: Box) -> Box:
     left = jnp.minimum(a.x, b.x)
     top = jnp.minimum(a.y, b.y)
     right = jnp.maximum(a.x + a.w, b.x + b.w)
@@ -183,15 +204,15 @@ def _join(a: Box, b: Box) -> Box:
 
 
 def _player(m: Ram) -> Box:
-    picture = m.pose + 256 * (1 - m.pose_page)
+    picture = m.pose + jnp.where(m.first_page, 0, 256)
     y = 152 + m.scroll + _lower(m)
     left = LIMBS.box(picture[0], m.x - 10, y)
     right = LIMBS.box(picture[1], m.x - 2, y, mirrored=True)
-    figure = _join(left, right)
-    roof = m.on_roof > 0
-    top = jnp.where(roof, 158, figure.y)
-    rows = jnp.where(roof, 23, figure.h)
-    return box(figure.x, top, figure.w, rows).clip(0, 43, 160, 210)
+    figure = _joined(left, right)
+    on_roof = m.on_roof > 0
+    top = jnp.where(on_roof, 158, figure.y)
+    height = jnp.where(on_roof, 23, figure.h)
+    return box(figure.x, top, figure.w, height).clip(0, 43, 160, 210)
 
 
 def _lower(m: Ram) -> jax.Array:
@@ -200,28 +221,38 @@ def _lower(m: Ram) -> jax.Array:
 
 
 def _window_boxes(m: Ram) -> Box:
-    head = _has_thrower(m) & (m.row < HEADLESS) & (m.row + 3 == WINDOW_ROW)
-    n = jnp.where(head, 0, _by_row(m.shut))  # rows that are shut
-    kept = _is_hole(SHUTTERS, _by_row(m.shut_kind) >> 1)
-    beside = CLIMBED & (n > 0) & ((WINDOW_ROW == 10) | (COLUMN < 3))
-    rows = jnp.where(kept, 0, n + when(beside, 1))
-    cut = (n >= SHUTS) & ~CLIMBED & (COLUMN >= 2) | head & (COLUMN >= 4)
-    y = 34 + ROW_LINES * WINDOW_ROW + m.scroll + _lower(m)
-    unshut = _is_hole(OPEN, m.windows[:, None] >> 2) & (kept | (n < SHUTS))
-    there = unshut & ((m.on_roof == 0) | (WINDOW_ROW > 10))
+    """The open part of each window, by row and column."""
+    behind_head = _has_head(m) & (m.row + HEAD_BELOW + 1 == WINDOW_ROW)
+    shut = jnp.where(behind_head, 0, _by_row(m.shut))  # rows
+    without_shutter = _is_hole(SHUTTERS, _by_row(m.shut_kind) >> 1)
+    later = CLIMBED & (shut > 0) & ((WINDOW_ROW == 10) | (COLUMN < 3))
+    closed = jnp.where(without_shutter, 0, shut + when(later, 1))
+    nearly_shut = (shut >= SHUTS) & ~CLIMBED & (COLUMN >= 2)
+    cut = nearly_shut | (behind_head & (COLUMN >= 4))  # the last row is not drawn
+    top = FIRST_WINDOW_Y + ROW_LINES * WINDOW_ROW + m.scroll + _lower(m)
+    height = WINDOW_SIZE - when(cut, 1) - closed
+    is_window = _is_hole(OPEN, m.windows[:, None] >> 2)
+    is_open = without_shutter | (shut < SHUTS)
+    on_screen = (m.on_roof == 0) | (WINDOW_ROW > ROOF_ROW)
     x = np.broadcast_to(WINDOW_X, (13, 6))
-    height = WINDOW_ROWS - when(cut, 1) - rows
-    boxes = box(x.ravel(), (y + rows).ravel(), 8, height.ravel(), there.ravel())
-    return boxes.clip(*BUILDING)
+    there = is_window & is_open & on_screen
+    fields = (x.ravel(), (top + closed).ravel(), WINDOW_SIZE, height.ravel(), there.ravel())
+    return box(*fields).clip(*BUILDING)
 
 
 def _by_row(of_shutters: jax.Array) -> jax.Array:
     """Expand the RAM's values for the rows with shutters to a column of all rows; 0 elsewhere."""
-    return jnp.pad(of_shutters, (SHUT_FIRST, 2))[:, None]
+    below = WINDOW_ROW.size - SHUT_ROWS.stop
+    return jnp.pad(of_shutters, (SHUT_ROWS.start, below))[:, None]
 
 
 def _has_thrower(m: Ram) -> jax.Array:
     return m.thrower != NO_THROWER
+
+
+def _has_head(m: Ram) -> jax.Array:
+    """True if the thrower's head is visible."""
+    return _has_thrower(m) & (m.row < HEADLESS)
 
 
 def _is_hole(patterns: Sequence[int], index: jax.Array) -> jax.Array:
@@ -232,39 +263,49 @@ def _is_hole(patterns: Sequence[int], index: jax.Array) -> jax.Array:
 
 
 def _head_box(m: Ram) -> Box:
-    y = 48 + ROW_LINES * (m.row + 2) + m.scroll
-    there = _has_thrower(m) & (m.on_roof == 0) & (m.row < HEADLESS)
-    return HEADS.box(m.raised, position(m.coarse, m.fine) - 10, y, valid=there)
+    x = position(m.coarse, m.fine) - 10
+    y = 48 + ROW_LINES * (m.row + HEAD_BELOW) + m.scroll
+    return HEADS.box(m.raised, x, y, valid=_has_head(m) & (m.on_roof == 0))
+
+
+def _facing(m: Ram) -> jax.Array:
+    """Of the bird and the helicopter."""
+    return jnp.where(m.flies_left, WEST, EAST)
 
 
 def _bird_box(m: Ram) -> Box:
-    left = m.flies_left == 1
-    offset = jnp.where(left, -8, 8)
+    to_right_half = jnp.where(m.flies_left, -8, 8)
+    x = m.bird_x - 10
     y = 47 + m.scroll
-    a = BIRDS.box(m.bird_right, m.bird_x + offset - 10, y, mirrored=left)
-    b = BIRDS.box(m.bird_left, m.bird_x - 10, y, mirrored=left)
-    facing = jnp.where(left, WEST, EAST)
-    return replace(_join(a, b), orientation=facing).where((m.bird == 0) & (m.on_roof == 0))
+    left = BIRDS.box(m.bird_left, x, y, mirrored=m.flies_left)
+    right = BIRDS.box(m.bird_right, x + to_right_half, y, mirrored=m.flies_left)
+    whole = replace(_joined(left, right), orientation=_facing(m))
+    return whole.where(_has_bird(m) & (m.on_roof == 0))
+
+
+def _has_bird(m: Ram) -> jax.Array:
+    return ~m.no_bird
 
 
 def _helicopter_box(m: Ram) -> Box:
-    left = m.flies_left == 1
-    x = m.bird_x - jnp.where(left, 23, 9)
-    facing = jnp.where(left, WEST, EAST)
-    return box(x, m.helicopter_y + 48, 30, 26, m.on_roof > 0, orientation=facing)
+    x = m.bird_x - jnp.where(m.flies_left, 23, 9)
+    y = m.helicopter_y + 48
+    return box(x, y, 30, 26, m.on_roof > 0, orientation=_facing(m))
 
 
 def _end_of_zone(m: Ram) -> jax.Array:
     """The row after the rows that the thrower makes longer by a step."""
-    return jnp.where(_has_thrower(m), jnp.minimum(m.row + 3, ZONE_END), ZONE_START)
+    below_head = m.row + HEAD_BELOW + 1
+    return jnp.where(_has_thrower(m), jnp.minimum(below_head, ZONE_END), ZONE_START)
 
 
-def _start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
+def _row_start(m: Ram, row: jax.Array | np.ndarray) -> jax.Array:
     """The drawing loop's step at which it begins rows of the building."""
-    in_zone = jnp.maximum(jnp.minimum(row, _end_of_zone(m)) - ZONE_START, 0)
-    head = _has_thrower(m) & (m.row + 2 < ZONE_END) & (row > m.row + 2)
-    for_bird = when((m.bird == 0) & (row > 1), BIRD_STEPS)
-    return in_zone + ROW_STEPS * row + when(head, 1) + for_bird
+    head_row = m.row + HEAD_BELOW
+    zone_rows = jnp.maximum(jnp.minimum(row, _end_of_zone(m)) - ZONE_START, 0)
+    below_head = _has_thrower(m) & (head_row < ZONE_END) & (row > head_row)
+    for_bird = when(_has_bird(m) & (row > 1), BIRD_STEPS)
+    return jnp.asarray(ROW_STEPS * row + zone_rows + when(below_head, 1) + for_bird)
 
 
 def _counters(m: Ram, row: jax.Array) -> jax.Array:
@@ -274,23 +315,27 @@ def _counters(m: Ram, row: jax.Array) -> jax.Array:
     """
     counter = _steps(m, row[:, None])
     last = _running_max(list(jnp.max(counter, axis=1)))  # of each row, outside waits
-    before = jnp.stack([jnp.int32(-1), *last[:-1]])
+    before = jnp.stack([jnp.int32(NO_STEP), *last[:-1]])
     return jnp.concatenate(_running_max([before, *counter.T])[1:])
 
 
 def _steps(m: Ram, row: jax.Array) -> jax.Array:
-    """The steps of all lines of some rows; -1 while the loop waits for the line's end."""
-    n = sum((when(row == 2 + i, m.shut[i]) for i in range(8)), start=jnp.int32(0))
+    """The steps of all lines of some rows; `NO_STEP` while the loop waits for the line's end."""
     line = np.arange(1, ROW_LINES + 1)[None, :]
-    zone = (row >= ZONE_START) & (row < _end_of_zone(m))
-    flies = (m.bird == 0) & (row < 2)
-    late = ((n == 0) | (line >= 4 + n)) & (zone | (line >= 4))
-    more = when(zone, 1) + when(flies, BIRD_STEPS)
-    offset = line + more - when(late, 1) - when(row == LAST_ROW, 1)
-    everywhere = (line == 4) | (line > 11) | (n > 0) & (line == 4 + n)
-    in_zone = zone & ((line < 5) | (row == m.row + 2))
-    by_bird = flies & ((row == 0) | (line < 8))
-    return jnp.where(everywhere | in_zone | by_bird, -1, _start(m, row) + offset)
+    shut = sum((when(row == 2 + i, m.shut[i]) for i in range(8)), start=jnp.int32(0))
+    shut_end = WINDOW_LINE + shut
+    in_zone = (row >= ZONE_START) & (row < _end_of_zone(m))
+    beside_bird = _has_bird(m) & (row < BIRD_ROWS)
+    # Each wait above a line delays its step by one.
+    waited_on_shutter = (shut == 0) | (line >= shut_end)
+    waited = waited_on_shutter & (in_zone | (line >= WINDOW_LINE))
+    before_line = line - when(waited, 1) - when(row == LAST_ROW, 1)
+    more = when(in_zone, 1) + when(beside_bird, BIRD_STEPS)
+    waits = (line == WINDOW_LINE) | (line > LAST_WINDOW_LINE) | ((shut > 0) & (line == shut_end))
+    waits_in_zone = in_zone & ((line <= WINDOW_LINE) | (row == m.row + HEAD_BELOW))
+    waits_for_bird = beside_bird & ((row == 0) | (line < BIRD_END))
+    step = _row_start(m, row) + before_line + more
+    return jnp.where(waits | waits_in_zone | waits_for_bird, NO_STEP, step)
 
 
 def _running_max(values: list[jax.Array]) -> list[jax.Array]:
@@ -304,29 +349,34 @@ def _thing(m: Ram) -> Box:
     A picture has fewer rows than the loop has steps in two rows of the building. Therefore it is in
     the row in progress at its start and in the next two.
     """
-    begun = _start(m, np.arange(1, LAST_ROW + 1)) < m.top
+    begun = _row_start(m, np.arange(1, LAST_ROW + 1)) < m.top
     building_row = jnp.sum(when(begun, 1)) + np.arange(3)
     picture = m.thing + 256 * m.thing_page
     line = (ROW_LINES * building_row[None, :] + np.arange(ROW_LINES)[:, None]).ravel()
     row = _thing_lines(m, picture, building_row, line)
     y = 44 + line + m.scroll + _lower(m)
     top, bottom = extremes(row > 0, y, y + 1)
-    first, last = _thing_columns(picture, row)
-    zoom = jnp.where(m.wide != ORDINARY, 4, 1)
+    first, end = _thing_columns(picture, row)
+    is_wide = m.wide != ORDINARY
+    zoom = jnp.where(is_wide, 4, 1)
+    x = m.thing_x - 10 + zoom * first + when(is_wide, 1)  # the chip starts wide objects later
     there = (m.top > 0) & (bottom > top) & (m.on_roof == 0)
-    x = m.thing_x - 10 + zoom * first + when(zoom > 1, 1)  # the chip starts wide objects later
-    thing_box = box(x, top, zoom * (last - first), bottom - top, there, color=m.thing_color)
+    thing_box = box(x, top, zoom * (end - first), bottom - top, there, color=m.thing_color)
     return thing_box.clip(0, 43, 160, 199)
 
 
 def _thing_lines(m: Ram, picture: jax.Array, building_row: jax.Array, line: jax.Array) -> jax.Array:
     """The row of the picture on each line, as a bit; 0 for no row."""
-    shown = _counters(m, building_row)
-    k = shown - m.top
-    row = when((k >= 0) & (k < THING_ROWS), jnp.int32(1) << (k & 15)) & lookup(FILLED, picture)
-    on = (shown < m.end) & (row > 0) & (line < ROW_LINES * (LAST_ROW + 1))
-    hidden = (m.end >= CLIMBER_STEP) & (m.turn == 0) & among(line, CLIMBER_LINES)
-    return when(jnp.where(jnp.any(on & ~hidden), on & ~hidden, on), row)
+    step = _counters(m, building_row)
+    number = step - m.top  # of the picture's row
+    in_picture = (number >= 0) & (number < THING_ROWS)
+    row_bit = jnp.int32(1) << (number & THING_ROWS - 1)
+    row = when(in_picture, row_bit) & lookup(FILLED, picture)
+    drawn = (step < m.end) & (row > 0) & (line < ROW_LINES * (LAST_ROW + 1))
+    climbers_turn = (m.end >= CLIMBER_STEP) & ~m.things_turn & among(line, CLIMBER_LINES)
+    visible = drawn & ~climbers_turn
+    # An object that the climber hides keeps its complete box.
+    return when(jnp.where(jnp.any(visible), visible, drawn), row)
 
 
 def _thing_columns(picture: jax.Array, row: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -335,11 +385,12 @@ def _thing_columns(picture: jax.Array, row: jax.Array) -> tuple[jax.Array, jax.A
     drawn = jax.lax.reduce_or(row, (0,))
     dots = when(drawn >> number & 1 == 1, lookup(INK, picture + number))
     columns = jax.lax.reduce_or(dots, (0,))
-    return 8 - _length(columns), 9 - _length(columns & -columns)
+    lowest = columns & -columns
+    return 8 - _bit_length(columns), 9 - _bit_length(lowest)
 
 
-def _length(x: jax.Array) -> jax.Array:
-    return reached(x, [1 << i for i in range(8)])
+def _bit_length(byte_of_dots: jax.Array) -> jax.Array:
+    return reached(byte_of_dots, [1 << i for i in range(8)])
 
 
 def _from_digits(digits: jax.Array) -> jax.Array:
@@ -355,18 +406,17 @@ def _bonus_box(m: Ram) -> Box:
 
 
 def _lives(m: Ram) -> Box:
-    i = np.arange(3)
-    return box(58 + 16 * i, 13, 5, 6, i < jnp.maximum(m.lives, 1))
+    return RESERVE.box(jnp.maximum(m.lives, 1))
 
 
-CLIMBER = Bounds((GREEN, LEGS, GREEN_2), (40, 43, 130, 200))
+CLIMBER = Bounds((GREEN, LEGS, DARK_GREEN), (40, 43, 130, 200))
 WINDOWS = Blobs(0, BUILDING, Shape(w=(3, 8), h=(1, 8)), gap=(3, 0))
 BIRD = Bounds(WHITE, (0, 43, 160, 80))
 HELICOPTER = Bounds((BODY, ROTOR), (0, 43, 160, 160))
 THINGS = Bounds((YELLOW, BLUE, PURPLE, *range(48, 64, 2)), (0, 43, 160, 199))
 POINTS = SCORE.rule(GREEN, (40, 31, 110, 39))
 EXTRA = BONUS.rule(GREEN, (40, 21, 110, 28))
-ICONS = Bounds((198, LEGS), tuple((56 + 16 * i, 12, 70 + 16 * i, 20) for i in range(3)))
+LIFE_RULE = Bounds((198, LEGS), tuple((56 + 16 * i, 12, 70 + 16 * i, 20) for i in range(3)))
 facing_category = functools.partial(Category, attributes=("orientation",))
 
 GAME = Game(
@@ -374,6 +424,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        lives=(LivesAsIcons(("Life",)),),
+        mirrored={"Enemy_Bird": None, "Helicopter": None},
+    ),
     categories=(
         Category("Player", CLIMBER, role="player", doc="the climber"),
         Category("Window", WINDOWS, count=78, doc="row * 6 + column"),
@@ -385,7 +439,7 @@ GAME = Game(
         display("Bonus", EXTRA, doc="bonus"),
         display(
             "Life",
-            ICONS,
+            LIFE_RULE,
             count=3,
             attributes=(),
             role="lives",

@@ -38,6 +38,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Game,
     Gauge,
     NumberDisplay,
@@ -367,6 +368,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     shades=SAVER,
+    checks=Checks(
+        mirrored={"Player": 0.06},  # the RAM does not record Mario's turn on this frame
+    ),
     categories=(
         Category(
             "Player",

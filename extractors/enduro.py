@@ -38,6 +38,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Font,
     Game,
@@ -296,6 +297,11 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Car", "Level", "NumberOfCars"),
+        scored=False,  # the display counts the cars left of a day, rewards the cars of all days
+        known={"Odometer": 0.75},  # its digits roll
+    ),
     categories=(
         Category("Player", PLAYER, rgb=(192, 192, 192), role="player", doc="the player's car"),
         Category("Car", CARS, count=CAR_SLOTS, doc="number of cars passed before it, modulo 8"),

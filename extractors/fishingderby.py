@@ -42,6 +42,7 @@ from ocjax.authoring import (
     Box,
     BoxTable,
     Category,
+    Checks,
     Game,
     NoLines,
     Number,
@@ -302,6 +303,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        agreement={"modes": 0.96},  # VEM misses hooks behind fish, and fish that touch
+        mirrored={"PlayerOneHook": None, "PlayerTwoHook": None},
+    ),
     categories=(
         facing_category("Fish", SEA, count=6, doc="one a row, from the top"),
         facing_category("Shark", SHARKS, doc="between the surface and the fish"),

@@ -43,6 +43,7 @@ from ocjax.authoring import (
     Box,
     ByColor,
     Category,
+    Checks,
     Game,
     NumberDisplay,
     Pictures,
@@ -333,6 +334,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        mirrored={"Bear": None, "GreenFish": None, "Crab": None, "Clam": None},
+    ),
     categories=(
         facing("Player", FIGURE, role="player", doc="Frostbite Bailey"),
         facing(

@@ -30,7 +30,9 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Game,
+    LivesAsIcons,
     NumberDisplay,
     Pictures,
     RamMap,
@@ -360,6 +362,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        lives=(LivesAsIcons(("Carrot",)),),
+        mirrored={"Bird": None},
+    ),
     categories=(
         Category("Player", FARMER, rgb=(84, 92, 214), role="player", doc="the farmer"),
         Category("Gopher", RODENT, attributes=("orientation",), doc="the gopher"),

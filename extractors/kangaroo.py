@@ -32,6 +32,7 @@ from ocjax.authoring import (
     Box,
     BoxTable,
     Category,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -410,6 +411,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
+        mirrored={"Player": 0.07},  # the RAM does not record whether the player has just turned
+    ),
     categories=(
         Category("Player", BODY, attributes=("orientation",), role="player", doc="the mother"),
         Category("Child", CHILD, doc="the child"),

@@ -37,6 +37,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -362,6 +363,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     screen=(210, 160),
+    checks=Checks(
+        miscounted={"Score": 9},  # two players
+    ),
     categories=(
         Category(
             "Player",
@@ -379,7 +383,12 @@ GAME = Game(
         Category(
             "Platform", Bounds((RED, BLUE), FLOOR_AREAS, min_size=(8, 3)), count=7, doc="floors"
         ),
-        display("Level", COUNTER.rule(YELLOW), doc="level, or in a bonus phase the seconds left"),
+        display(
+            "Level",
+            COUNTER.rule(YELLOW),
+            doc="level, or in a bonus phase the seconds left",
+            aliases=("Time",),
+        ),
         display(
             "Score",
             Bounds(BLUE, SCORE.area, (46, 7), value=SCORE.rule(BLUE).value),

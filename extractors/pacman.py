@@ -32,6 +32,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -219,6 +220,11 @@ GAME = Game(
     decode=decode,
     screen=(250, 160),
     pal=True,
+    checks=Checks(
+        rare=("Vitamin",),
+        # The display shows five of the digits.
+        at_limits={"Score": (99_999, (100_000, 0), (123_456, 23_456))},
+    ),
     categories=(
         facing("Player", PLAYER_RULE, role="player", doc="Pac-Man"),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="they are drawn in turn"),

@@ -5,8 +5,9 @@ scorpion, or a brick wall and a ladder. StairPit is the hole above the ladder; s
 Pit on either side of it. Tarpit and Waterhole open and close in some scenes. Holes are background,
 so the game does not draw them as objects. Rope is its brown part, below the leaves, without columns
 that trunks of its colour hide. PlayerScore has the value of the points won, 2,000 less than shown.
-Trees, the ground (OCAtari's Platform) and the maker's name are scenery. The screen saver puts the
-objects below the ground behind the left edge.
+Platform is the ground of the jungle, and the floor below it; holes do not divide its box. Trees and
+the maker's name are scenery. The screen saver puts the objects below the ground behind the left
+edge.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code. Everything
 moves at F66D-FA72, before a scene is drawn at F0CE-F58E, except the first step into a hole and
@@ -28,10 +29,12 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from ocjax.authoring import (
+    NTSC,
     Blobs,
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     Gauge,
@@ -202,6 +205,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Tarpit": hole.where(among(m.scene, Scene.TAR)),
         "Waterhole": hole.where(among(m.scene, Scene.WATER)),
         "Rope": _rope_box(m),
+        "Platform": box(8, np.array((117, 180)), 152, np.array((16, 6))),
         "LifeCount": _tally_box(m),
         "Timer": _timer(m),
         "PlayerScore": SCORE.box(m.score, value=m.score - START),
@@ -349,6 +353,9 @@ cord = functools.partial(Blobs, BROWN, (44, 65, 116, 117), filters=(ShortRuns(44
 BESIDE = cord(gap=(0, 0), shapes=Shape(w=(3, 8), h=(16, 40), pixels=(16, 44)))  # a trunk: its lines
 ROPE_SHAPES = Shape(w=(6, 33), h=(20, 41)), Shape(w=(1, 10), h=(41, 42))  # slanting, hanging down
 ROPE = cord(shapes=ROPE_SHAPES, also=(BESIDE,))
+FLOOR_COLORS = (24, EARTH)
+FLOORS = Bounds(FLOOR_COLORS, ((8, 117, 160, 133), (8, 180, 160, 186)), min_size=(100, 6))
+FLOOR_RGB = tuple(tuple(NTSC[color].tolist()) for color in FLOOR_COLORS)
 CLOCK = Digits(FONT, (29, 37, 53, 61), 22, weights=(600, 60, 10, 1))
 background = functools.partial(Category, rgb=(0, 0, 0), blinks=True)  # background, so never drawn
 dark = functools.partial(Category, rgb=(74, 74, 74))
@@ -364,6 +371,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (29, 193), 12, mask=Saved.MASK, taken=(12, 14, 24, 66)),
+    checks=Checks(
+        rare=("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
+    ),
     categories=(
         Category("Player", HARRY, rgb=(92, 186, 92), role="player", doc="Harry"),
         Category("Logs", LOG, count=3, doc="rolling or lying"),
@@ -382,6 +392,7 @@ GAME = Game(
         background("Tarpit", SLIME, doc="tar or quicksand"),
         Category("Waterhole", Bounds(BLUE, (48, 118, 112, 132)), doc="a pond"),
         Category("Rope", ROPE, doc="a liana"),
+        background("Platform", FLOORS, count=2, rgb=FLOOR_RGB, doc="the ground, the floor below"),
         display(
             "LifeCount",
             Bounds(WHITE, (21, 22, 29, 30), value=Gauge(2, -1, 1)),

@@ -37,6 +37,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Context,
     Detected,
     Digits,
@@ -409,6 +410,25 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        agreement={"modes": 0.95},  # VEM misses mud and covered objects
+        rare=(
+            "Badguy",
+            "Badguy_Head",
+            "Barrier",
+            "Brick",
+            "Dove",
+            "Gun",
+            "Knife",
+            "Lizard",
+            "Money_Bag",
+            "Necklace",
+            "Pottet_Plant",
+            "Shatterd_Object",
+            "Shoe_Sole",
+            "Stamp",
+        ),
+    ),
     categories=(
         facing_category(
             "Player", DETECTIVES, rgb=(228, 111, 111), role="player", doc="the detective"

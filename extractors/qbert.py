@@ -37,6 +37,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -367,6 +368,11 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        agreement={"last": 0.96},  # the score is hidden, and a fall clears figures
+        # While the score is not shown, VEM lacks the colour that cubes have to get.
+        known={"Cube": 0.55},
+    ),
     categories=(
         Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the figure"),
         Category("Coily", SNAKE, doc="the snake"),

@@ -38,6 +38,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Gauge,
     NumberDisplay,
@@ -405,6 +406,10 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (98, 165), 28, mask=SAVER_MASK, taken=(132, 28, 12, 0, 16)),
+    checks=Checks(
+        rare=("Bridge", "Jet"),
+        mirrored={"Jet": None},
+    ),
     categories=(
         Category("Player", CRAFT, role="player", doc="the jet"),
         Category("PlayerMissile", MISSILE, doc="its missile"),

@@ -36,6 +36,7 @@ from ocjax.authoring import (
     Box,
     ByColor,
     Category,
+    Checks,
     Colors,
     Digits,
     Game,
@@ -376,6 +377,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        agreement={"last": 0.93, "lost": 0.96},  # VEM misses Score before a black sky
+    ),
     categories=(
         Category("Player_Crosshair", SIGHT_RULE, role="player", doc="the sight"),
         _in_view("PlayerShot", SHADOW_RULE, doc="the shadow of the player's shell"),

@@ -37,6 +37,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Gauge,
     IconRow,
@@ -303,6 +304,10 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (100, 9), 26, mask=SAVER_MASK, taken=(6, 8)),
+    checks=Checks(
+        rare=("SurfaceSubmarine",),
+        known={"OxygenBar": 0.7},  # full
+    ),
     categories=(
         facing("Player", HULL, role="player", doc="the submarine"),
         Category("PlayerMissile", SHOT, doc="its torpedo"),

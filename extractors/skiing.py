@@ -35,6 +35,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Font,
     Game,
@@ -292,6 +293,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        value_error={"Score": 2},  # hundredths of a second: a frame
+    ),
     categories=(
         Category(
             "Player",

@@ -39,6 +39,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     NumberDisplay,
@@ -347,6 +348,10 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (10, 195), 226, mask=0xF7),
+    checks=Checks(
+        # The value of a cannon is on the screen before a life begins, in Lives.
+        known={"Player": 0, "Player2": 0},
+    ),
     categories=(
         player_category(
             "Player", Bounds(GREEN, CANNONS), role="player", doc="the cannon; value: lives"

@@ -34,6 +34,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     Gauge,
@@ -292,6 +293,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        known={"Lives": 0.2},  # full
+    ),
     categories=(
         Category("Player", SHIP_RULE, attributes=("orientation",), role="player", doc="the ship"),
         in_field("PlayerMissile", SHOT, doc="the ship's shot"),

@@ -29,6 +29,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Context,
     Detected,
     Font,
@@ -168,6 +169,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     shades=Shades(GROUND, tuple(level[3] for level in LEVELS), LEVELS),
+    checks=Checks(
+        moved=0.15,  # many walls
+    ),
     categories=(
         crashing("Player", Bounds(PLAYER, FIELD), role="player", doc="the player's head"),
         crashing("Enemy", Bounds(ENEMY, FIELD), doc="the computer's head"),

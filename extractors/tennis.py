@@ -32,6 +32,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     NoLines,
@@ -182,6 +183,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),
+    checks=Checks(
+        known={"PlayerScore": 0.3, "EnemyScore": 0.3},  # points, without the games won
+    ),
     categories=(
         facing_category("Player", sportsman(PINK), role="player", doc="the pink player"),
         facing_category("Enemy", sportsman(BLUE), doc="the blue player"),

@@ -9,10 +9,18 @@ Enemies_Left counts for four enemies, so the value is a multiple of four: the mo
 Slots: Enemies have the game's four records, and then the lower parts of the same four: a plane at
 the upper edge also shows at the lower edge. An exploding plane stays an object until it is gone.
 
-RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code. After the sync at F051 the game
-makes its steps at F346 and draws at F8E6. Later only F0AB changes the states and the pictures of a
-hit. Every lane of 16 rows has room for one plane. Shots are drawn on even rows. The enemies' two
-shots alternate; the jet's shot alternates between its position and the one before.
+RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code.
+
+Timeline of a frame:
+    F051         the sync
+    F346         the game makes its steps
+    F8E6         it draws the frame
+    F0AB         it changes the states and the pictures of a hit; `decode` reverts this
+Timeline of the drawing, in lanes of 16 rows:
+    each lane    has room for one plane; its picture is set during the first row, too late for that
+                 row of planes with `x` below 20
+    even rows    show shots: the jet's shot alternates between its position and the one before, and
+                 the enemies' two shots alternate
 
 Covered: all eras and mother ships (written to RAM), all difficulties, the flight through time, lost
 lives, the end of the game.
@@ -28,6 +36,7 @@ hide.
 import functools
 import itertools
 from dataclasses import replace
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -38,8 +47,11 @@ from ocjax.authoring import (
     Box,
     BoxTable,
     Category,
+    Checks,
     Game,
     Gauge,
+    KindEntry,
+    Kinds,
     NumberDisplay,
     Pictures,
     RamMap,
@@ -66,30 +78,52 @@ BANK = 0x1000  # offset of the pictures, which are at $D000
 
 SCORE = NumberDisplay(FONT, right=104, top=7, digits=6, leading_zeros=True)
 
-ERAS = ("Green", "Black", "Yellow", "Blue", "Orange")
-# Colours by era.
-HEAVEN = ROM.bytes(0xD88, 5).tolist()
-CLOUDS = ROM.bytes(0xD8D, 5).tolist()
-JET = ROM.bytes(0xD92, 5).tolist()
-ENEMY = ROM.bytes(0xD97, 5).tolist()
 WARP_WHITE = 14
 TEXT_COLOR = 40
 GOLD = 42
 RED = 66
 VIOLET = 138
-UNUSED = (ENEMY[0], 3, 5, 7, 9)  # colours of other eras' enemies; no frame has the odd ones
 
-ENEMY_PAGES = [int(page) for page in ROM.bytes(0xE3E, 5)]  # of the enemies' pictures by era
+
+class Era(NamedTuple):
+    """Facts about an era, and the aircraft that are the enemies in it."""
+
+    name: str
+    page: int  # of the enemies' pictures
+    sky: int  # colours
+    clouds: int
+    jet: int
+    enemy: int
+    absent: int  # an index that no frame has: VEM's colour of these enemies in other eras
+
+
+ERAS = tuple(
+    Era(*facts)
+    for facts in zip(
+        ("Green", "Black", "Yellow", "Blue", "Orange"),
+        ROM.bytes(0xE3E, 5).tolist(),
+        ROM.bytes(0xD88, 5).tolist(),
+        ROM.bytes(0xD8D, 5).tolist(),
+        ROM.bytes(0xD92, 5).tolist(),
+        ROM.bytes(0xD97, 5).tolist(),
+        (1, 3, 5, 7, 9),
+        strict=True,
+    )
+)
+JET_COLORS = [era.jet for era in ERAS]
+ENEMY_COLORS = [era.enemy for era in ERAS]
+PAGES = [era.page for era in ERAS]
 FIRST_PAGE = 0xD8
-N_PAGES = 7
+PAGE_COUNT = 7
 ANIMATED = (2, 4)  # eras with two pages
 BOSS_PICTURE = 0xC6
-EXPLOSION = 0xA6
-LOOKS = (*(int(p) for p in ROM.bytes(0xDD8, 8)), BOSS_PICTURE, EXPLOSION)  # eight directions first
-BOSS = 8  # index in `LOOKS`
+EXPLOSION_PICTURE = 0xA6
+LOOKS = (*ROM.bytes(0xDD8, 8).tolist(), BOSS_PICTURE, EXPLOSION_PICTURE)  # first eight directions
+BOSS_LOOK = 8  # index in `LOOKS`
 EXPLOSION_LOOK = 9  # index in `LOOKS`
 WESTWARD = 4  # least direction to the west; these pictures are mirrored
-JET_LOOKS = tuple(int(p) for p in ROM.bytes(0xECD, 8))  # by direction
+JET_LOOKS = tuple(ROM.bytes(0xECD, 8).tolist())  # by direction
+FIRST_JET_EXPLOSION = 8  # index of the two pictures after those, the second one is mirrored
 
 
 class Look:  # of `Ram.look`
@@ -116,7 +150,9 @@ BLANKED = 128  # least `idle` of a blank screen
 SKY = (0, 33, 160, 177)
 LANE = 16
 LATE_X = 20  # least `x` at which the picture is set before the first row is over
+BOTTOM = 176  # row of `y` 0
 UPPER_EDGE = 143  # `y` of a plane with its last row in the first row of the sky
+SKY_ROWS = 144  # from a plane at the upper edge to its part at the lower edge
 WRAPS = range(131, 144)  # `y` of a plane with a part at the lower edge
 AT_JET = range(48, 80)  # `y` of a plane that may have hit the jet
 NOSE = (76, 97, 84, 113)  # around the jet
@@ -131,51 +167,84 @@ CLOUD_ROWS = range(0, 28, 4)  # of a cloud, in a lane
 
 ENEMY_ROWS = [
     ROM.rows(BANK | (page & 0xF) << 8 | look, LANE)
-    for page in range(FIRST_PAGE, FIRST_PAGE + N_PAGES)
+    for page in range(FIRST_PAGE, FIRST_PAGE + PAGE_COUNT)
     for look in LOOKS
 ]
+
+
+COLUMN_CUTS = (0x3F, 0x7F, 0xFF, 0xFE, 0xFC)  # dots without 2 and 1 on the left, all, without ...
+COMPLETE = 2  # index in that table
 
 
 def _cut_pictures() -> Pictures:
     """The pictures as edges cut them.
 
-    The five cuts of columns are: without 2 and 1 on the left, complete, without 1 and 2 on the
-    right. Each cut has first the lowest 1 to 16 rows, and then the remaining rows above them.
+    A cut of rows has the lowest 1 to 16 rows (part 0), or the remaining rows above them (part 1).
     """
     row = np.arange(LANE)[::-1]
-    seen = [rows & mask for rows in ENEMY_ROWS for mask in (0x3F, 0x7F, 0xFF, 0xFE, 0xFC)]
-    parts = (row <= cut for cut in range(LANE)), (row > cut for cut in range(LANE))
-    kept = [rows for part in parts for rows in part]
-    return Pictures.of([np.where(k, rows, 0) for rows in seen for k in kept])
+    lowest = [row <= last for last in range(LANE)]
+    above = [row > last for last in range(LANE)]
+    return Pictures.of(
+        (
+            np.where(kept, rows & columns, 0)
+            for rows in ENEMY_ROWS
+            for columns in COLUMN_CUTS
+            for kept in (*lowest, *above)
+        ),
+        page=PAGE_COUNT,
+        look=len(LOOKS),
+        columns=len(COLUMN_CUTS),
+        part=2,
+        last=LANE,
+    )
+
+
+class CloudHalf(NamedTuple):
+    """Tables of a cloud's half by its place across."""
+
+    starts: int  # offset of low bytes
+    pages: int  # offset of pages
+    bit: int  # the dot in front of the jet
+    uncovered: int  # dots of the jet beside it
+
+
+RIGHT_HALF = CloudHalf(starts=0xF15, pages=0xED5, bit=0x10, uncovered=0xF0)
+LEFT_HALF = CloudHalf(starts=0xF3F, pages=0xF00, bit=0x80, uncovered=0x0F)
+
+
+def _uncovered_dots(half: CloudHalf, place: int, below: int) -> np.ndarray:
+    """The dots of the jet's lane that a cloud's half leaves visible, by row."""
+    start = ROM.bytes(half.starts + place, 1).item()
+    page = ROM.bytes(half.pages + place, 1).item() & 0xF
+    rows = ROM.bytes((BANK | page << 8 | start) + below, LANE)[::-1]
+    doubled = rows[::2].repeat(2)
+    return np.where(doubled & half.bit > 0, half.uncovered, 0xFF)
 
 
 def _behind_clouds(rows: np.ndarray) -> list[np.ndarray]:
     """The jet's picture, complete and then behind each cloud at each position in its lane."""
-    out = [rows]
-    for place, below in itertools.product(range(CLOUD_PLACES), CLOUD_ROWS):
-        starts = [int(ROM.bytes(at + place, 1)[0]) for at in (0xF15, 0xF3F)]
-        pages = [int(ROM.bytes(at + place, 1)[0]) & 15 for at in (0xED5, 0xF00)]
-        cloud = [
-            ROM.bytes(BANK | page << 8 | start + below, LANE)[::-1][::2].repeat(2).astype(int)
-            for page, start in zip(pages, starts, strict=True)
-        ]
-        right = cloud[0] & 0x10
-        left = cloud[1] & 0x80
-        out.append(rows & np.where(left > 0, 0x0F, 0xFF) & np.where(right > 0, 0xF0, 0xFF))
-    return out
+    positions = itertools.product(range(CLOUD_PLACES), CLOUD_ROWS)
+    return [
+        rows,
+        *(
+            rows & _uncovered_dots(RIGHT_HALF, *cloud) & _uncovered_dots(LEFT_HALF, *cloud)
+            for cloud in positions
+        ),
+    ]
 
 
 CUTS = _cut_pictures()
-N_CUTS = 5  # cuts of columns
-WHOLE = 2  # index of the complete picture
 JET_ROWS = [ROM.rows(BANK | 0x500 | look, LANE) for look in (*JET_LOOKS, *[Look.EXPLODES] * 2)]
 MIRRORED_LOOKS = np.array([0, 0, 0, 0, 1, 1, 1, 1, 0, 1])
+CLOUDS = CLOUD_PLACES * len(CLOUD_ROWS)  # positions; 0 in `JETS` is no cloud
 JETS = Pictures.of(
     [
         shown
         for rows, flip in zip(JET_ROWS, MIRRORED_LOOKS, strict=True)
         for shown in _behind_clouds(mirrored(rows) if flip else rows)
-    ]
+    ],
+    look=len(JET_ROWS),
+    cloud=CLOUDS + 1,
 )
 
 
@@ -208,13 +277,13 @@ class Ram(RamMap):
 
 def decode(m: Ram) -> dict[str, Box]:
     there = (m.idle < BLANKED) & ~_warps(m)
-    jet_color = pick(m.era, JET)
-    enemy_color = pick(m.era, ENEMY)
+    jet_color = pick(m.era, JET_COLORS)
+    enemy_color = pick(m.era, ENEMY_COLORS)
     enemies = replace(_enemy_boxes(m).where(there), color=enemy_color)
     shot_boxes = replace(_enemy_shots(m).where(there), color=enemy_color)
     return {
-        **{f"Enemy_{name}": enemies.where(m.era == era) for era, name in enumerate(ERAS)},
-        **{f"Enemy_{name}_Shot": shot_boxes.where(m.era == era) for era, name in enumerate(ERAS)},
+        **PLANES.split(enemies, m.era),
+        **PLANE_SHOTS.split(shot_boxes, m.era),
         "Player": replace(_jet_box(m), color=jnp.where(_warps(m), WARP_WHITE, jet_color)),
         "Player_Shot": replace(_shot(m).where(there), color=jet_color),
         "Life": _icon_boxes(m).where(_flight(m)),
@@ -247,14 +316,18 @@ def _just_hit(m: Ram) -> jax.Array:
 def _jet_box(m: Ram) -> Box:
     """The jet; clouds may hide a part of it."""
     explodes = ((m.look == Look.EXPLODES) & ~_just_hit(m)) | _just_gone(m)
-    look = jnp.where(explodes, 8 + (m.way >> 2), m.way)
-    fresh = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
-    there = ((m.look != Look.GONE) | _just_gone(m)) & ~fresh & (m.idle < BLANKED)
+    look = jnp.where(explodes, FIRST_JET_EXPLOSION + (m.way >> 2), m.way)
     place = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
-    cloud = when(~_warps(m), jnp.clip(place + 1, 1, CLOUD_PLACES * len(CLOUD_ROWS)))
-    intact = (CLOUD_PLACES * len(CLOUD_ROWS) + 1) * look
-    seen = JETS.box(intact + cloud, 76, 97, valid=there, orientation=2 * m.way)
-    return choose(seen.w > 0, seen, JETS.box(intact, 76, 97, valid=there, orientation=2 * m.way))
+    cloud = when(~_warps(m), jnp.clip(place + 1, 1, CLOUDS))
+    not_drawn_yet = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
+    exists = (m.look != Look.GONE) | _just_gone(m)
+    valid = exists & ~not_drawn_yet & (m.idle < BLANKED)
+    facing = 2 * m.way
+    without_cloud = JETS.index(look=look, cloud=0)
+    with_cloud = JETS.index(look=look, cloud=cloud)
+    whole = JETS.box(without_cloud, *NOSE[:2], valid=valid, orientation=facing)
+    seen = JETS.box(with_cloud, *NOSE[:2], valid=valid, orientation=facing)
+    return choose(seen.w > 0, seen, whole)
 
 
 def _shot(m: Ram) -> Box:
@@ -262,53 +335,68 @@ def _shot(m: Ram) -> Box:
     before = ((m.clock & 1) == 0) & (m.shot_y[1] > 0)
     x = jnp.where(before, m.shot_x[1], m.shot_x[0])
     y = jnp.where(before, m.shot_y[1], m.shot_y[0])
-    return box(wrap(x - 5), 176 - y - (y & 1), 1, 2, m.shot_y[0] > 0)
+    return _shot_box(x, y, m.shot_y[0] > 0)
+
+
+def _shot_box(x: jax.Array, y: jax.Array, there: jax.Array) -> Box:
+    """Shots as drawn: on even rows."""
+    return box(wrap(x - 5), BOTTOM - y - (y & 1), 1, 2, there)
 
 
 def _enemy_boxes(m: Ram) -> Box:
     """The planes, and their parts at the lower edge."""
-    picture = _enemy_pictures(m)
     past_edge = UPPER_EDGE - m.y
     room = past_edge - when(m.x < LATE_X, 1)  # rows below the upper edge, less 1
-    most = jnp.minimum(room, jnp.where((m.y & 15) < 3, 15 - (m.y & 15), LANE - 1))
-    low = picture + jnp.clip(most, 0, LANE - 1)
-    high = picture + LANE + jnp.clip(past_edge, 0, LANE - 1)
+    row_in_lane = m.y & LANE - 1
+    next_lane = jnp.where(row_in_lane < 3, LANE - 1 - row_in_lane, LANE - 1)
+    last = jnp.clip(jnp.minimum(room, next_lane), 0, LANE - 1)
+    rest = jnp.clip(past_edge, 0, LANE - 1)
     on_screen = (m.x > 0) & (m.y > 0)
-    there = jnp.concatenate([on_screen, on_screen & among(m.y, WRAPS)])
-    index = jnp.concatenate([low, high])
-    y = jnp.concatenate([161 - m.y, 305 - m.y])
-    x = jnp.tile(m.x, 2)
-    way = jnp.tile(m.enemy_way, 2)
-    boxes = CUTS.box(index, x - 4, y, mirrored=way >= WESTWARD, valid=there, orientation=2 * way)
-    return boxes.clip(*SKY)
+    top = BOTTOM - LANE + 1 - m.y
+    upper = _plane_boxes(m, part=0, last=last, y=top, valid=on_screen)
+    crosses = on_screen & among(m.y, WRAPS)
+    lower = _plane_boxes(m, part=1, last=rest, y=top + SKY_ROWS, valid=crosses)
+    return Box.stacked(upper, lower).clip(*SKY)
 
 
-def _enemy_pictures(m: Ram) -> jax.Array:
-    """Index in `CUTS` of the first picture with each plane's look and visible columns."""
+def _plane_boxes(m: Ram, part: int, last: jax.Array, y: jax.Array, valid: jax.Array) -> Box:
+    """The visible part of each plane's rows and columns."""
+    flipped = m.enemy_way >= WESTWARD
+    beyond = jnp.clip(4 - m.x, 0, 2)  # columns
+    columns = COMPLETE + jnp.where(flipped, beyond, -beyond)
+    picture = CUTS.index(
+        page=_page_index(m), look=_plane_looks(m), columns=columns, part=part, last=last
+    )
+    facing = 2 * m.enemy_way
+    return CUTS.box(picture, m.x - 4, y, mirrored=flipped, valid=valid, orientation=facing)
+
+
+def _page_index(m: Ram) -> jax.Array:
+    """Index of the era's page of pictures; two eras have two pages by turns."""
+    second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) != 0)
+    return pick(m.era, PAGES) - FIRST_PAGE + when(second, 1)
+
+
+def _plane_looks(m: Ram) -> jax.Array:
+    """Index in `LOOKS` of each plane."""
     spared = _just_hit(m) & (m.explosion == 0) & among(m.y, AT_JET)
     hit = (m.flags & Flag.HIT) != 0
     mother = (m.flags & Flag.MOTHER) != 0
-    look = match((hit & ~spared, EXPLOSION_LOOK), (mother, BOSS), otherwise=m.enemy_way)
-    second = among(m.era, ANIMATED) & ((m.clock - 1 & 8) != 0)
-    page = pick(m.era, ENEMY_PAGES) - FIRST_PAGE + when(second, 1)
-    beyond = jnp.clip(4 - m.x, 0, 2)  # columns
-    cut = WHOLE + jnp.where(m.enemy_way >= WESTWARD, beyond, -beyond)
-    return 2 * LANE * (N_CUTS * (len(LOOKS) * page + look) + cut)
+    return match((hit & ~spared, EXPLOSION_LOOK), (mother, BOSS_LOOK), otherwise=m.enemy_way)
 
 
 def _enemy_shots(m: Ram) -> Box:
     """The last drawn positions of the enemies' shots, except new shots that are not drawn yet."""
     phase = m.clock - 1 & 7
     waits = ((phase & 1) != np.arange(2)) & (m.state == State.FLIES)  # until it is drawn
-    late = among(phase, MOVES) & waits
-    x = m.enemy_shot_x - when(late, pick(m.enemy_shot_way, STEP_X))
-    y = m.enemy_shot_y - when(late, pick(m.enemy_shot_way, STEP_Y))
+    moved = among(phase, MOVES) & waits
+    x = m.enemy_shot_x - when(moved, pick(m.enemy_shot_way, STEP_X))
+    y = m.enemy_shot_y - when(moved, pick(m.enemy_shot_way, STEP_Y))
     source_x = m.x + 4
     source_y = jnp.minimum(m.y + 4, HIGHEST_SHOT)
-    at = (x[:, None] == source_x[None]) & (y[:, None] == source_y[None])
-    fresh = (phase == SPAWN) & waits & at.any(axis=1)
-    there = (m.enemy_shot_y > 0) & ~fresh
-    return box(wrap(x - 5), 176 - y - (y & 1), 1, 2, there).clip(*SKY)
+    at_source = (x[:, None] == source_x[None]) & (y[:, None] == source_y[None])
+    is_new = (phase == SPAWN) & waits & at_source.any(axis=1)
+    return _shot_box(x, y, (m.enemy_shot_y > 0) & ~is_new).clip(*SKY)
 
 
 def _icon_boxes(m: Ram) -> Box:
@@ -317,18 +405,27 @@ def _icon_boxes(m: Ram) -> Box:
     return box(left, 18, right - left, 10, m.lives > 0, value=m.lives + 1)
 
 
+MOST_LEFT = 6  # icons of enemies
+ICON_X = 56  # of the first one
+ICON_ROWS = 10
+
+
+def _box_of_icons(era: Era, icons: list[int]) -> tuple[int, ...]:
+    """The tight box of a row of icons, given by low bytes of pictures; 0 is no icon."""
+    used = [place for place, low in enumerate(icons) if low]
+    if not used:
+        return (0,) * 4
+    at = BANK | (era.page & 0xF) << 8
+    pictures = [ROM.rows(at | icons[place], ICON_ROWS) for place in used]
+    ink = np.flatnonzero(np.sum(pictures, axis=0))
+    width = 8 * (used[-1] - used[0] + 1)
+    return ICON_X + 8 * used[0], int(ink[0]), width, int(np.ptp(ink)) + 1
+
+
 def _boxes_of_icons() -> BoxTable:
     """The boxes of up to six icons, by their number and the era."""
-    columns = ROM.bytes(BANK | 0x32B, 42).reshape(6, 7).T
-    out = []
-    for shown in columns:
-        for page in ENEMY_PAGES:
-            rows = [ROM.rows(BANK | (page & 15) << 8 | int(p), 10) if p else None for p in shown]
-            used = [56 + 8 * i for i, r in enumerate(rows) if r is not None]
-            ink = np.flatnonzero(sum(np.zeros(10, int) if r is None else r for r in rows))
-            place = (used[0], ink[0], used[-1] + 8 - used[0], np.ptp(ink) + 1) if used else (0,) * 4
-            out.append(place)
-    return BoxTable(out)
+    by_number = ROM.bytes(BANK | 0x32B, 7 * MOST_LEFT).reshape(MOST_LEFT, 7).T.tolist()
+    return BoxTable([_box_of_icons(era, icons) for icons in by_number for era in ERAS])
 
 
 LEFT_BOXES = _boxes_of_icons()
@@ -340,7 +437,7 @@ def _enemies_left(m: Ram) -> Box:
     icons = m.left + PER_ICON - 1 >> 2
     there = (m.left > 0) & (m.idle < BLANKED)
     color = jnp.where(_flight(m), 0, RED)
-    index = len(ENEMY_PAGES) * icons + m.era
+    index = len(ERAS) * icons + m.era
     value = PER_ICON * icons
     return LEFT_BOXES.at(index, y=180, valid=there, value=value, color=color)
 
@@ -353,20 +450,37 @@ def _score_box(m: Ram) -> Box:
     return replace(shown, color=jnp.where(_flight(m), GOLD, TEXT_COLOR))
 
 
-plane_category = functools.partial(Category, attributes=("orientation",), count=8)
+plane_category = functools.partial(Category, attributes=("orientation",), count=8, doc="enemies")
 shot_category = functools.partial(Category, count=2, blinks=True, doc="their shots")
-PLANES = [Blobs(c, SKY, Shape(w=(3, 8), h=(2, 15)), gap=(3, 2)) for c in UNUSED]
-SHOTS = [Blobs(c, SKY, Shape(w=1, h=2), gap=(2, 0)) for c in UNUSED]
-JET_SHOT = Blobs(JET[0], SKY, Shape(w=1, h=2), ignore=(NOSE,))
-WHOLE_JET = Bounds((JET[0], WARP_WHITE), NOSE, (3, 3))
-COLORS_BY_ERA = tuple(
-    (JET[era], *(ENEMY[k] if era == k else (1, *UNUSED[1:])[k] for k in range(5)))
-    for era in range(5)
+plane_blobs = functools.partial(Blobs, region=SKY, shapes=Shape(w=(3, 8), h=(2, 15)), gap=(3, 2))
+shot_blobs = functools.partial(Blobs, region=SKY, shapes=Shape(w=1, h=2), gap=(2, 0))
+FIRST_COLORS = (ERAS[0].enemy, *(era.absent for era in ERAS[1:]))  # in the first era, by category
+PLANES = Kinds(
+    *(
+        KindEntry(plane_category(f"Enemy_{era.name}", plane_blobs(color)), (number,))
+        for number, (era, color) in enumerate(zip(ERAS, FIRST_COLORS, strict=True))
+    )
 )
+PLANE_SHOTS = Kinds(
+    *(
+        KindEntry(shot_category(f"Enemy_{era.name}_Shot", shot_blobs(color)), (number,))
+        for number, (era, color) in enumerate(zip(ERAS, FIRST_COLORS, strict=True))
+    )
+)
+JET_SHOT = Blobs(ERAS[0].jet, SKY, Shape(w=1, h=2), ignore=(NOSE,))
+WHOLE_JET = Bounds((ERAS[0].jet, WARP_WHITE), NOSE, (3, 3))
+
+
+def _colors_in(era: Era) -> tuple[int, ...]:
+    """The colours of the jet and of each category of enemies in an era."""
+    return era.jet, *(each.enemy if each is era else each.absent for each in ERAS)
+
+
+ERAS_WITH_CLOUDS = (ERAS[1], ERAS[2], ERAS[4])  # whose colour identifies the era
 BY_ERA = Shades(
     (156, 33),
-    (*HEAVEN, *(CLOUDS[era] for era in (1, 2, 4))),
-    (*COLORS_BY_ERA, *(COLORS_BY_ERA[era] for era in (1, 2, 4))),
+    (*(era.sky for era in ERAS), *(era.clouds for era in ERAS_WITH_CLOUDS)),
+    tuple(_colors_in(era) for era in (*ERAS, *ERAS_WITH_CLOUDS)),
 )
 
 LAST_ICONS = Bounds((0, RED), (56, 180, 104, 188), value=Gauge(8, worth=PER_ICON))
@@ -377,14 +491,17 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     shades=BY_ERA,
+    checks=Checks(
+        rare=("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
+        known={"Score": 0.8},  # a text
+        # All directions of flight share pictures of Enemy_Orange.
+        mirrored={"Enemy_Yellow": None, "Enemy_Blue": None, "Enemy_Orange": 0.34},
+    ),
     categories=(
         Category("Player", WHOLE_JET, attributes=("orientation",), role="player", doc="the jet"),
         Category("Player_Shot", JET_SHOT, blinks=True, doc="its shot"),
-        *(
-            plane_category(f"Enemy_{n}", r, doc="enemies")
-            for n, r in zip(ERAS, PLANES, strict=True)
-        ),
-        *(shot_category(f"Enemy_{n}_Shot", r) for n, r in zip(ERAS, SHOTS, strict=True)),
+        *PLANES.categories,
+        *PLANE_SHOTS.categories,
         display(
             "Life",
             Bounds(VIOLET, (64, 18, 96, 28), value=Gauge(8, 0, 1)),

@@ -34,8 +34,10 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
+    LivesAsNumber,
     NumberDisplay,
     RamMap,
     Rom,
@@ -337,6 +339,11 @@ GAME = Game(
     decode=decode,
     saver=Saver(_saver_key, (158, 190), BLUE, mask=SAVER_MASK, beside=(5, 3)),
     shades=BY_FLASH,
+    checks=Checks(
+        rare=("Logo", "Rollover", "Spinner"),
+        # The number of the ball.
+        lives=(LivesAsNumber("LifeUsed", sign=-1, offset=4, early=1),),
+    ),
     categories=(
         Category("Ball", BALL, doc="the ball"),
         Category(

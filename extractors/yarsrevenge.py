@@ -9,9 +9,15 @@ zone and the cannon have different colours; the first stripe gives the object's 
 Slots: a shield block has the slot row * 8 + column, from the top left.
 
 RAM: D. Debro's disassembly (meaning of bytes), ALE's source (score, lives), and the ROM's code.
-f000 draws the shield, f06c the zone, f0d6 the explosion and f11c the score. f7a1-fcb0 moves all
-objects before the frame is drawn. HMOVE comes after the drawing, so the drawn columns are those
-before the last move.
+
+Timeline of a frame:
+    f7a1-fcb0    all objects move
+    then         one kernel draws: f000 the shield on even frames, f06c the zone on odd frames, or
+                 f0d6 the explosion, f11c the score
+    after it     HMOVE takes effect, so the drawn columns are those before the last move
+Timeline of a line: the program turns the missile or the ball on or off at a cycle (`Cycle`). Four
+cycles later on lines below the picture in front of it, six later on lines of that picture, and one
+more if its table crosses a page. Objects left of the beam then show a line later.
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
 
@@ -39,18 +45,21 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Game,
     NumberDisplay,
     Pictures,
     RamMap,
     Rom,
     Shape,
+    Word,
     among,
     bcd,
     bits,
     box,
     byte,
     display,
+    flag,
     high,
     lookup,
     low,
@@ -67,6 +76,9 @@ LIVES = NumberDisplay(FONT, right=103, top=74, digits=1)
 
 HOME_X = 150  # of the Qotile
 LAUNCH_X = 154  # of its missile
+MISSILE_WIDTH = 4
+CANNON_LINES = 7  # of two rows
+MUZZLE = 4  # columns from the Yar to its shot
 RIGHT_EDGE = 151  # of the Yar's columns
 LEFT_EDGE = 5
 NO_CANNON = 240  # least `cannon_y` without a cannon
@@ -92,8 +104,11 @@ FAST_DX = (8 - (np.roll(ROM.bytes(0xFEA, 16), 8) >> 4 ^ 8)).tolist()  # of a fas
 DELAYS = ROM.bytes(0xF08, 5).tolist()  # steps of a missile in 256 frames, by its speed
 
 
+ZONE_WORD = Word(height=8, top=8, color=8)  # visible rows, and the colour of the first stripe
+
+
 def _rows_of_zone(clock: int) -> int:
-    """First row, height and first colour of the zone's visible stripes, packed in one integer."""
+    """The zone's visible stripes, as a `ZONE_WORD`."""
     seen = []
     colors = []
     for row in range(1, 193, 2):
@@ -103,7 +118,8 @@ def _rows_of_zone(clock: int) -> int:
             second_lit = (lower ^ ROM.bytes(clock + lower, 1).item()) & 254
             colors.append(lit)
             seen.extend([row, row + 1] if second_lit else [row])
-    return colors[0] << 16 | seen[0] + 2 << 8 | seen[-1] - seen[0] + 1
+    height = seen[-1] - seen[0] + 1
+    return int(ZONE_WORD.pack(height=height, top=seen[0] + 2, color=colors[0]))
 
 
 CODE = ROM.bytes(0, 512)  # the program's bytes; the game makes the stripes from them
@@ -135,6 +151,12 @@ class Status:  # of `Ram.status`
     WAITING = 6  # between two rounds
 
 
+class Cycle:  # of a line: the program turns these on or off
+    SHOT = 39
+    MISSILE = 45
+    CANNON = 52
+
+
 class Explosion:  # of `Ram.explosion`
     RUNS = 64  # a bit
     HIT = 192  # on the frame of a hit
@@ -147,20 +169,20 @@ ENEMIES = Pictures.of([_double(look, 9 if look == EnemyLook.QOTILE else 8) for l
 class Ram(RamMap):
     saver_mask = byte(114)  # of the colour of the score: 247 in the screen saver
     variation = bits(0, count=3)  # of the game
-    trenches = bits(0, first=5)  # later rounds: the swirl flies at any time
+    trenches = flag(0, bit=5)  # later rounds: the swirl flies at any time
     shield = byte(*range(16, 0, -1))  # its rows from the top; the lowest bit is the left column
     zone = byte(17)  # its columns; 0: no zone
     speed = byte(18)  # of the missile
     enemy_heading = low(20)
-    flies = bits(20, first=6)  # the swirl
-    spins = bits(20, first=7)
-    rotates = bits(20, first=4)  # the shield
+    flies = flag(20, bit=6)  # the swirl
+    spins = flag(20, bit=7)
+    rotates = flag(20, bit=4)  # the shield
     status = bits(21, count=3)
-    cannon_fired = bits(22, first=5)
-    cannon_armed = bits(22, first=6)
-    shot_flies = bits(22, first=4)
+    cannon_fired = flag(22, bit=5)
+    cannon_armed = flag(22, bit=6)
+    shot_flies = flag(22, bit=4)
     shot_heading = low(22)
-    dies = bits(23, first=7)
+    dies = flag(23, bit=7)
     cannon_y = byte(24)
     cannon_x = byte(25)  # x - 1
     shield_y = byte(26)  # y - 2
@@ -179,13 +201,13 @@ class Ram(RamMap):
     missile_y = byte(46)
     missile_x = byte(47)
     last_move = byte(51)  # of the Yar, for HMP1; x + 12 of one thrown back; or of a shot
-    cannon_wide = bits(53, first=4)
-    missile_flies = bits(53, first=7)
+    cannon_wide = flag(53, bit=4)
+    missile_flies = flag(53, bit=7)
     missile_part = byte(54)  # 1 / 256 of a step
     score = bcd((96, 97, 98))
     enemy_color = byte(104)  # of the Qotile and its missile
     next_clock = byte(105)  # frames
-    leftward = bits(107, first=7)  # the cannon's shot comes back
+    leftward = flag(107, bit=7)  # the cannon's shot comes back
     stack = byte(126)
 
 
@@ -195,7 +217,7 @@ class Frame(NamedTuple):
     score: jax.Array  # whether it shows the score, between two rounds
     play: jax.Array  # whether it shows play, without an explosion
     clock: jax.Array
-    odd: jax.Array  # 1: the zone was drawn, 0: the shield was drawn
+    odd: jax.Array  # True: the zone was drawn, False: the shield was drawn
     zone_clock: jax.Array  # `clock` when the zone was drawn last
 
 
@@ -223,66 +245,83 @@ def _read_frame(m: Ram) -> Frame:
     shows_score = waits | among(m.stack, (Stack.SCORE_DRAWN, Stack.NEW_ROUND))
     runs = ((m.explosion & Explosion.RUNS) != 0) & (m.explosion != Explosion.HIT)
     explodes = runs | (m.stack == Stack.EXPLOSION_DRAWN)
-    clock = (m.next_clock - 1) & 255
+    clock = (m.next_clock - 1) & 0xFF
     odd = match(
-        (among(m.stack, (*Stack.LIFE_LOST, Stack.SHIELD_DRAWN)), 0),
-        (m.stack == Stack.ZONE_DRAWN, 1),
-        otherwise=clock & 1,
+        (among(m.stack, (*Stack.LIFE_LOST, Stack.SHIELD_DRAWN)), False),
+        (m.stack == Stack.ZONE_DRAWN, True),
+        otherwise=(clock & 1) == 1,
     )
-    zone_clock = ((clock - 1) & 255) | 1
-    return Frame(shows_score, ~shows_score & ~explodes, clock, odd, zone_clock)
+    return Frame(
+        score=shows_score,
+        play=~shows_score & ~explodes,
+        clock=clock,
+        odd=odd,
+        zone_clock=((clock - 1) & 0xFF) | 1,
+    )
 
 
 def _before(m: Ram) -> jax.Array:
     """The Yar's column before its last move, also the column of a waiting shot."""
     step = when(m.moving > 0, pick(m.heading, STEPS_X))
-    stays = (m.x + step < LEFT_EDGE) | (m.x + step > RIGHT_EDGE)
-    near = jnp.abs(m.shot_x - 4 - m.x) <= 4
-    waits = (m.shot_flies == 0) & ~among(m.stack, Stack.SHOT_HIT) & near
-    return jnp.where(waits, m.shot_x - 4, m.x - jnp.where(stays, 0, step))
+    moved = (m.x + step >= LEFT_EDGE) & (m.x + step <= RIGHT_EDGE)
+    at_shot = m.shot_x - MUZZLE
+    near = jnp.abs(at_shot - m.x) <= MUZZLE
+    shot_waits = ~m.shot_flies & ~among(m.stack, Stack.SHOT_HIT) & near
+    return jnp.where(shot_waits, at_shot, m.x - when(moved, step))
 
 
 def _player_box(m: Ram, frame: Frame) -> Box:
     """The Yar, one move back if a missile hit it, because f645 clears HMP1."""
-    by_shot = (m.dies == 1) & (m.shot_flies == 0) & (m.last_move == m.x + 12)
+    by_shot = m.dies & ~m.shot_flies & (m.last_move == m.x + 12)
     thrown = among(m.stack, Stack.THROWN_BACK) | by_shot
     gone = among(m.stack, Stack.LIFE_LOST)
-    halted = ((m.dies == 1) | gone) & (m.missile_flies == 0) & among(m.last_move, YAR_MOVES)
-    moved_x = jnp.where(frame.odd == 1, _before(m), m.x + when(thrown, 7))
-    x = moved_x + when(halted, signed_nibble(m.last_move >> 4))
+    ends = m.dies | gone
+    halted = ends & ~m.missile_flies & among(m.last_move, YAR_MOVES)
+    before_halt = jnp.where(frame.odd, _before(m), m.x + when(thrown, 7))
+    x = before_halt + when(halted, signed_nibble(m.last_move >> 4))
     look = jnp.where(gone, LAST_PICTURE, m.look)
     west = (m.heading & 8) == 0
-    orientation = (8 - m.heading) & 15
-    yar = YARS.box(look, x, m.y + 3, mirrored=west, orientation=orientation)
+    yar = YARS.box(look, x, m.y + 3, mirrored=west, orientation=_compass(m.heading))
     return yar.where(~frame.score)
 
 
-def _beam_x(cycle: int, below: jax.Array, height: jax.Array | int, page: jax.Array) -> jax.Array:
+def _compass(heading: jax.Array) -> jax.Array:
+    return (8 - heading) & 15
+
+
+def _beam_x(
+    cycle: int, below: jax.Array, height: jax.Array | int, table_at: jax.Array
+) -> jax.Array:
     """The beam's column when the program turns a missile or the ball on or off.
 
-    The program is later on lines of a picture and below it, and if a table crosses a page.
+    Args:
+        cycle: see `Cycle`.
+        below: lines from the top of the picture in front of the object.
+        height: of that picture.
+        table_at: place in the zone's table; from 256 on it is in the next page.
     """
     late = match((below < 0, 0), (below < height, 6), otherwise=4)
-    return 3 * (cycle + late + when(page > 255, 1)) - 68
+    return 3 * (cycle + late + when(table_at > 0xFF, 1)) - 68
 
 
 def _beam_on_even(m: Ram, frame: Frame, row: jax.Array, cycle: int) -> jax.Array:
+    """The same on an even row; the Qotile or the swirl is in front."""
     height = jnp.where(m.enemy_look == EnemyLook.QOTILE, 18, 16)
-    return _beam_x(cycle, row - m.enemy_y, height, frame.zone_clock + (~row & 255))
+    return _beam_x(cycle, row - m.enemy_y, height, frame.zone_clock + (~row & 0xFF))
 
 
 def _shot_box(m: Ram, frame: Frame) -> Box:
     """The Yar's shot; on its first frame it is in front of the Yar. It moves on every frame."""
     dx = pick(m.shot_heading, STEPS_X)
     dy = pick(m.shot_heading, STEPS_Y)
-    even = frame.odd == 0
-    x = m.shot_x - when(even, dx)
-    y = m.shot_y - when(even, dy)
-    new = (x == _before(m) + 4) & (y == ((m.y + 6) & ~1))
-    flies = (m.shot_flies == 1) | among(m.stack, Stack.SHOT_HIT)
-    there = flies & ~new & (m.dies == 0) & frame.play
-    late = jnp.where(x - dx < _beam_on_even(m, frame, y, 39), 3, 2)
-    return box(x - dx, y + late, 1, 2, there, orientation=(8 - m.shot_heading) & 15)
+    moved_x = m.shot_x - when(~frame.odd, dx)
+    y = m.shot_y - when(~frame.odd, dy)
+    at_muzzle = (moved_x == _before(m) + MUZZLE) & (y == ((m.y + 6) & ~1))
+    flies = m.shot_flies | among(m.stack, Stack.SHOT_HIT)
+    there = flies & ~at_muzzle & ~m.dies & frame.play
+    x = moved_x - dx
+    late = jnp.where(x < _beam_on_even(m, frame, y, Cycle.SHOT), 3, 2)
+    return box(x, y + late, 1, 2, there, orientation=_compass(m.shot_heading))
 
 
 def _enemy_box(m: Ram, frame: Frame) -> Box:
@@ -291,11 +330,12 @@ def _enemy_box(m: Ram, frame: Frame) -> Box:
     It starts when the clock is at 0 or 128. A swirl farther away than its slow speed allows is
     fast.
     """
-    begins = (m.enemy_look == EnemyLook.FIRST_SWIRL) & (frame.odd == 0)
-    rests = (m.flies == 0) | (m.enemy_x == HOME_X) | (m.dies == 1) | begins
+    begins = (m.enemy_look == EnemyLook.FIRST_SWIRL) & ~frame.odd
+    rests = ~m.flies | (m.enemy_x == HOME_X) | m.dies | begins
     slow = pick(m.enemy_heading, STEPS_X)
-    far = HOME_X - m.enemy_x > (frame.clock & 127) * -slow
-    fast = (m.variation > 1) & (m.trenches == 0) & far
+    slow_way = (frame.clock & 127) * -slow
+    too_far = HOME_X - m.enemy_x > slow_way
+    fast = (m.variation > 1) & ~m.trenches & too_far
     step = match((rests, 0), (fast, pick(m.enemy_heading, FAST_DX)), otherwise=slow)
     enemy = ENEMIES.box(m.enemy_look, m.enemy_x - step, m.enemy_y + 3)
     return replace(enemy.where(frame.play), color=m.enemy_color & ~1)
@@ -303,54 +343,56 @@ def _enemy_box(m: Ram, frame: Frame) -> Box:
 
 def _missile_box(m: Ram, frame: Frame) -> Box:
     """The missile that follows the Yar; it moves on frames on which it is not drawn."""
-    moved = (m.missile_part < pick(m.speed, DELAYS)) & (frame.odd == 0)
+    moved = (m.missile_part < pick(m.speed, DELAYS)) & ~frame.odd
     x = m.missile_x + when(moved, jnp.sign(m.missile_x - m.x - 2))
     y = m.missile_y + when(moved, 2 * jnp.sign(m.missile_y - m.y - 8))
-    beam = _beam_on_even(m, frame, y, 45)
-    late = jnp.where(x <= beam - 4, 3, 2)
-    height = jnp.where((x > beam - 4) & (x < beam), 3, 2)
-    there = (m.missile_flies == 1) & (m.missile_x != LAUNCH_X) & (m.dies == 0) & frame.play
-    return box(x, y + late, 4, height, there, color=_missile_color(m, frame))
+    beam = _beam_on_even(m, frame, y, Cycle.MISSILE)
+    is_left = x <= beam - MISSILE_WIDTH
+    is_cut = ~is_left & (x < beam)  # the beam is inside
+    late = jnp.where(is_left, 3, 2)
+    height = jnp.where(is_cut, 3, 2)
+    there = m.missile_flies & (m.missile_x != LAUNCH_X) & ~m.dies & frame.play
+    return box(x, y + late, MISSILE_WIDTH, height, there, color=_missile_color(m, frame))
 
 
 def _missile_color(m: Ram, frame: Frame) -> jax.Array:
     """The colour of the last drawing; it grows every 8 frames, but is never black."""
-    grown = (frame.odd == 0) & ((frame.clock & 7) == 0) & (m.spins == 0)
-    step = jnp.where((m.enemy_color & 14) == 2, 4, 2)
-    return (m.enemy_color - when(grown, step)) & 254
+    has_grown = ~frame.odd & ((frame.clock & 7) == 0) & ~m.spins
+    would_be_black = (m.enemy_color & 14) == 2
+    growth = jnp.where(would_be_black, 4, 2)
+    return (m.enemy_color - when(has_grown, growth)) & 0xFE
 
 
 def _barrier(m: Ram, frame: Frame) -> Box:
-    word = lookup(ZONE_ROWS, frame.zone_clock)
-    color = word >> 16
-    top = word >> 8 & 255
-    height = word & 255
-    return box(52, top, 28, height, frame.play & (m.zone > 0), color=color)
+    seen = ZONE_WORD.unpack(lookup(ZONE_ROWS, frame.zone_clock))
+    there = frame.play & (m.zone > 0)
+    return box(52, seen.top, 28, seen.height, there, color=seen.color)
 
 
 def _cannon_box(m: Ram, frame: Frame) -> Box:
     """The cannon at the left edge, and its shot, in lines of two rows."""
     rows = (m.cannon_y | 1) + 2 * np.arange(5)
     line = rows - m.cannon_y - when(rows < m.y, 1)
-    lit = (line >= 0) & (line <= 6)
+    lit = (line >= 0) & (line < CANNON_LINES)
     top = jnp.min(jnp.where(lit, rows, 255))
-    step = jnp.where(m.leftward == 1, -6, 4)
-    x = m.cannon_x + 1 - when(m.cannon_fired == 1, step)
-    stripe = (top ^ lookup(CODE, frame.zone_clock + top)) & m.zone & STRIPE_BITS
-    color = jnp.where(stripe > 0, stripe, CANNON_COLOR)
-    beam = _beam_x(52, top - m.y, 16, frame.zone_clock + top)
-    y = top + jnp.where(x < beam, 3, 2)
     height = 2 * jnp.sum(when(lit, 1))
-    there = ((m.cannon_fired | m.cannon_armed) == 1) & (m.cannon_y < NO_CANNON) & frame.play
-    return box(x, y, 4 << m.cannon_wide, height, there, color=color)
+    moved = when(m.cannon_fired, jnp.where(m.leftward, -6, 4))
+    x = m.cannon_x + 1 - moved
+    table_at = frame.zone_clock + top
+    stripe = (top ^ lookup(CODE, table_at)) & m.zone & STRIPE_BITS
+    color = jnp.where(stripe > 0, stripe, CANNON_COLOR)
+    late = jnp.where(x < _beam_x(Cycle.CANNON, top - m.y, 16, table_at), 3, 2)
+    width = jnp.where(m.cannon_wide, 8, 4)
+    exists = (m.cannon_fired | m.cannon_armed) & (m.cannon_y < NO_CANNON)
+    return box(x, top + late, width, height, exists & frame.play, color=color)
 
 
 def _shield_boxes(m: Ram, frame: Frame) -> Box:
     """The last drawn blocks, before the shield rotated."""
-    turned = (m.rotates == 1) & ((frame.clock & 3) < 2)
+    turned = m.rotates & ((frame.clock & 3) < 2)
     row = jnp.where(turned, _turned_back(m.shield), m.shield)
     lit = (jnp.repeat(row, 8) >> COLUMNS & 1) == 1
-    round_begins = ((m.missile_flies | m.dies | m.spins) == 0) & (frame.odd == 1)
+    round_begins = ~m.missile_flies & ~m.dies & ~m.spins & frame.odd
     y = m.shield_y + np.where(SHIELD_ROWS == 0, 2, 1 + 8 * SHIELD_ROWS)
     there = lit & frame.play & ~round_begins
     return box(128 + 4 * COLUMNS, y, 4, np.where(SHIELD_ROWS == 0, 7, 8), there)
@@ -391,6 +433,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        mirrored={"Player_Bullet": None},
+    ),
     categories=(
         facing("Player", PLAYER, role="player", doc="the Yar"),
         facing("Player_Bullet", SHOT, doc="its shot"),

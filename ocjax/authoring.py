@@ -1,11 +1,14 @@
 """All names that game files use.
 
-- The declaration: `Game`, `Category`, `display`, `Rom`, `Shades`, `Saver`.
-- The RAM: `RamMap` and its fields (`byte`, `bits`, `low`, `high`, `signed`, `bcd`).
+- The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`, and `Checks`
+  with `LivesAsIcons` and `LivesAsNumber`: differences from what the tests of all games expect.
+- The RAM: `RamMap` and its fields (`byte`, `bits`, `flag`, `low`, `high`, `signed`, `bcd`).
 - Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
 - Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
+- Several small numbers in one: `Word`.
 - The console: positions and copies of sprites (`registers`), colours (`palette`), `WIDTH`.
-- Numbers, icons and pictures: `Digits`, `Font`, `NumberDisplay`, `IconRow`, `Pictures`, ...
+- Numbers, icons, objects that never move, and pictures: `Digits`, `Font`, `NumberDisplay`,
+  `IconRow`, `Icons`, `Static`, `Pictures`, ...
 - Rules that find objects in frames: `Bounds`, `Blobs`, `Cells`, `Runs`, with their options.
 - Filters before a search and steps after it, and operations on bitmaps (`bitmaps`) for filters and
   steps of a game's own.
@@ -18,7 +21,7 @@ from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
 from ocjax.console.fonts import DIGITS_3X5, Digits, Font, hex_font, score_box
 from ocjax.console.ops import among, div, extremes, lookup, match, mod, only, pick, reached, when
 from ocjax.console.palette import NTSC
-from ocjax.console.ram import RamMap, bcd, bits, byte, high, low, signed
+from ocjax.console.ram import RamMap, bcd, bits, byte, flag, high, low, signed
 from ocjax.console.registers import (
     COARSE,
     EDGE_CUTS,
@@ -36,7 +39,10 @@ from ocjax.console.registers import (
     wrap,
 )
 from ocjax.console.rom import Pictures, Rom
+from ocjax.console.word import Word
+from ocjax.extraction.checks import Checks, LivesAsIcons, LivesAsNumber
 from ocjax.extraction.game import Category, Game, display
+from ocjax.extraction.kinds import KindEntry, Kinds
 from ocjax.vision import bitmap as bitmaps
 from ocjax.vision.bitmap import (
     Bitmap,
@@ -56,7 +62,7 @@ from ocjax.vision.bitmap import (
 )
 from ocjax.vision.colors import Colors
 from ocjax.vision.detected import Detected, boxes
-from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.displays import IconRow, Icons, NumberDisplay, Static
 from ocjax.vision.filters import Lines, LoneRuns, NoLines, Searched, ShortRuns
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
@@ -88,6 +94,7 @@ __all__ = [
     "ByColor",
     "Category",
     "Cells",
+    "Checks",
     "Colors",
     "Context",
     "Detected",
@@ -96,7 +103,12 @@ __all__ = [
     "Game",
     "Gauge",
     "IconRow",
+    "Icons",
+    "KindEntry",
+    "Kinds",
     "Lines",
+    "LivesAsIcons",
+    "LivesAsNumber",
     "LoneRuns",
     "NoLines",
     "Number",
@@ -114,9 +126,11 @@ __all__ = [
     "Shape",
     "ShortRuns",
     "SideBySide",
+    "Static",
     "Step",
     "Tight",
     "U",
+    "Word",
     "all_within",
     "among",
     "any_of",
@@ -135,6 +149,7 @@ __all__ = [
     "div",
     "edges",
     "extremes",
+    "flag",
     "hex_font",
     "high",
     "larger_part",

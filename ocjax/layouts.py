@@ -11,7 +11,7 @@ Categories that ocjax lacks are always missing.
 
 import functools
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import resources
 
 import jax
@@ -23,7 +23,15 @@ from ocjax.extraction.objects import Objects, whose
 from ocjax.extraction.registry import as_game
 from ocjax.transforms.game_objects import NS_MEANING, ORIENTATION, POSITION, WIDTH
 
-__all__ = ["blendrl", "blendrl_slots", "declared_slots", "nudge", "ocatari", "ocatari_slots"]
+__all__ = [
+    "blendrl",
+    "blendrl_slots",
+    "declared_slots",
+    "nudge",
+    "ocatari",
+    "ocatari_slots",
+    "places",
+]
 
 _FIELDS = {POSITION: ("x", "y"), ORIENTATION: ("orientation",), WIDTH: ("w",)}  # of `ns_state`
 
@@ -72,6 +80,22 @@ def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
     return table["objects"] | (extra if hud else {})
 
 
+def places(game: Declaration, names: Iterable[str]) -> dict[str, slice]:
+    """The game's slots of each of OCAtari's categories, empty if the game lacks the category.
+
+    If two names mean the same category of the game, the first one gets its slots.
+
+    Args:
+        game: the game, with or without its HUD.
+        names: OCAtari's categories.
+    """
+    out: dict[str, slice] = {}
+    for name in names:
+        place = game.slices.get(name, slice(0, 0))
+        out[name] = slice(0, 0) if place in out.values() else place
+    return out
+
+
 def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str, int]:
     """OCAtari 2.2.1's number of slots of each category, in its order.
 
@@ -116,8 +140,7 @@ def _arranged(objects: Objects, slots: Mapping[str, int], *, packed: bool) -> Ob
     `packed` moves the valid objects of every category to its front.
     """
     game, batch, parts = whose(objects), objects.valid.shape[:-1], []
-    for name, count in slots.items():
-        ours = game.slices.get(name, slice(0, 0))
+    for ours, count in zip(places(game, slots).values(), slots.values(), strict=True):
         number = ours.stop - ours.start
         if number > count or (packed and number > 1):
             index = _front(objects.valid[..., ours])[..., :count] + jnp.int32(ours.start)

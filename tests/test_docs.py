@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import ocjax
+from ocjax.extraction.suites import SUITES
 from tests.support.states import ROOT, excerpt
 
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.DOTALL | re.MULTILINE)
@@ -43,15 +44,32 @@ def test_code_of_pages(page):
             del names[name]
 
 
-@pytest.mark.slow
-def test_blocks_of_the_readme_run_as_they_stand(tmp_path):
-    """The blocks run in order, in one fresh process."""
-    code = "\n".join(BLOCK.findall(README.read_text(encoding="utf-8")))
+def run(code, folder):
+    """The output of a block in a fresh process."""
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert "PlayerScore 0: 12 x 20 at (116, 1)" in done.stdout
+    return done.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(4))
+def test_a_block_of_the_readme_runs_alone(number, tmp_path):
+    run(BLOCK.findall(README.read_text(encoding="utf-8"))[number], tmp_path)
+
+
+def test_number_of_blocks():
+    assert len(BLOCK.findall(README.read_text(encoding="utf-8"))) == 4
+
+
+@pytest.mark.slow
+def test_output_in_the_readme(tmp_path):
+    text = README.read_text(encoding="utf-8")
+    block, output = re.findall(
+        r"^```python\n(.*?)^```\n\n<!-- output -->\n```\n(.*?)^```$", text, re.DOTALL | re.MULTILINE
+    )[0]
+    assert run(block, tmp_path) == output
 
 
 @pytest.mark.slow
@@ -70,6 +88,16 @@ assert objects.valid.shape[0] == 64 * cores
     code = block.replace("os.cpu_count()", "3", 1) + check
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_readme_counts_the_games():
+    """If this fails, correct the README."""
+    text = " ".join(README.read_text(encoding="utf-8").split())
+    places = (r"\) for (\d+) games\.", r"agreement in all (\d+) games", r"The (\d+) games are all")
+    for place in places:
+        assert re.findall(place, text) == [str(len(ocjax.games()))], place
+    for suite in ("atari100k", "atari5", "atari10", "atari57", "ocatari"):
+        assert set(SUITES[suite].games) <= set(ocjax.games())
 
 
 def test_readable_records_of_the_readme():

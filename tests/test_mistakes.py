@@ -48,8 +48,16 @@ MISTAKES = (
     ("OCAtari('Pongg')", ValueError, "did you mean Pong"),
     # RAM and frames.
     ("game.rem(ram[:100])", ValueError, "ram must have shape [..., 128], got [100]"),
-    ("game.rem(ram.astype(np.int32))", TypeError, "ram must be a uint8 array, got int32"),
-    ("game.rem(ram.tolist())", TypeError, "ram must be a uint8 array, got list"),
+    (
+        "game.rem(ram.astype(np.int32))",
+        TypeError,
+        "ram must be a uint8 array, got int32: use x.astype(numpy.uint8)",
+    ),
+    (
+        "game.rem(ram.tolist())",
+        TypeError,
+        "ram must be a uint8 array, got list: use numpy.asarray(x, numpy.uint8)",
+    ),
     ("game.rem(None)", TypeError, "got NoneType"),
     (
         "game.rem(np.ma.masked_array(ram))",
@@ -86,6 +94,7 @@ MISTAKES = (
         ValueError,
         "objects of Pong have no category 'Bal'; they have Player, Enemy, Ball, PlayerScore, Enemy",
     ),
+    ("objects.of('ball')", ValueError, "PlayerScore, EnemyScore; did you mean 'Ball'?"),
     ("objects.of('Ball', breakout)", ValueError, "these are objects of Pong, not of Breakout"),
     (
         "ocjax.velocity(one, others)",
@@ -106,6 +115,7 @@ MISTAKES = (
         "mode must be one of ('rem', 'vem', 'both', 'raw'), got 'pixels'",
     ),
     ("make('Pong', seed=0)", TypeError, "no option seed: it is an argument of reset"),
+    ("make('Pong', frame_stack=4)", TypeError, "obs=ocjax.envs.Dqn(stack=4) stacks frames"),
     ("make('Pong', frameskips=4)", TypeError, "did you mean frame_skip?"),
     ("make('Pong', game_mode=9)", ValueError, "Pong has no mode 9; it has [0, 1]"),
     ("make('Pong', preset='v6')", ValueError, "no preset 'v6': there are v5, v0, v4"),

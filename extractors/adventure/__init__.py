@@ -36,6 +36,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Saver,
     Shape,
@@ -188,6 +189,13 @@ GAME = Game(
     screen=(250, 160),
     pal=True,
     saver=Saver(_saver_key, (20, 120), GRAY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),
+    checks=Checks(
+        # Objects take turns of three frames, and many rooms have three.
+        # In unusual states, three things take turns, and walls of dark rooms are before them.
+        agreement={"samples": 0.97, "modes": 0.8},
+        rare=("Author", "Chalice", "Gate", "Level", "WhiteKey"),
+        saver_hides=("BlackBat", "BlackKey", "Gate", "Magnet"),
+    ),
     categories=(
         Category("Player", SQUARES, role="player", doc="the square, in the colour of the walls"),
         taking_turns("RedDragon", field(RED, shapes=RED_SHAPES), doc="Rhindle"),

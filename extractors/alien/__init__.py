@@ -42,6 +42,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
     IconRow,
@@ -281,6 +282,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        # The last frame of a life is older than the RAM.
+        agreement={"last": 0.95, "lost": 0.95},
+    ),
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="crewman"),
         Category("Alien", ALIENS_RULE, count=12, doc="cyan, yellow, pink; all are blue while weak"),

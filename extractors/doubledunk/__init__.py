@@ -38,6 +38,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     NumberDisplay,
     Searched,
@@ -221,6 +222,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        agreement={"modes": 0.96},  # figures that cover each other
+    ),
     categories=(
         Category(
             "Player_Big",

@@ -45,6 +45,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Gauge,
     IconRow,
@@ -292,6 +293,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Alligator", "AlligatorHead", "Fly", "HappyFrog", "LadyFrog", "Snake"),
+    ),
     categories=(
         facing(
             "Frog",

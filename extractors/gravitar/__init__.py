@@ -40,6 +40,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Gauge,
     NumberDisplay,
@@ -329,6 +330,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        # On the frame on which the ship is hit, objects of the old screen are not valid.
+        agreement={"last": 0.95, "lost": 0.96},
+    ),
     categories=(
         Category(
             "Player",

@@ -40,6 +40,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     Gauge,
     IconRow,
@@ -383,6 +384,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        known={"PowerBar": 0.8},  # full
+        moved=0.25,  # many walls
+    ),
     categories=(
         Category(
             "Player",

@@ -34,6 +34,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -308,6 +309,9 @@ GAME = Game(
     decode=decode,
     screen=(250, 160),
     pal=True,
+    checks=Checks(
+        agreement={"lost": 0.6},  # the scene's records belong to the next life
+    ),
     categories=(
         Category(
             "Kop",

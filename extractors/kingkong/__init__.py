@@ -29,7 +29,9 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
+    LivesAsIcons,
     NumberDisplay,
     Pictures,
     Rom,
@@ -183,6 +185,10 @@ GAME = Game(
     decode=decode,
     screen=(250, 160),
     pal=True,
+    checks=Checks(
+        agreement={"lost": 0.82},  # the climber's and the bombs' records belong to the next life
+        lives=(LivesAsIcons(("Life",), hidden=1, between_lives=True),),
+    ),
     categories=(
         Category("Player", CLIMBER, rgb=SHIRT_RGB, role="player", doc="the climber"),
         Category("Girlfriend", CAPTIVE, rgb=DRESS_RGB, doc="the captive"),

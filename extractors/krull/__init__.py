@@ -33,20 +33,26 @@ import numpy as np
 from ocjax.authoring import (
     NUSIZ_COPIES,
     NUSIZ_SPACING,
+    WIDTH as SCREEN_WIDTH,
     Blobs,
     Bounds,
     Box,
     Category,
     Cells,
+    Checks,
     Digits,
     Game,
     Gauge,
+    Icons,
     Lines,
+    LivesAsIcons,
+    LivesAsNumber,
     Packed,
     Pictures,
     Run,
     Runs,
     Shape,
+    Static,
     Tight,
     among,
     box,
@@ -67,10 +73,12 @@ from ocjax.extractors.krull.wedding import (
     COLWYNS,
     FIGURE_ROWS,
     SECOND,
+    Person,
+    Turns,
     off_at,
     on_at,
     person_of,
-    turns,
+    turns_of_figures,
 )
 
 FONT = ROM.font(0xB07, rows=7)
@@ -106,13 +114,15 @@ WALL_Y = 39 + 4 * ROW
 WALL_BYTE = 2 * ROW + COLUMN // 8
 WALL_BIT = np.minimum(COLUMN, 15 - COLUMN)
 ICON = np.arange(3)
+ARMS = Icons(left=79, top=188, size=(8, 7), pitch=8, count=3)  # weapons left
+WINDOW = Static(76, 23, 8, 26, 6)  # of the web
 BEAST_RECORD = 1
 FOE = 6  # record of the spider or star in the web; of the player's weapon in the lair
 
 
 def decode(m: Ram) -> dict[str, Box]:
-    figures = turns(m.x, m.y, m.picture, m.slayers, m.taken)
-    y = jnp.where(m.scene == Scene.WEDDING, figures[0], m.y)
+    figures = turns_of_figures(m)
+    y = jnp.where(m.scene == Scene.WEDDING, figures.start, m.y)
     mares = _mare_boxes(m)
     boxes = {
         "Player": _player_box(m, y, mares),
@@ -122,7 +132,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Spider": _spider_box(m),
         "Star": _star_box(m),
         "Line": _line_boxes(m).where(m.scene == Scene.WEB),
-        "Window": box(76, 23, 8, 26, m.scene == Scene.WEB),
+        "Window": WINDOW.box(m.scene == Scene.WEB),
         "Fire_Mare": mares,
         "Weapon": _weapon_boxes(m),
         "Life": _item_box(m, Item.LIFE, inset=1, width=6),
@@ -132,7 +142,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Wall": _cage_boxes(m).where(m.scene == Scene.LAIR),
         **_display_boxes(m),
     }
-    return {name: b.where((name in STAY) | (m.over == 0)) for name, b in boxes.items()}
+    return {name: b.where((name in STAY) | ~m.over) for name, b in boxes.items()}
 
 
 def _display_boxes(m: Ram) -> dict[str, Box]:
@@ -141,17 +151,15 @@ def _display_boxes(m: Ram) -> dict[str, Box]:
         "Hour_Glass": box(121, 3, 5, 8, value=jax.lax.population_count(m.sand)),
         "Score": _shown_score(m),
         "Life_HUD": box(56 + 8 * ICON, 188, 6, 7, m.lives > ICON, value=m.lives + 1),
-        "Weapon_HUD": box(79 + 8 * ICON, 188, 8, 7, m.weapons > ICON),
+        "Weapon_HUD": ARMS.box(m.weapons),
     }
 
 
 def _mare_boxes(m: Ram) -> Box:
     turned = (m.flags[6:] & Flags.MARE_TURNED) != 0
-    pictures = jnp.stack([m.foe_picture, m.player_picture])
-    y = np.full(2, 145)
-    return MARE_PICTURES.box(
-        pictures, m.x[6:] + 8, y, mirrored=turned, valid=m.scene == Scene.DESERT
-    )
+    x = m.x[6:] + 8
+    there = m.scene == Scene.DESERT
+    return MARE_PICTURES.box(m.mare_picture, x, 145, mirrored=turned, valid=there)
 
 
 def _spider_box(m: Ram) -> Box:
@@ -186,14 +194,10 @@ def _shown_score(m: Ram) -> Box:
 
 def _castle_boxes(m: Ram) -> Box:
     """The wall at the wedding, and the risen part of the fortress."""
-    there = (m.scene == np.array([Scene.WEDDING, Scene.DESERT])) & (
-        m.castle < np.array([256, RISEN])
-    )
-    x = np.array([32, 48])
-    w = np.array([96, 64])
-    top = jnp.stack([jnp.int32(17), 145 - m.castle])
-    height = jnp.stack([jnp.int32(27), m.castle])
-    return box(x, top, w, height, there)
+    wall = box(32, 17, 96, 27, m.scene == Scene.WEDDING)
+    rises = (m.scene == Scene.DESERT) & (m.castle < RISEN)
+    fortress = box(48, 145 - m.castle, 64, m.castle, rises)
+    return Box.stacked(wall, fortress)
 
 
 def _beast_box(m: Ram) -> Box:
@@ -205,23 +209,24 @@ def _beast_box(m: Ram) -> Box:
 
 
 def _player_box(m: Ram, y: jax.Array, mares: Box) -> Box:
-    """The player; in the desert, the box around the mares."""
-    web = m.scene == Scene.WEB
-    lair = m.scene == Scene.LAIR
-    colwyn = person_of(m, y, COLWYNS)
-    page = when(web & (m.shot_page == SHOT_PAGE), SECOND)
-    walks = PEOPLE.box(
-        page + jnp.where(web, m.player_picture, colwyn.picture),
-        colwyn.x + jnp.where(web, 8, _offset(colwyn.x)),
-        2 * colwyn.y + match((web, 20), (lair, 15), otherwise=16),
-        mirrored=(colwyn.flags & Flags.TURNED) != 0,
-    )
+    """Colwyn; in the desert, the box around both mares."""
     left = jnp.min(mares.x)
     top = jnp.min(mares.y)
     right = jnp.max(mares.x + mares.w)
     bottom = jnp.max(mares.y + mares.h)
     rides = edges(left, top, right, bottom)
-    return choose(m.scene == Scene.DESERT, rides, walks).clip(*FIELD)
+    return choose(m.scene == Scene.DESERT, rides, _colwyn_box(m, y)).clip(*FIELD)
+
+
+def _colwyn_box(m: Ram, y: jax.Array) -> Box:
+    in_web = m.scene == Scene.WEB
+    in_lair = m.scene == Scene.LAIR
+    colwyn = person_of(m, y, COLWYNS)
+    page = when(in_web & (m.shot_page == SHOT_PAGE), SECOND)
+    picture = page + jnp.where(in_web, m.player_picture, colwyn.picture)
+    x = colwyn.x + jnp.where(in_web, 8, _offset(colwyn.x))
+    top = 2 * colwyn.y + match((in_web, 20), (in_lair, 15), otherwise=16)
+    return PEOPLE.box(picture, x, top, mirrored=(colwyn.flags & Flags.TURNED) != 0)
 
 
 def _offset(x: jax.Array) -> jax.Array:
@@ -230,42 +235,48 @@ def _offset(x: jax.Array) -> jax.Array:
 
 
 def _lyssa_box(m: Ram, y: jax.Array) -> Box:
-    wedding = m.scene == Scene.WEDDING
-    there = wedding | ((m.scene == Scene.LAIR) & (m.y[BRIDES.elsewhere] < SANK))
+    at_wedding = m.scene == Scene.WEDDING
+    in_lair = (m.scene == Scene.LAIR) & (m.y[BRIDES.elsewhere] < SANK)
     bride = person_of(m, y, BRIDES)
-    top = 2 * bride.y + jnp.where((m.taken == 1) & wedding, 16, 15)
+    top = 2 * bride.y + jnp.where(m.taken & at_wedding, 16, 15)
     turned = (bride.flags & Flags.TURNED) != 0
-    shape = PEOPLE.box(bride.picture, bride.x + 8, top, mirrored=turned)
-    return shape.clip(*FIELD).where(there)
+    whole = PEOPLE.box(bride.picture, bride.x + 8, top, mirrored=turned)
+    return whole.clip(*FIELD).where(at_wedding | in_lair)
+
+
+MOST_SLAYERS = 5  # records
+MOST_COPIES = 3
+SLAYER_RECORD = np.repeat(np.arange(MOST_SLAYERS), MOST_COPIES)  # by slot
+SLAYER_COPY = np.tile(np.arange(MOST_COPIES), MOST_SLAYERS)
 
 
 def _slayer_boxes(m: Ram, y: jax.Array) -> Box:
     """Slayers; their records begin after the bride's while she is free."""
-    copy = np.tile(np.arange(3), 5)
-    record = np.repeat(np.arange(5), 3)
     fields = jnp.stack([m.x, y, m.flags, m.picture])
-    x, slayer_y, flags, picture = jnp.where(m.taken == 1, fields[:, record], fields[:, record + 1])
-    size = flags & Flags.SIZE
-    return PEOPLE.box(
-        SECOND + picture,
-        x + _offset(x) + copy * pick(size, NUSIZ_SPACING),
-        2 * slayer_y + 15,
-        mirrored=(flags & Flags.TURNED) != 0,
-        valid=(record < m.slayers) & (copy < pick(size, NUSIZ_COPIES)),
-    ).clip(8, 27, 160, 173)
+    after_bride = fields[:, SLAYER_RECORD + 1]
+    of_slot = jnp.where(m.taken, fields[:, SLAYER_RECORD], after_bride)
+    person = Person(*of_slot)
+    size = person.flags & Flags.SIZE
+    x = person.x + _offset(person.x) + SLAYER_COPY * pick(size, NUSIZ_SPACING)
+    exists = (m.slayers > SLAYER_RECORD) & (pick(size, NUSIZ_COPIES) > SLAYER_COPY)
+    turned = (person.flags & Flags.TURNED) != 0
+    top = 2 * person.y + 15
+    whole = PEOPLE.box(SECOND + person.picture, x, top, mirrored=turned, valid=exists)
+    return whole.clip(8, 27, 160, 173)
 
 
-def _shot_box(m: Ram, figures: jax.Array) -> Box:
+def _shot_box(m: Ram, figures: Turns) -> Box:
     """The Slayers' shot; its ends move by a row if the beam has passed it at a switch."""
     top = 2 * m.shot_top + 13
     rows = 2 * (m.shot_bottom - m.shot_top)
     step = -signed_nibble(m.shot_slant)  # columns per row
-    head = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), 160)
+    head = mod(m.shot_x + 167 + step * (top - SLANTED_FROM), SCREEN_WIDTH)
+    tail = wrap(head + step * (rows - 1))
     late = when(head < on_at(m.shot_top, figures), 1)
-    longer = wrap(head + step * (rows - 1)) < off_at(m.shot_bottom, figures)
-    height = rows - late - jnp.where(longer, 0, 1)
-    left = wrap(head + late * step) - when(step < 0, height - 1)
+    ends_sooner = when(tail >= off_at(m.shot_bottom, figures), 1)
+    height = rows - late - ends_sooner
     width = jnp.where(step == 0, 1, height)
+    left = wrap(head + late * step) - when(step < 0, height - 1)
     drawn_shot = box(left, top + late, width, height, color=(m.shot_color - 1) & ~1)
     return drawn_shot.where(among(m.shot_top, range(LEAST_TOP, OFF_SCREEN))).clip(*ABOVE_GROUND)
 
@@ -285,13 +296,13 @@ def _weapon_boxes(m: Ram) -> Box:
     y = 2 * m.y[FOE] + 16
     turned = (m.flags[FOE] & Flags.TURNED) != 0
     flying = PEOPLE.box(SECOND + m.picture[FOE], x, y, mirrored=turned, valid=there)
-    return jax.tree.map(lambda *parts: jnp.stack(parts), found, flying)
+    return Box.stacked(found, flying)
 
 
 def _item_box(m: Ram, item: int, inset: int, width: int) -> Box:
     """An item in the desert, one move back, because the game moves it after drawing."""
-    moved = (jnp.abs(m.speed) - m.shot_bottom + 31) >> 5
-    x = m.shot_x - jnp.sign(m.speed) * moved + 8 + inset
+    moved = (jnp.abs(m.speed) - m.item_part + 31) >> 5
+    x = m.item_x - jnp.sign(m.speed) * moved + 8 + inset
     return box(x, 157, width, 7, (m.scene == Scene.DESERT) & (m.item == item))
 
 
@@ -340,9 +351,8 @@ CAGE = Cells(36, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)
 SAND = Gauge(1, side="h", of=Bounds(72, (121, 3, 126, 7)))
 GLASS = Bounds((0, 72), (120, 3, 127, 11), min_size=(5, 1), max_size=(5, 8), value=SAND)
 LIVES = tuple((56 + 8 * i, 188, 62 + 8 * i, 195) for i in range(3))
-ICONS = Bounds(200, (56, 188, 78, 195))
-RESERVE = Bounds(200, LIVES, value=Gauge(8, 6, 2, of=ICONS))
-ARMS = tuple((79 + 8 * i, 188, 87 + 8 * i, 195) for i in range(3))
+LIFE_ICONS = Bounds(200, (56, 188, 78, 195))
+RESERVE = Bounds(200, LIVES, value=Gauge(8, 6, 2, of=LIFE_ICONS))
 
 LYSSA = figure(BRIDE_COLORS, FIELD, shapes=Shape(w=(5, 8), h=(8, 17)))
 GRAY = 142, 142, 142
@@ -351,6 +361,11 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
+        lives=(LivesAsIcons(("Life_HUD",), hidden=1), LivesAsNumber("Life_HUD")),
+        moved=0.15,  # many walls
+    ),
     categories=(
         Category(
             "Player",
@@ -398,7 +413,7 @@ GAME = Game(
             doc="in the desert; the player's in the lair",
         ),
         Category("Life", Blobs(LOOT, ITEMS, Shape(w=(5, 6), h=7)), doc="likewise"),
-        Category("Window", Bounds(6, (76, 23, 84, 49), min_size=(8, 26)), doc="of the web"),
+        Category("Window", WINDOW.rule(), doc="of the web"),
         Category("Castle", CASTLES, count=2, doc="the wall at the wedding, the Black Fortress"),
         Category("Wall", CAGE, count=64, doc="pieces of the cage, row by row"),
         Category(
@@ -411,6 +426,8 @@ GAME = Game(
         display("Sun", Bounds(14, (8, 2, 120, 12)), attributes=(), doc="the time of day"),
         display("Score", Bounds(238, (55, 176, 103, 183), value=SCORE), role="score", doc="points"),
         display("Life_HUD", RESERVE, count=3, role="lives", doc="in reserve; value: one more"),
-        display("Weapon_HUD", Bounds(200, ARMS), count=3, attributes=(), doc="weapons left"),
+        display(
+            "Weapon_HUD", ARMS.rule(LOOT[0]), count=ARMS.count, attributes=(), doc="weapons left"
+        ),
     ),
 )

@@ -1,14 +1,20 @@
 """Timing of the wedding in Krull: when figures are drawn, and where the beam switches the shot.
 
-The display program ($B300 and $B400 of the first half) draws two rows of each sprite per turn. One
-sprite shows the bride, while she is free, and the Slayers. The other one shows the player and the
-captured bride. Both sprites show their figures from the top down. Each figure waits until the one
-before is drawn and the next one is set up. If the rows of two figures are too close, the lower one
-is drawn further down; the last figure may disappear.
+Timeline of the display program ($B300 and $B400 of the first half), in turns that draw two rows of
+each sprite:
+    first sprite      the bride, while she is free, and the Slayers; ready from turn 6
+    second sprite     the player and the captured bride; ready from turn 22
+    for each figure   one turn to begin, two rows per turn, and five turns to set up the next figure
+    turn 72           the game changes the ground's color, or in the next turn in which the first
+                      sprite draws nothing; no figure begins in that turn
+    turn 80           the last one
+Both sprites show their figures from the top down. Each figure waits until the one before is drawn
+and the next one is set up. If the rows of two figures are too close, the lower one is drawn further
+down; the last figure may disappear.
 
 The shot is switched on in a turn of the second sprite and off in a turn of the first. The column of
-a switch depends on the other work of the program in that turn. The columns below are counted in
-cycles.
+a switch depends on the other work of the program in that turn (`State`). The columns below are
+counted in cycles.
 """
 
 import itertools
@@ -17,7 +23,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import lookup, match, pick
+from ocjax.authoring import lookup, match, pick, when
 from ocjax.extractors.krull.ram import ROM, Ram, Scene
 
 TALLEST = 24  # rows of a figure; bytes that are no figures may give more
@@ -28,8 +34,18 @@ SETUP = 5  # turns to set up the next figure
 PAUSE_TURN = 72  # the game changes the ground's color in this turn, or in the next free one
 LAST = 80  # turn
 NEVER = 255  # no turn
-# Records from the top down, the first turn with a figure, and the turn with a pause.
-SPRITES = ((range(FEW - 1, -1, -1), 6, PAUSE_TURN), ((7, 6), 22, NEVER))
+
+
+class Sprite(NamedTuple):
+    """A sprite of the display program."""
+
+    records: tuple[int, ...]  # from the top down
+    ready: int  # the first turn with a figure
+    pause: int  # the turn in which no figure begins
+
+
+FIRST_SPRITE = Sprite(tuple(range(FEW - 1, -1, -1)), 6, PAUSE_TURN)
+SECOND_SPRITE = Sprite((7, 6), 22, NEVER)
 
 
 class Record(NamedTuple):
@@ -56,7 +72,7 @@ class Person(NamedTuple):
 def person_of(m: Ram, y: jax.Array, record: Record) -> Person:
     """A person's fields."""
     fields = jnp.stack([m.x, y, m.flags, m.picture])
-    wedding = jnp.where(m.taken == 1, fields[:, record.taken], fields[:, record.free])
+    wedding = jnp.where(m.taken, fields[:, record.taken], fields[:, record.free])
     here = jnp.where(m.scene == Scene.WEDDING, wedding, fields[:, record.elsewhere])
     return Person(*here)
 
@@ -86,62 +102,84 @@ FIGURE_ROWS = [_figure(page, code) for page in (0xA00, 0xC00) for code in range(
 FIGURE_TURNS = np.array([len(rows) // 2 for rows in FIGURE_ROWS])
 
 
-def turns(
-    x: jax.Array, y: jax.Array, picture: jax.Array, slayers: jax.Array, taken: jax.Array
-) -> jax.Array:
-    """When the figures of the eight records are drawn, in turns of the display program.
+class Turns(NamedTuple):
+    """When the figures of the eight records are drawn, in turns of the display program."""
 
-    Args:
-        x, y, picture: of the records, int32 `[8]`.
-        slayers: their number.
-        taken: whether the bride is taken, 0 or 1.
+    start: jax.Array  # the turn before the figure's first rows, or `NEVER`
+    end: jax.Array  # the turn after its last ones
+    column: jax.Array  # of the beam while the figure is placed
 
-    Returns:
-        int32 `[3, 8]`: the turn before each figure's first rows, or `NEVER`; the turn after its
-        last ones; and the beam's column while it is placed.
-    """
-    first = RECORDS < FEW
-    there = jnp.where(first, slayers + 1 - taken > RECORDS, (RECORDS == FEW) | (taken == 1))
-    length = lookup(FIGURE_TURNS, picture + np.where(first, SECOND, 0)) + 1
-
-    def after(before: tuple[jax.Array, jax.Array, int], i: int) -> tuple[jax.Array, jax.Array, int]:
-        _, ready, pause = before
-        soon = jnp.maximum(y[i], ready)
-        late = jnp.maximum(y[i], jnp.maximum(ready, pause) + 1)
-        begin = jnp.where(soon < pause, soon, late)
-        shown = jnp.where(there[i] & (begin < LAST), begin, NEVER)
-        return shown, jnp.where(there[i], begin + length[i] + SETUP, ready), pause
-
-    starts = {}
-    for group, ready, pause in SPRITES:
-        at_first = jnp.int32(NEVER), jnp.int32(ready), pause
-        _, *figures = itertools.accumulate(group, after, initial=at_first)
-        starts.update(zip(group, (shown for shown, _, _ in figures), strict=True))
-    start = jnp.stack([starts[i] for i in RECORDS.tolist()])
-    return jnp.stack([start, start + length, lookup(PLACED_AT, x)])
+    def of(self, some: slice) -> "Turns":
+        """Those of some records."""
+        return Turns(*(values[some] for values in self))
 
 
-def on_at(turn: jax.Array, figures: jax.Array) -> jax.Array:
-    """The beam's column when the shot is switched on; `figures` is the result of `turns`."""
-    return _beam(turn, figures[:, FEW:], ON_COLUMNS, SPRITES[1][1])
+def turns_of_figures(m: Ram) -> Turns:
+    """The turns of all records at the wedding."""
+    of_first = RECORDS < FEW
+    first_there = jnp.where(m.taken, m.slayers, m.slayers + 1) > RECORDS
+    there = jnp.where(of_first, first_there, m.taken | (RECORDS == FEW))
+    page = np.where(of_first, SECOND, 0)
+    length = lookup(FIGURE_TURNS, m.picture + page) + 1
+    starts = {
+        **_starts_by_record(m.y, there, length, FIRST_SPRITE),
+        **_starts_by_record(m.y, there, length, SECOND_SPRITE),
+    }
+    start = jnp.stack([starts[record] for record in RECORDS.tolist()])
+    return Turns(start, start + length, lookup(PLACED_AT, m.x))
 
 
-def off_at(turn: jax.Array, figures: jax.Array) -> jax.Array:
+class Place(NamedTuple):
+    """A figure's place in the queue of its sprite."""
+
+    start: jax.Array  # see `Turns`
+    ready: jax.Array  # the first turn that the next figure may have
+
+
+def _starts_by_record(
+    y: jax.Array, there: jax.Array, length: jax.Array, sprite: Sprite
+) -> dict[int, jax.Array]:
+    """The start of each figure of a sprite."""
+
+    def after(before: Place, record: int) -> Place:
+        soon = jnp.maximum(y[record], before.ready)
+        late = jnp.maximum(y[record], jnp.maximum(before.ready, sprite.pause) + 1)
+        begin = jnp.where(soon < sprite.pause, soon, late)
+        is_drawn = there[record] & (begin < LAST)
+        next_ready = begin + length[record] + SETUP
+        return Place(
+            start=jnp.where(is_drawn, begin, NEVER),
+            ready=jnp.where(there[record], next_ready, before.ready),
+        )
+
+    at_first = Place(jnp.int32(NEVER), jnp.int32(sprite.ready))
+    _, *places = itertools.accumulate(sprite.records, after, initial=at_first)
+    return {record: place.start for record, place in zip(sprite.records, places, strict=True)}
+
+
+def on_at(turn: jax.Array, figures: Turns) -> jax.Array:
+    """The beam's column when the shot is switched on."""
+    return _beam(turn, figures.of(slice(FEW, None)), ON_COLUMNS, SECOND_SPRITE.ready)
+
+
+def off_at(turn: jax.Array, figures: Turns) -> jax.Array:
     """The beam's column when the shot is switched off."""
-    return _beam(turn, figures[:, :FEW], OFF_COLUMNS, SPRITES[0][1])
+    return _beam(turn, figures.of(slice(FEW)), OFF_COLUMNS, FIRST_SPRITE.ready)
 
 
-def _beam(turn: jax.Array, figures: jax.Array, columns: tuple[int, ...], ready: int) -> jax.Array:
-    start, end, placed = figures
-    drawn = start < NEVER
-    since = turn - jnp.max(jnp.where(drawn & (end < turn), end, ready - SETUP))
+def _beam(turn: jax.Array, figures: Turns, columns: tuple[int, ...], ready: int) -> jax.Array:
+    drawn = figures.start < NEVER
+    ended = drawn & (figures.end < turn)
+    since = turn - jnp.max(jnp.where(ended, figures.end, ready - SETUP))
+    draws = (figures.start < turn) & (turn <= figures.end)
+    last_end = jnp.max(when(drawn, figures.end))
     state = match(
-        (((start < turn) & (turn <= end)).any(), State.DRAWS),
-        ((turn == start).any(), State.BEGINS),
-        (turn > jnp.max(jnp.where(drawn, end, 0)), State.ENDED),
+        (draws.any(), State.DRAWS),
+        ((turn == figures.start).any(), State.BEGINS),
+        (turn > last_end, State.ENDED),
         (since < SETUP, State.ENDED + since),
         otherwise=State.WAITS,
     )
-    next_start = jnp.min(jnp.where(start > turn, start, NEVER))
-    next_placed = jnp.max(jnp.where(start == next_start, placed, 0))
-    return jnp.where(state == State.PLACES, next_placed, pick(state, columns))
+    next_start = jnp.min(jnp.where(figures.start > turn, figures.start, NEVER))
+    next_column = jnp.max(when(figures.start == next_start, figures.column))
+    return jnp.where(state == State.PLACES, next_column, pick(state, columns))

@@ -39,6 +39,7 @@ from ocjax.authoring import (
     ByColor,
     Category,
     Cells,
+    Checks,
     Game,
     Gauge,
     NumberDisplay,
@@ -314,6 +315,18 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=(
+            "Boomerang",
+            "Dragon",
+            "Dragon_Balls",
+            "Dragon_Fire",
+            "Killer_Moth",
+            "Small_Enemy",
+            "Snake",
+            "Spell",
+        ),
+    ),
     categories=(
         facing(
             "Player",

@@ -33,6 +33,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     LoneRuns,
@@ -341,6 +342,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
+    ),
     categories=(
         Category("Player", EXPLORER, rgb=(200, 72, 72), role="player", doc="the explorer"),
         Category("Skull", on_ground(14), count=3, doc="hopping, or rolling (the last slot)"),

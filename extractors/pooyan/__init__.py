@@ -33,6 +33,7 @@ import numpy as np
 from ocjax.authoring import (
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -309,6 +310,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     screen=(220, 160),
+    checks=Checks(
+        agreement={"lost": 0.64},  # the records of balloons, wolves and missiles are cleared
+        rare=("Arrow", "Bait", "Balloon", "Enemy", "Rock", "Stone"),
+        known={"PlayerScore": 0.77},  # the round's number is shown before a round
+    ),
     categories=(
         Category("Player", PIG, role="player", doc="the pig in the lift"),
         Category("Balloon", BALLOON, count=6, doc="two of each column"),

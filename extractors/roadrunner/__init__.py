@@ -33,6 +33,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     IconRow,
@@ -281,6 +282,22 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        rare=(
+            "AcmeMine",
+            "Enemy",
+            "Player",
+            "RoadCrack",
+            "Rock",
+            "Sign",
+            "Truck",
+            "Turret",
+            "TurretBall",
+        ),
+        # The ROM gives no more lives.
+        at_limits={"Lives": (4, 5, 6, 7, 3), "Bonus": (0, 0, 0, 0, 1000)},
+        known={"Score": 0.85},  # two rows of its digits; five of ten digits look alike there
+    ),
     categories=(
         Category("Player", PLAYER, otherwise=BURNT, role="player", doc="the bird"),
         Category("Enemy", COYOTE, color_row=2, otherwise=BURNT, doc="the coyote"),

@@ -33,7 +33,18 @@ misses black rows of craters on the ground's black lines.
 
 import functools
 
-from ocjax.authoring import Bounds, Box, Category, Game, Gauge, IconRow, NumberDisplay, box, display
+from ocjax.authoring import (
+    Bounds,
+    Box,
+    Category,
+    Checks,
+    Game,
+    Gauge,
+    IconRow,
+    NumberDisplay,
+    box,
+    display,
+)
 from ocjax.extractors.solaris import chart, scanner, vision
 from ocjax.extractors.solaris.pictures import BLUE_COLOR_ROW
 from ocjax.extractors.solaris.ram import RECORDS, ROM, Ram
@@ -92,6 +103,13 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        # On the last frame, all records belong to the next game. When a life is lost, fuel, ships
+        # left and the target belong to the next one.
+        agreement={"last": 0.3, "lost": 0.96},
+        # Symbols differ in their pictures alone, and a grid's cells have no pictures.
+        known={"ChartSymbol": 0},
+    ),
     categories=(
         Category(
             "Player",

@@ -36,6 +36,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Colors,
     Digits,
     Game,
@@ -332,6 +333,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        mirrored={"Creature": None},
+    ),
     categories=(
         Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the man"),
         Category(

@@ -38,7 +38,9 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
+    LivesAsIcons,
     NumberDisplay,
     Shape,
     among,
@@ -144,6 +146,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(lives=(LivesAsIcons(("Life",), hidden=1),)),
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="its car"),
         Category("Truck", CARS, count=3, doc="the other cars, by record"),

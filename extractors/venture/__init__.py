@@ -36,6 +36,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -224,6 +225,13 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        # A lost life clears the records of the player and the hall monsters. VEM misses monsters
+        # that touch.
+        agreement={"lost": 0.75, "modes": 0.93},
+        rare=("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
+        moved=0.15,  # many walls
+    ),
     categories=(
         Category("Player", SPOT, needs=("Room",), role="player", doc="the hunter in a hall"),
         Category("Winky", field(PINK_FACE, shapes=BIG), doc="the hunter in a room"),

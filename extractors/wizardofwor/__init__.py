@@ -46,6 +46,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Context,
     Detected,
     Game,
@@ -378,6 +379,14 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (14, 22), (WALL_SAVED, *WALL_COLORS, 0)),
+    checks=Checks(
+        rare=("Wizard", "Worluk"),
+        # The display shows five of the digits.
+        at_limits={"Score": (99_900, (100_000, 0), (115_000, 15_000))},
+        # The figure in the dungeon counts, too, but is drawn on every other frame.
+        known={"Lives": 0},
+        moved=0.15,  # many walls
+    ),
     categories=(
         _mover("Player", WORRIORS, role="player", doc="the worrior"),
         _mover("Burwor", BURWORS, count=6, doc="blue monsters"),

@@ -36,6 +36,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     Gauge,
@@ -84,7 +85,6 @@ from ocjax.extractors.zaxxon.things import (
     fighters,
     is_any,
     missile_color,
-    the_one,
     thing_boxes,
 )
 
@@ -176,13 +176,14 @@ def _orange_boxes(m: Ram, d: Drawn, objects: Box) -> Box:
 
 def _zaxxon_box(m: Ram, d: Drawn, objects: Box) -> Box:
     color = jnp.where(jnp.any(m.kind == Kind.ZAXXON_HIT), HIT_COLOR, ZAXXON_COLOR)
-    return the_one(objects, is_any(m, d, Kind.ZAXXON, Kind.ZAXXON_HIT), color)
+    chosen = is_any(m, d, Kind.ZAXXON, Kind.ZAXXON_HIT)
+    return dataclasses.replace(objects.only(chosen), color=color)
 
 
 def _homing_box(m: Ram, d: Drawn) -> Box:
     """Zaxxon's own missile."""
-    at_turn = FIRST_COUNT - m.homing_y
-    turn = at_turn - when(at_turn > d.step + FAR_TURNS - 1, 1)
+    counted = FIRST_COUNT - m.homing_y
+    turn = counted - when(counted > d.step + FAR_TURNS - 1, 1)
     x = packed_position(m.drawn_code) + PLANE_X
     left, first, width, rows = HOMING_PICTURE.extent(jnp.int32(0))
     boxes = box(x + 2 * left, line(m, d, turn) + 1 + 2 * first, 2 * width, 2 * rows)
@@ -204,12 +205,13 @@ def _plane_box(m: Ram, d: Drawn) -> Box:
 def _shadow_box(m: Ram, d: Drawn) -> Box:
     """The part of the shadow that falls on the ground."""
     left, first, width, rows = PLANE_PICTURES.extent(_plane_picture(m, d))
-    turn = jnp.maximum(SHADOW_BEGINS + first, d.shadow_turn + 1)
-    top = line(m, d, turn) + 1
-    bottom = line(m, d, SHADOW_BEGINS + first + rows) + 1
+    begins = jnp.maximum(SHADOW_BEGINS + first, d.shadow_turn + 1)
+    ends = SHADOW_BEGINS + first + rows
+    top = line(m, d, begins) + 1
+    bottom = line(m, d, ends) + 1
     tops, bottoms = ground_edges(m, d)
-    there = lefts_of(d.shapes) < EMPTY
-    highest, lowest = extremes(there & (tops < bottom) & (bottoms > top), tops, bottoms)
+    under = (lefts_of(d.shapes) < EMPTY) & (tops < bottom) & (bottoms > top)
+    highest, lowest = extremes(under, tops, bottoms)
     x = packed_position(m.plane_code) + PLANE_X + 2 * left
     shadow = edges(x, jnp.maximum(top, highest), x + 2 * width, jnp.minimum(bottom, lowest))
     seen = d.shadow & (highest < lowest) & (shadow.h > 0)
@@ -218,15 +220,18 @@ def _shadow_box(m: Ram, d: Drawn) -> Box:
 
 def _shot_boxes(m: Ram, d: Drawn) -> Box:
     """Two shots, drawn on alternate frames."""
-    turned = (m.clock & 1) == 1
+    in_order = (m.clock & 1) == 1
+
+    def by_shot(values: jax.Array) -> jax.Array:
+        return jnp.where(in_order, values, values[::-1])
+
     just_hit = (jnp.arange(2) == 0) & (m.flash_time == FLASH_FRAMES)
-    record_y = jnp.where(just_hit, m.flash_y, m.shot_y)
-    y = jnp.where(turned, record_y, record_y[::-1])
-    x = jnp.where(turned, m.shot_x, m.shot_x[::-1])
-    in_fortress = jnp.where(turned, m.shot_height, m.shot_height[::-1])
-    height = jnp.where(d.space, SPACE_HEIGHT, in_fortress)
-    aside = x + 14 - 128
-    part = (jnp.abs(aside) * ((SHOT_HEIGHT - y + height) & 255)) >> 8
+    y = by_shot(jnp.where(just_hit, m.flash_y, m.shot_y))
+    height = jnp.where(d.space, SPACE_HEIGHT, by_shot(m.shot_height))
+    # A shot flies towards the middle of the horizon.
+    aside = by_shot(m.shot_x) + 14 - 128
+    visible_256ths = (SHOT_HEIGHT - y + height) & 0xFF
+    part = (jnp.abs(aside) * visible_256ths) >> 8
     left = SHOT_CENTER + jnp.where(aside < 0, -part, part)
     tops, bottoms = shot_lines(m, d, y, left, SHOT_LATE)
     boxes = edges(left, tops, left + 1, bottoms, y != Shot.NONE)
@@ -330,6 +335,9 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(
+        known={"Life": 0.85},  # on one of five lines; VEM reads two
+    ),
     categories=(
         Category("Player", PLANE_RULE, role="player", doc="the plane"),
         in_play("Player_Shot", SHOT_RULE, 2, doc="the plane's shots, drawn by turns"),

@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import Box, edges, extremes, lookup, pick
+from ocjax.authoring import WIDTH as SCREEN_WIDTH, Box, edges, extremes, lookup, pick
 from ocjax.extractors.zaxxon.drawn import Drawn, ground_edges
 from ocjax.extractors.zaxxon.ram import ROM, Color, Ram
 
@@ -31,21 +31,22 @@ def lefts_of(shapes: jax.Array) -> jax.Array:
     return lookup(SHAPE_LEFTS, shapes & 255)
 
 
-def wall_box(m: Ram, d: Drawn) -> Box:
+def _box_of_rows(m: Ram, d: Drawn, shapes: jax.Array, color: int) -> Box:
+    """The box of the ground's rows of a color, which are symmetric; invalid without a dot."""
     tops, bottoms = ground_edges(m, d)
-    lefts = lefts_of(d.shapes)
-    wall = (d.colors == Color.WALL) & (lefts < EMPTY) & (tops < bottoms) & ~d.space
-    left, _ = extremes(wall, lefts, 0)
-    top, bottom = extremes(wall, tops, bottoms)
-    return edges(left, top, 160 - left, bottom, jnp.any(wall))
+    lefts = lefts_of(shapes)
+    shown = (d.colors == color) & (lefts < EMPTY) & (tops < bottoms) & ~d.space
+    left, _ = extremes(shown, lefts, 0)
+    top, bottom = extremes(shown, tops, bottoms)
+    return edges(left, top, SCREEN_WIDTH - left, bottom, jnp.any(shown))
+
+
+def wall_box(m: Ram, d: Drawn) -> Box:
+    return _box_of_rows(m, d, d.shapes, Color.WALL)
 
 
 def barrier_box(m: Ram, d: Drawn) -> Box:
     """Posts that change their positions; each is drawn on one of four frames."""
-    tops, bottoms = ground_edges(m, d)
-    shape = d.shapes + m.barrier_shape + 1 + pick((m.clock >> 2) & 3, BARRIER_SHAPES)
-    lefts = lefts_of(shape)
-    posts = (d.colors == Color.BARRIER) & (lefts < EMPTY) & (tops < bottoms) & ~d.space
-    left, _ = extremes(posts, lefts, 0)
-    top, bottom = extremes(posts, tops, bottoms)
-    return edges(left, top, 160 - left, bottom, jnp.any(posts) & (m.level > 0))
+    turn = (m.clock >> 2) & 3
+    shapes = d.shapes + m.barrier_shape + 1 + pick(turn, BARRIER_SHAPES)
+    return _box_of_rows(m, d, shapes, Color.BARRIER).where(m.level > 0)

@@ -38,7 +38,7 @@ class Shot:  # of `Ram.shot_y`, `Ram.missile_y` and `Ram.flash_y`
 
 class Color:  # of `Ram.row_color`; a wall's is odd, but the video chip ignores the lowest bit
     WALL = 37
-    BARRIER = 163
+    BARRIER = 163  # of the floor; the loop draws the posts in palette index 246, on one of 4 frames
 
 
 class Ram(RamMap):

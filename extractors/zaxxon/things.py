@@ -10,7 +10,18 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import Box, Pictures, among, box, edges, lookup, only, packed_position, when
+from ocjax.authoring import (
+    WIDTH as SCREEN_WIDTH,
+    Box,
+    Pictures,
+    among,
+    choose,
+    edges,
+    lookup,
+    only,
+    packed_position,
+    when,
+)
 from ocjax.extractors.zaxxon.drawn import (
     FAR_TURNS,
     FIRST_COUNT,
@@ -33,6 +44,7 @@ FAR_LATE = 103  # from this column, the first row of each pair is not visible
 LATE_COLUMNS = 9  # 0 to 8 columns of a picture are right of it
 FAR_X = 11  # minus the position of a register
 NEAR_X = 12
+FIRST_SLOT_TURN = FAR_TURNS  # at step 0, the turn in which the first near picture begins
 
 
 def _kind_starts() -> list[int]:
@@ -91,44 +103,53 @@ def by_slot(d: Drawn, values: jax.Array) -> jax.Array:
 
 def thing_boxes(m: Ram, d: Drawn) -> Box:
     """Boxes of the things on the ground or in flight."""
-    slot = by_slot(d, jnp.arange(RECORDS))
-    far = slot < FAR_SLOTS
-    bank = when(d.space, 1)
-    kind = jnp.minimum(by_slot(d, m.kind) >> 4, KINDS - 1)
-    x = packed_position(by_slot(d, m.code)) + jnp.where(far, FAR_X, NEAR_X)
-    late = when(~d.space, jnp.clip(x + 8 - FAR_LATE, 0, 8))
-    skipped = jnp.where(slot == 0, STEPS - 1 - d.step, 0)
-    far_index = FAR_PICTURES.index(bank=bank, kind=kind, skipped=skipped, late=late)
-    far_left, far_first, far_width, far_rows = FAR_PICTURES.extent(far_index)
-    begins = 17 + 2 * d.step + KIND_ROWS * (slot - FAR_SLOTS)
-    shown = jnp.clip(TURNS - begins - when(begins > d.place_turn, 1), 0, KIND_ROWS)
-    left, first, width, rows = NEAR_PICTURES.extent(
-        NEAR_PICTURES.index(bank=bank, kind=kind, shown=shown)
-    )
-    highest = first_line(m, d)
-    y = highest + 2 * d.step + 16 * (slot - 1) + 2
+    record = by_slot(d, jnp.arange(RECORDS))
+    is_far = record < FAR_SLOTS
+    picture = {"bank": when(d.space, 1), "kind": jnp.minimum(by_slot(d, m.kind) >> 4, KINDS - 1)}
+    x = packed_position(by_slot(d, m.code))
+    far = _far_boxes(m, d, record, x + FAR_X, picture)
+    near = _near_boxes(m, d, record, x + NEAR_X, picture)
+    return choose(is_far, far, near).clip(0, first_line(m, d), SCREEN_WIDTH, end_line(m, d))
+
+
+def _far_boxes(
+    m: Ram, d: Drawn, record: jax.Array, x: jax.Array, picture: dict[str, jax.Array]
+) -> Box:
+    """Boxes of things as if they were far away."""
+    late = when(~d.space, jnp.clip(x + 8 - FAR_LATE, 0, LATE_COLUMNS - 1))
+    skipped = when(record == 0, STEPS - 1 - d.step)
+    y = first_line(m, d) + 2 * d.step + KIND_ROWS * (record - 1) + 2
+    return FAR_PICTURES.box(FAR_PICTURES.index(**picture, skipped=skipped, late=late), x, y)
+
+
+def _near_boxes(
+    m: Ram, d: Drawn, record: jax.Array, x: jax.Array, picture: dict[str, jax.Array]
+) -> Box:
+    """Boxes of things as if they were near."""
+    begins = FIRST_SLOT_TURN + 2 * d.step + KIND_ROWS * (record - FAR_SLOTS)
+    waits = when(begins > d.place_turn, 1)
+    shown = jnp.clip(TURNS - begins - waits, 0, KIND_ROWS)
+    left, first, width, rows = NEAR_PICTURES.extent(NEAR_PICTURES.index(**picture, shown=shown))
     top = row_line(m, d, begins + first)
     bottom = row_line(m, d, begins + first + rows)
-    return edges(
-        x + jnp.where(far, far_left, 2 * left),
-        jnp.where(far, y + far_first, top),
-        x + jnp.where(far, far_left + far_width, 2 * (left + width)),
-        jnp.where(far, y + far_first + far_rows, bottom - when(first + rows == KIND_ROWS, 1)),
-    ).clip(0, highest, 160, end_line(m, d))
+    last_row_cut = when(first + rows == KIND_ROWS, 1)
+    return edges(x + 2 * left, top, x + 2 * (left + width), bottom - last_row_cut)
 
 
 def missile_color(m: Ram, d: Drawn) -> jax.Array:
     """The color of the picture beside the missile, at its middle, even if none is drawn there."""
-    from_count = FIRST_COUNT + 2 - (m.missile_y | 3)
-    past_far = from_count - when(from_count > d.step + FAR_TURNS - 1, 1)
+    counted = FIRST_COUNT + 2 - (m.missile_y | 3)
+    past_far = counted - when(counted > d.step + FAR_TURNS - 1, 1)
     turn = past_far - when(past_far > d.place_turn, 1)
-    far = turn - d.step + 7
-    near = turn - 2 * d.step - FAR_TURNS
+    far_turn = turn - d.step + 7
+    near_turn = turn - 2 * d.step - FAR_TURNS
     is_far = turn < d.step + FAR_TURNS
-    slot = jnp.where(is_far, far >> 3, FAR_SLOTS + (near >> 4))
-    row = jnp.where(is_far, 2 * (far & 7), near & 15)
-    kind = only((jnp.arange(RECORDS) == slot) & (is_far | (near >= 0)), m.kind >> 4)
-    return lookup(KIND_COLORS, (when(d.space, KINDS) + jnp.minimum(kind, KINDS - 1)) * 16 + row)
+    record = jnp.where(is_far, far_turn >> 3, FAR_SLOTS + (near_turn >> 4))
+    row = jnp.where(is_far, 2 * (far_turn & 7), near_turn & 15)
+    beside = (jnp.arange(RECORDS) == record) & (is_far | (near_turn >= 0))
+    kind = jnp.minimum(only(beside, m.kind >> 4), KINDS - 1)
+    bank = when(d.space, KINDS)
+    return lookup(KIND_COLORS, (bank + kind) * KIND_ROWS + row)
 
 
 def is_any(m: Ram, d: Drawn, *wanted: int) -> jax.Array:
@@ -138,13 +159,3 @@ def is_any(m: Ram, d: Drawn, *wanted: int) -> jax.Array:
 def fighters(m: Ram, d: Drawn) -> jax.Array:
     kind = by_slot(d, m.kind)
     return jnp.where(d.space, among(kind, Kind.SPACE_FIGHTERS), kind == Kind.FIGHTER)
-
-
-def the_one(boxes: Box, chosen: jax.Array, color: jax.Array) -> Box:
-    """The single chosen box, if it is valid."""
-    found = chosen & boxes.valid
-    x = only(found, boxes.x)
-    y = only(found, boxes.y)
-    w = only(found, boxes.w)
-    h = only(found, boxes.h)
-    return box(x, y, w, h, jnp.any(found), color=color)

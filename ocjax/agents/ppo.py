@@ -13,11 +13,15 @@ import numpy as np
 import optax
 from jax import lax
 
+from ocjax._xla.kernels import on_cpu
 from ocjax.agents.config import Hyperparameters
 from ocjax.agents.moments import Moments, initial_moments, merge_moments, scaled, standardized
 from ocjax.agents.networks import Network, Params
 
 MAX_REWARD = 10.0  # limit of scaled rewards
+# The matrices are small. Dividing one product among threads saves no time, and the threads compete
+# with the emulators: training in Seaquest takes 12 % longer (`benchmarks/training.py`).
+CPU_OPTIONS = {"xla_cpu_multi_thread_eigen": False}
 
 
 class Rollout(NamedTuple):
@@ -55,6 +59,10 @@ class Losses(NamedTuple):
 
 
 NO_LOSSES = Losses(*[jnp.float32(float("nan"))] * len(Losses._fields))  # before the first update
+
+
+def _compiler_options() -> dict[str, bool] | None:
+    return CPU_OPTIONS if on_cpu() else None
 
 
 def _optimizer(h: Hyperparameters) -> optax.GradientTransformation:
@@ -196,7 +204,7 @@ def make_act(network: Network, *, standardize: bool) -> Callable[..., tuple[jax.
         log_prob = jnp.take_along_axis(jax.nn.log_softmax(logits), action[:, None], axis=1)[:, 0]
         return action, log_prob
 
-    return jax.jit(act)
+    return jax.jit(act, compiler_options=_compiler_options())
 
 
 def make_update(
@@ -270,4 +278,4 @@ def make_update(
         learner = learner._replace(params=params, optimizer=opt, key=jax.random.key_data(key))
         return learner, jax.tree.map(jnp.mean, losses)._replace(explained_variance=explained)
 
-    return jax.jit(update)
+    return jax.jit(update, compiler_options=_compiler_options())

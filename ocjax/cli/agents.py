@@ -11,7 +11,7 @@ import typer
 from ocjax._extras import extras
 from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.options import START_HELP, fields_as_options
+from ocjax.cli.options import START_HELP, count_option, fields_as_options
 from ocjax.cli.outputs import write_csv, write_markdown, write_text
 from ocjax.cli.render import extract, pictures, save
 from ocjax.emulators import ram_starts
@@ -39,8 +39,8 @@ def train(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     frames: Annotated[
         int,
-        typer.Option(
-            min=1, help="Emulated frames to train for, counted from the start of the training."
+        count_option(
+            "Emulated frames to train for, such as 20M, counted from the start of the training."
         ),
     ] = 20_000_000,
     seed: Annotated[
@@ -50,7 +50,11 @@ def train(
         Path | None, typer.Option(help="Folder of the training. Default: ocjax-<Game>-<seed>.")
     ] = None,
     inputs: Annotated[
-        str, typer.Option(help="objects (from RAM), or pixels (four grey frames of 84 x 84).")
+        str,
+        typer.Option(
+            metavar="objects|pixels",
+            help="Objects from RAM, or four grey frames of 84 x 84 pixels.",
+        ),
     ] = "objects",
     experiment: Annotated[
         str,
@@ -100,9 +104,9 @@ def train(
 ) -> None:
     """Train an agent with PPO, and show how it plays.
 
-    To resume from the latest checkpoint, run the command again with the same folder. The folder
-    gets the metrics (metrics.csv and tensorboard/), checkpoints, the policy (policy.npz) and an
-    animation of a game (agent.gif).
+    To resume from the latest checkpoint, run the command again with the same
+    folder. The folder gets the metrics (metrics.csv and tensorboard/),
+    checkpoints, the policy (policy.npz) and an animation of a game (agent.gif).
     """
     if inputs not in ("objects", "pixels"):
         raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
@@ -181,10 +185,11 @@ def play(
     policy: Annotated[
         str,
         typer.Option(
+            metavar="trained|random|repeat|FILE",
             help=(
                 "trained (ships with ocjax), random, repeat, or a file of a saved "
                 "policy: .npz, or .zip of Stable-Baselines3."
-            )
+            ),
         ),
     ] = TRAINED,
     episodes: Annotated[int, typer.Option(min=1, help="Games to play.")] = EVALUATION_EPISODES,
@@ -192,7 +197,8 @@ def play(
     preset: Annotated[
         str | None,
         typer.Option(
-            help="Settings of the emulators. Default: from the policy's training, or dqn."
+            metavar="NAME",
+            help=f"Settings: {', '.join(PRESETS)}. Default: from the policy's training, or dqn.",
         ),
     ] = None,
     frame_skip: Annotated[
@@ -238,12 +244,12 @@ def play(
 ) -> None:
     """Let a policy play complete games, under the settings of its training.
 
-    With --variations, the policy plays the original game and each variation with the same seeds,
-    and a table compares the returns.
+    With --variations, the policy plays the original game and each variation
+    with the same seeds, and a table compares the returns.
 
-    With --human, you play in a window: arrows or wasd move, space fires, and Escape ends. Your play
-    is saved as an animation and as a recording for `ocjax evaluate`, `ocjax render` and `ocjax
-    extract`.
+    With --human, you play in a window: arrows or wasd move, space fires, and
+    Escape ends. Your play is saved as an animation and as a recording for
+    `ocjax evaluate`, `ocjax render` and `ocjax extract`.
     """
     with errors_in_one_line():
         spec = registry.load(game)

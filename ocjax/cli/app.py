@@ -7,28 +7,36 @@ import contextlib
 import importlib
 import importlib.metadata
 import re
+import warnings
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from ocjax.cli.messages import Interruptible, console
+from ocjax.cli.messages import Interruptible, console, warn
 
 COMMANDS = {  # the module of each subcommand in this package
     "games": "games",
     "demo": "demo",
     "render": "render",
-    "evaluate": "evaluate",
-    "parity": "parity",
-    "bench": "bench",
+    "train": "agents",
+    "play": "agents",
     "extract": "extract",
     "gaze": "gaze",
     "dataset": "datasets",
     "relabel": "datasets",
     "export": "datasets",
-    "train": "agents",
-    "play": "agents",
+    "evaluate": "evaluate",
+    "parity": "parity",
+    "bench": "bench",
     "ram": "ram",
+}
+PANELS = {  # headings of the list of subcommands
+    "Look": ("games", "demo", "render"),
+    "Train and play agents": ("train", "play"),
+    "Extract and label data": ("extract", "gaze", "dataset", "relabel", "export"),
+    "Measure": ("evaluate", "parity", "bench"),
+    "Write the decoder of a game": ("ram",),
 }
 
 
@@ -43,7 +51,7 @@ def load(name: str) -> Any:
     """Import a subcommand."""
     found = getattr(importlib.import_module(f"ocjax.cli.{COMMANDS[name]}"), name)
     if not isinstance(found, typer.Typer):
-        alone = typer.Typer(pretty_exceptions_show_locals=False)
+        alone = typer.Typer(add_completion=False, pretty_exceptions_show_locals=False)
         alone.command(name)(found)
         found = alone
     return typer.main.get_command(found)
@@ -61,11 +69,10 @@ class Commands(Interruptible):
         return name, None if name is None else load(name), rest
 
 
-app = typer.Typer(
-    cls=Commands, add_completion=False, no_args_is_help=True, pretty_exceptions_show_locals=False
-)
-for _name in COMMANDS:
-    app.command(_name, help=summary(_name))(lambda: None)
+app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_show_locals=False)
+for _panel, _names in PANELS.items():
+    for _name in _names:
+        app.command(_name, help=summary(_name), rich_help_panel=_panel)(lambda: None)
 
 
 def _print_version(wanted: bool) -> None:
@@ -86,6 +93,7 @@ def prepare(
     """Extract objects from Atari 2600 games."""
     from ocjax._xla import process
 
+    warnings.showwarning = warn
     process.retain_freed_memory()
     with contextlib.suppress(OSError):  # without a home folder, programs are compiled each time
         process.use_compilation_cache()

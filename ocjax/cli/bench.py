@@ -44,12 +44,12 @@ def bench(
 ) -> None:
     """Time REM, VEM, the environments and other programs on one core of this machine.
 
-    The other programs are ale-py's vector environment, envpool and OpenCV, if they are installed,
-    and OCAtari with --ocatari. Some systems, such as macOS, cannot bind a process to a core. They
-    use all cores.
+    The other programs are ale-py's vector environment, envpool and OpenCV, if
+    they are installed, and OCAtari with --ocatari. Some systems, such as macOS,
+    cannot bind a process to a core. They use all cores.
 
-    A time is per state, frame or agent step of four emulated frames. It is the median of repeated
-    calls after the first one.
+    A time is per state, frame or agent step of four emulated frames. It is the
+    median of repeated calls after the first one.
     """
     with errors_in_one_line(), timing.one_core():  # before JAX starts its threads
         if plots is not None:
@@ -99,6 +99,11 @@ def _write(found: list[Measurement], out: Path | None, plots: Path | None) -> No
             writing.announce(console, "A figure", plots / name)
 
 
+def _digits(number: float) -> str:
+    """A number with three significant digits or more."""
+    return f"{number:.3g}" if number < 1000 else f"{number:,.0f}"
+
+
 def _table(found: list[Measurement]) -> tables.Table:
     machine = timing.machine()
     cores = "1 core" if machine["cores"] == 1 else f"{machine['cores']} cores"
@@ -109,8 +114,8 @@ def _table(found: list[Measurement]) -> tables.Table:
             m.what,
             m.batch,
             f"{m.first_call:.2f}",
-            f"{m.median:.3f}",
-            f"{m.low:.3f}-{m.high:.3f}",
+            _digits(m.median),
+            f"{_digits(m.low)}-{_digits(m.high)}",
             round(1e6 / m.median),
         )
         for m in found

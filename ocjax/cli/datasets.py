@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.options import RAY, START_HELP
-from ocjax.datasets import exports, generation
+from ocjax.cli.options import RAY, START_HELP, count_option
+from ocjax.datasets import detection, exports, generation
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
 from ocjax.emulators import ram_starts
@@ -19,9 +19,7 @@ from ocjax.files import writing
 def dataset(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     out: Annotated[Path, typer.Option(help="Folder of the dataset.")],
-    states: Annotated[
-        int, typer.Option(min=1, help="States to play, of all seeds together.")
-    ] = 10_000,
+    states: Annotated[int, count_option("States to play, of all seeds together.")] = 10_000,
     seed: Annotated[
         list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")
     ] = None,
@@ -48,7 +46,8 @@ def dataset(
 ) -> None:
     """Make a dataset of frames and RAM with the objects of both methods.
 
-    The same command gives the same bytes. To resume after an interruption, repeat the command.
+    The same command gives the same bytes. To resume after an interruption,
+    repeat the command.
     """
     with errors_in_one_line():
         spec = registry.load(game)
@@ -92,18 +91,26 @@ def relabel(
 
 
 def export(
-    folder: Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of a dataset.")],
+    folders: Annotated[
+        list[Path], typer.Argument(metavar="DATASET...", help="Folders of datasets.")
+    ],
     out: Annotated[
         str,
         typer.Option(
             help=(
-                "A .csv file (replaced) in the layout of the OCAtari paper's dataset, or a new "
-                "minari:ID."
+                "A .csv file (replaced) in the layout of the OCAtari paper's dataset, a new "
+                "minari:ID, or a new coco:FOLDER or yolo:FOLDER with pictures and boxes of one or "
+                "several datasets."
             )
         ),
     ],
 ) -> None:
-    """Export a dataset to CSV or Minari."""
+    """Export datasets to COCO, YOLO, CSV or Minari."""
     with errors_in_one_line(), progress_bar("exporting", "states", console) as report:
-        exports.export(folder, out, report=report)
+        if out.startswith((detection.COCO, detection.YOLO)):
+            detection.export_boxes(folders, out, report=report)
+        elif len(folders) > 1:
+            raise ValueError(f"only coco:FOLDER and yolo:FOLDER take several datasets, got {out}")
+        else:
+            exports.export(folders[0], out, report=report)
     writing.announce(console, "Written", Path(out))

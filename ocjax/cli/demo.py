@@ -30,7 +30,7 @@ ROWS = 3  # instances in the picture
 
 
 def demo(
-    game: Annotated[str, typer.Argument(help="Name of the game.")] = "Pong",
+    game: Annotated[str, typer.Argument(help="Name of the game.")] = "MsPacman",
     num_envs: Annotated[int, typer.Option("--envs", min=1, help="Number of instances.")] = 64,
     steps: Annotated[int, typer.Option(min=1, help="Agent steps of each instance.")] = 250,
     seed: Annotated[int, typer.Option(min=0, help="Seed of actions and emulators.")] = 0,

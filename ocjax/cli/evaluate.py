@@ -35,9 +35,9 @@ def evaluate(
     policy: Annotated[
         str,
         typer.Option(
+            metavar="NAME|FILE",
             help="random, repeat (random actions held for 1 to 8 steps), idle (no action), seldom "
-            "(mostly none), trained, "
-            "or an .npz file of a saved policy."
+            "(mostly none), trained, or an .npz file of a saved policy.",
         ),
     ] = "repeat",
     after: Annotated[
@@ -124,6 +124,8 @@ def evaluate(
             for note in report.notes(done[-1]):
                 console.print(note, markup=False, soft_wrap=True)
     tables.show(report.overview(done), console)
+    if not (markdown or csv):
+        console.print("--markdown and --csv write more columns.")
     with errors_in_one_line():
         _write_reports(done, markdown, csv, latex, html)
 

@@ -52,8 +52,8 @@ def extract(
 ) -> None:
     """Extract objects from RAM or frames in files.
 
-    To resume after an interruption, repeat the command. Until the output is complete, the work
-    stays in the folder OUT.parts.
+    To resume after an interruption, repeat the command. Until the output is
+    complete, the work stays in the folder OUT.parts.
     """
     with errors_in_one_line(), progress_bar("extracting", "rows", console) as report:
         extract_file(source, out, game, array=array, hud=hud, ray=ray, report=report)

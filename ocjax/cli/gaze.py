@@ -8,7 +8,7 @@ import numpy as np
 import typer
 from PIL import Image, ImageDraw
 
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console, errors_in_one_line, warn
 from ocjax.cli.outputs import write_csv, write_picture
 from ocjax.emulators.progress import progress_bar
 from ocjax.evaluation import tables
@@ -68,6 +68,8 @@ def gaze(
         write_csv(out, COLUMNS, map(_csv_row, found))
         if picture is not None:
             write_picture(picture, _drawn(known, folder, _first_look(found)))
+    if not any(look.objects.valid.any() for look in found):
+        warn(f"no object of {known.name} is in {folder}: are these pictures of another game?")
 
 
 def _first_look(found: list[Look]) -> Look:

@@ -22,6 +22,13 @@ def say(text: str) -> None:
     Console(stderr=True).print(text, style="red", markup=False, highlight=False, soft_wrap=True)
 
 
+def warn(text: object, *_: object, **__: object) -> None:
+    """Print a warning in one line; it can replace `warnings.showwarning`."""
+    Console(stderr=True).print(
+        f"Warning: {text}", style="yellow", markup=False, highlight=False, soft_wrap=True
+    )
+
+
 @contextlib.contextmanager
 def errors_in_one_line() -> Iterator[None]:
     """Report errors that the user can correct in one line, with exit status 2."""

@@ -2,11 +2,39 @@
 
 import dataclasses
 import inspect
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+_UNITS = {"": 1, "k": 1_000, "M": 1_000_000}
+
+
+def count_option(help_text: str) -> Any:
+    """An option for a number that `count` reads."""
+    return typer.Option(parser=count, metavar="NUMBER", help=help_text)
+
+
+def count(text: str) -> int:
+    """Read a number of frames, states or steps, such as 20000000, 20_000_000, 2e7 or 20M.
+
+    Raises:
+        typer.BadParameter: it is not a whole number, or too small.
+    """
+    digits = str(text).rstrip("kM")
+    unit = _UNITS.get(str(text)[len(digits) :], math.nan)
+    try:
+        number = float(digits) * unit
+    except ValueError:
+        number = math.nan
+    if not number.is_integer():
+        raise typer.BadParameter(f"{text!r} is not a whole number such as 20000000, 2e7 or 20M")
+    if number < 1:
+        raise typer.BadParameter(f"{text} is not at least 1")
+    return int(number)
+
 
 RAY = Annotated[
     str | None,

@@ -26,7 +26,7 @@ from ocjax.ramtools.watch import terminal
 from ocjax.ramtools.watch.session import Session
 from ocjax.recordings import Recording
 
-ram = typer.Typer(no_args_is_help=True, help=__doc__)
+ram = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__)
 GAME = typer.Argument(metavar="GAME", help="Name of the game.")
 WHAT = typer.Argument(
     metavar="GAME|RECORDING", help="A game to play, or a recording (.npz) with frames."
@@ -99,10 +99,11 @@ def correlate(
 ) -> None:
     """Find the RAM bits that explain the position, size, value and look of each visible object.
 
-    The search covers bytes, nibbles and bits. Formulas are fitted on half of the episodes and
-    scored on the others.
+    The search covers bytes, nibbles and bits. Formulas are fitted on half of
+    the episodes and scored on the others.
 
-    The game needs vision rules, but no decoder: its decode function may return empty boxes.
+    The game needs vision rules, but no decoder: its decode function may return
+    empty boxes.
     """
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
@@ -203,8 +204,8 @@ def twins(
 ) -> None:
     """Find states with equal RAM and different pictures: the RAM cannot explain the difference.
 
-    The command changes every byte before a moment of random play, and repeats the same actions. The
-    game needs vision rules, but no decoder.
+    The command changes every byte before a moment of random play, and repeats
+    the same actions. The game needs vision rules, but no decoder.
     """
     with errors_in_one_line():
         writing.check(markdown)
@@ -231,8 +232,8 @@ def control(
 ) -> None:
     """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
 
-    The search skips displays, and objects that rarely appear in random play. A game takes about a
-    minute.
+    The search skips displays, and objects that rarely appear in random play. A
+    game takes about a minute.
     """
     with errors_in_one_line():
         games = names.games() if name == "all" else [registry.load(name).name]
@@ -269,8 +270,9 @@ def new_game(
 ) -> None:
     """Write a game file that runs, for a game without a decoder.
 
-    It has the digits that the ROM contains, the colours of random play with their components, and a
-    vision rule for each colour. Its comments give the next steps.
+    It has the digits that the ROM contains, the colours of random play with
+    their components, and a vision rule for each colour. Its comments give the
+    next steps.
     """
     with errors_in_one_line():
         found = roms.find(name)
@@ -329,10 +331,12 @@ def disassemble(
 ) -> None:
     """List the program of a game, and when it writes each byte of RAM.
 
-    Writes before the drawing of the picture are visible on the same frame. Writes after it are in
-    the RAM that belongs to the frame, but not on the screen yet. The game needs no decoder.
+    Writes before the drawing of the picture are visible on the same frame.
+    Writes after it are in the RAM that belongs to the frame, but not on the
+    screen yet. The game needs no decoder.
 
-    The program runs in an interpreter with the RAM of random play. There are no collisions.
+    The program runs in an interpreter with the RAM of random play. There are no
+    collisions.
     """
     with errors_in_one_line():
         writing.check(out, markdown)
@@ -346,7 +350,11 @@ def disassemble(
 def watch(
     name: Annotated[str, GAME],
     policy: Annotated[
-        str, typer.Option(help="keyboard, random, repeat, or an .npz file of a saved policy.")
+        str,
+        typer.Option(
+            metavar="keyboard|random|repeat|FILE",
+            help="Who plays; a file is an .npz file of a saved policy.",
+        ),
     ] = "keyboard",
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,

@@ -28,7 +28,10 @@ def render(
         str | None,
         typer.Option(help="Name of the game. Required if the file and its name do not name it."),
     ] = None,
-    method: Annotated[str, typer.Option(help="rem, vem, or both side by side.")] = "both",
+    method: Annotated[
+        str,
+        typer.Option(metavar="rem|vem|both", help="The method; both are drawn side by side."),
+    ] = "both",
     first: Annotated[int, typer.Option(min=0, help="First sample to draw.")] = 0,
     count: Annotated[int, typer.Option(min=1, help="Number of samples in a .gif.")] = 50,
     scale: Annotated[int, typer.Option(min=1, max=8, help="Picture pixels per screen pixel.")] = 2,

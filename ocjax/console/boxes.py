@@ -1,5 +1,7 @@
 """`Box`: a decoder's result for a category, before batching and packing into `Objects`."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -8,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ocjax.console.ops import lookup
+from ocjax.console.ops import lookup, only
 
 __all__ = ["WIDTH", "Area", "Box", "BoxTable", "Number", "box", "check_area", "choose", "edges"]
 
@@ -48,7 +50,7 @@ class Box:
     orientation: jax.Array  # int32
     color: jax.Array | None  # int32: palette index; None: the category's colour
 
-    def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> "Box":
+    def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
         """Clip the boxes to an area; `right` and `bottom` are exclusive.
 
         Boxes outside the area become invalid.
@@ -67,13 +69,13 @@ class Box:
 
     def trimmed(
         self, left: Number = 0, top: Number = 0, right: Number = 0, bottom: Number = 0
-    ) -> "Box":
+    ) -> Box:
         """Remove this many pixels at each edge; a negative number adds pixels."""
         return replace(
             self, x=self.x + left, y=self.y + top, w=self.w - left - right, h=self.h - top - bottom
         )
 
-    def __getitem__(self, slots: int | slice) -> "Box":
+    def __getitem__(self, slots: int | slice) -> Box:
         """Index the slots; scalar fields, which all slots share, stay the same."""
 
         def part(values: jax.Array | None) -> jax.Array | None:
@@ -81,9 +83,44 @@ class Box:
 
         return Box(*(part(getattr(self, f.name)) for f in fields(self)))  # pyright: ignore
 
-    def where(self, condition: Number) -> "Box":
+    def where(self, condition: Number) -> Box:
         """Keep the boxes valid only where the condition also holds."""
         return replace(self, valid=self.valid & condition)
+
+    def only(self, chosen: Number = True) -> Box:
+        """Return the single valid box among the chosen ones, as a scalar; invalid without one."""
+        found = self.valid & chosen
+        others = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "valid"}
+        one = {name: v if v is None else only(found, v) for name, v in others.items()}
+        return Box(**one, valid=jnp.any(found))  # pyright: ignore
+
+    @property
+    def slots(self) -> int:
+        """The number of slots; 1 if all fields are scalars."""
+        return max(v.size for f in fields(self) if (v := getattr(self, f.name)) is not None)
+
+    @staticmethod
+    def stacked(*parts: Box) -> Box:
+        """Return the slots of several boxes, one after the other.
+
+        Raises:
+            ValueError: some boxes have a colour, and others do not.
+        """
+        if len({part.color is None for part in parts}) > 1:
+            raise ValueError("stacked boxes need a colour each, or none of them has one")
+        every = [[getattr(part, f.name) for part in parts] for f in fields(Box)]
+        sizes = [part.slots for part in parts]
+        return Box(*(_end_to_end(values, sizes) for values in every))  # pyright: ignore
+
+
+def _end_to_end(values: list[jax.Array | None], sizes: list[int]) -> jax.Array | None:
+    """Concatenate values after repeating each to its size; None if there are none."""
+    some = [
+        jnp.broadcast_to(value, size)
+        for value, size in zip(values, sizes, strict=True)
+        if value is not None
+    ]
+    return jnp.concatenate(some) if some else None
 
 
 def box(

@@ -7,11 +7,12 @@ A game declares its address map once, as a class:
         score = bcd((103, 104))              # one number of four digits, most significant byte
         first
         paddle_low = bits(51, count=1)       # the lowest bit of byte 51
+        plays = flag(23, bit=7)              # True if the highest bit of byte 23 is set
 
-The game's decoder then reads `m.chicken_y`. Fields are cast to int32 because uint8 arithmetic wraps
-around (`uint8(30) - 49` is 237). A place is an address from 0 to 127, or a tuple of addresses that
-together hold one number, most significant byte first. A field with one place is a scalar. A field
-with several places is a vector in the given order.
+The game's decoder then reads `m.chicken_y`. Numbers are cast to int32 because uint8 arithmetic
+wraps around (`uint8(30) - 49` is 237). A place is an address from 0 to 127, or a tuple of addresses
+that together hold one number, most significant byte first. A field with one place is a scalar. A
+field with several places is a vector in the given order.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,7 +23,19 @@ import jax
 import jax.numpy as jnp
 from jax import lax
 
-__all__ = ["RAM_SIZE", "Field", "Place", "RamMap", "bcd", "bits", "byte", "high", "low", "signed"]
+__all__ = [
+    "RAM_SIZE",
+    "Field",
+    "Place",
+    "RamMap",
+    "bcd",
+    "bits",
+    "byte",
+    "flag",
+    "high",
+    "low",
+    "signed",
+]
 
 RAM_SIZE = 128
 
@@ -86,7 +99,10 @@ class RamMap:
         self._values: dict[str, jax.Array] = {}
 
     def value_of(self, declared: Field) -> jax.Array:
-        """Return the number or numbers of a declared field, int32 scalar or `[places]`."""
+        """Return the value or values of a declared field: a scalar or `[places]`.
+
+        Flags are bool, all other fields int32.
+        """
         if declared.name not in self._values:
             value = declared.read(tuple(self._gather(column) for column in declared.columns))
             self._values[declared.name] = value if len(declared.places) > 1 else value[0]
@@ -169,6 +185,13 @@ def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
         f"bits {first}-{first + count - 1}",
         lambda parts: (_join(parts, 256) >> first) & mask,
     )
+
+
+def flag(*places: int, bit: int) -> Field:
+    """Declare a condition: True if a bit (0 is the least significant) of the byte is set."""
+    if not 0 <= bit < 8:
+        raise ValueError(f"a flag's bit must be from 0 to 7, got {bit}")
+    return Field(places, f"bit {bit}", lambda parts: (parts[0] >> bit & 1) == 1)
 
 
 def low(*places: Place) -> Field:

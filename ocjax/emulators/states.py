@@ -35,7 +35,7 @@ _MAGIC, _VERSION = b"ocjaxSAV", 3
 _HEADER = struct.Struct("<8sHI32s")
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class States:
     """Saved states of n emulators, from `clone_state`.
 
@@ -48,6 +48,9 @@ class States:
 
     md5: str
     rows: Mapping[str, np.ndarray]
+
+    def __repr__(self) -> str:
+        return f"States of {len(self)} emulators with the ROM of md5 {self.md5}"
 
     def __len__(self) -> int:
         return len(self.rows["state"])

@@ -22,7 +22,10 @@ _INSTEAD = {
     "obs_mode": "it is called obs, with 'objects', 'vector', 'dqn' or 'pixels'",
     "seed": "it is an argument of reset",
     "sticky_actions": "it is called repeat_action_probability",
-    "stack_num": "obs=ocjax.envs.Dqn(stack=4) stacks frames",
+    **dict.fromkeys(
+        ("stack_num", "frame_stack", "stack_size"),
+        "obs=ocjax.envs.Dqn(stack=4) stacks frames, obs=ocjax.envs.Vector(history=4) vectors",
+    ),
     "vectorization_mode": "it is an option of gymnasium.make_vec",
 }
 

@@ -577,6 +577,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         In render mode "objects" the frames are enlarged, with the objects drawn over them.
         """
         if self.render_mode is None:
+            gym.logger.warn(
+                "render() returns None without a render mode; give one when you make the "
+                'environment, such as render_mode="rgb_array"'
+            )
             return None
         frames = self.pool.rgb[:, -1].copy()
         if self.render_mode == "rgb_array":

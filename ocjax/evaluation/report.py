@@ -201,6 +201,20 @@ COLUMNS = {  # explanations of the tables' columns
 }
 
 
+DETAILS = (  # columns that only files have
+    "Episodes",
+    "Precision",
+    "Recall",
+    "F1 95 % CI",
+    "Single-frame F1",
+    "ID switches",
+    "Overflow",
+    "Sprites covered",
+    "Boxes with pixels",
+    *(f"OCAtari {name}" for name in SCORES if name != "F1"),
+)
+
+
 def rows_of(game: Game) -> list[tuple[int | None, str]]:
     """List the rows of a table by category: index and name of each, then None and "all"."""
     return [*((i, c.name) for i, c in enumerate(game.categories)), (None, "all")]
@@ -263,6 +277,7 @@ def by_category(e: Evaluation) -> Table:
         f"{e.game.name}: REM against VEM in percent; {e.source}",
         header,
         [_category_row(e, i, name) for i, name in rows_of(e.game)],
+        DETAILS,
     )
 
 
@@ -273,7 +288,9 @@ def by_situation(e: Evaluation) -> Table:
     rows = [
         _situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()
     ]
-    return Table(f"{e.game.name}: first and last states and lost lives, in percent", header, rows)
+    return Table(
+        f"{e.game.name}: first and last states and lost lives, in percent", header, rows, DETAILS
+    )
 
 
 def _situation_row(e: Evaluation, name: str, samples: np.ndarray) -> list[Cell]:
@@ -350,7 +367,7 @@ def overview(evaluations: Sequence[Evaluation]) -> Table:
         columns = zip(OVERVIEW, zip(*rows, strict=True), strict=True)
         means = [None if name in WITHOUT_MEAN else _mean(column) for name, column in columns]
         rows.append(["mean", *means[1:]])
-    return Table("REM against VEM in percent", OVERVIEW, rows)
+    return Table("REM against VEM in percent", OVERVIEW, rows, DETAILS)
 
 
 def _game_row(e: Evaluation) -> list[Cell]:

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from rich.console import Console
 from rich.markup import escape
@@ -16,21 +16,35 @@ Cell = str | int | float | None  # a float is a percentage, and None an empty ce
 
 @dataclasses.dataclass(frozen=True)
 class Table:
-    """A title, column headings and rows of cells, independent of the output format."""
+    """A title, column headings and rows of cells, independent of the output format.
+
+    Args:
+        title: above the table.
+        header: the headings of the columns.
+        rows: the cells of each row.
+        details: the headings of columns that the terminal does not show.
+    """
 
     title: str
     header: Sequence[str]
     rows: Sequence[Sequence[Cell]]
+    details: Collection[str] = ()
 
     def without_empty_columns(self) -> "Table":
         """Drop columns if every cell is None."""
-        filled = [
-            k for k in range(len(self.header)) if any(row[k] is not None for row in self.rows)
-        ]
-        return Table(
-            self.title,
-            [self.header[k] for k in filled],
-            [[row[k] for k in filled] for row in self.rows],
+        return self._columns(
+            [k for k in range(len(self.header)) if any(row[k] is not None for row in self.rows)]
+        )
+
+    def without_details(self) -> "Table":
+        """Drop the columns that the terminal does not show."""
+        return self._columns([k for k, name in enumerate(self.header) if name not in self.details])
+
+    def _columns(self, kept: Sequence[int]) -> "Table":
+        return dataclasses.replace(
+            self,
+            header=[self.header[k] for k in kept],
+            rows=[[row[k] for k in kept] for row in self.rows],
         )
 
 
@@ -49,8 +63,8 @@ def text(cell: Cell) -> str:
 
 
 def show(table: Table, console: Console) -> None:
-    """Print a table."""
-    table = table.without_empty_columns()
+    """Print a table without its details."""
+    table = table.without_details().without_empty_columns()
     out = RichTable(title=escape(table.title), title_justify="left")
     cells = [[escape(text(c)) for c in row] for row in table.rows]
     for i, heading in enumerate(table.header):

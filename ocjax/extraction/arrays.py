@@ -30,4 +30,14 @@ def require_uint8(name: str, array: Any) -> None:
     if not hasattr(array, "dtype") or array.dtype != np.uint8:
         raise TypeError(
             f"{name} must be a uint8 array, got {getattr(array, 'dtype', type(array).__name__)}"
+            f"{_remedy(array)}"
         )
+
+
+def _remedy(array: Any) -> str:
+    """Return the conversion to uint8, if it loses nothing."""
+    if isinstance(array, list | tuple):
+        return ": use numpy.asarray(x, numpy.uint8)"
+    if isinstance(array, np.ndarray | jax.Array) and np.issubdtype(array.dtype, np.integer):
+        return ": use x.astype(numpy.uint8)"
+    return ""

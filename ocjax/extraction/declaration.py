@@ -18,6 +18,7 @@ from ocjax.console.boxes import WIDTH, Box
 from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.console.rom import Rom
 from ocjax.extraction.categories import ATTRIBUTES, ROLES, Category, names_by_alias
+from ocjax.extraction.checks import EXCERPTS, USUAL, Checks
 from ocjax.vision.colors import EVEN
 from ocjax.vision.rules import Blobs, Rule
 from ocjax.vision.shades import Saver, Shades
@@ -68,6 +69,7 @@ class Declaration:
         shades: colours that change from level to level.
         saver: the game's screen saver, if it changes the colours.
         pal: whether the ROM is made for PAL consoles, which have another palette.
+        checks: how the game differs from what the tests of all games expect.
         hud: whether to include the display categories.
 
     Raises:
@@ -84,6 +86,7 @@ class Declaration:
     shades: Shades | None
     saver: Saver | None
     pal: bool
+    checks: Checks
     hud: bool
 
     def __init__(
@@ -98,6 +101,7 @@ class Declaration:
         shades: Shades | None = None,
         saver: Saver | None = None,
         pal: bool = False,
+        checks: Checks = USUAL,
         hud: bool = True,
     ) -> None:
         if not isinstance(rom, Rom):
@@ -106,6 +110,7 @@ class Declaration:
             name=name, rom=rom.name, md5=rom.md5, ram=ram, decode=decode, categories=categories
         )
         vars(self).update(screen=screen, shades=shades, saver=saver, pal=pal, hud=hud)
+        vars(self).update(checks=checks)
         if hud:
             _validate(self)
         else:
@@ -242,6 +247,16 @@ def _validate_fields(game: Declaration) -> None:
     need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")
     order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
     need(huds == sorted(huds), where="categories", text=order)
+    _validate_checks(game)
+
+
+def _validate_checks(game: Declaration) -> None:
+    unknown = game.checks.names - {c.name for c in game.categories}
+    _need(not unknown, game, "checks", f"no categories are named {sorted(unknown)}")
+    keys = sorted(game.checks.agreement)
+    _need(
+        set(keys) <= set(EXCERPTS), game, "checks", f"agreement must be of {EXCERPTS}, got {keys}"
+    )
 
 
 def _validate_category(game: Declaration, c: Category) -> None:

@@ -10,9 +10,12 @@ from ocjax.extraction.categories import HEADER
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.html import table
 
+MOST_LISTED = 2  # objects of a category in a crowded state, if each one has a line
+MOST_LINES = 19  # lines of a state in an interpreter
 MOST_ROWS = 30  # rows of a state's table in a notebook
 SCALE = 2  # of the drawing in a notebook; the console's pixels are twice as wide as high
 BACKGROUND = "#222"
+BESIDE = "display: flex; gap: 1em; align-items: flex-start; overflow-x: auto"
 
 
 def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
@@ -24,9 +27,26 @@ def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
 
 
 def text(game: Declaration, fields: records.Fields) -> str:
-    """List the objects of one state, one indented line each."""
-    lines = records.text(records.of_state(fields, game)).splitlines() or ["nothing is valid"]
+    """List the objects of one state in at most `MOST_LINES` indented lines."""
+    state = records.of_state(fields, game)
+    lines = records.text(state).splitlines() or ["nothing is valid"]
+    if len(lines) > MOST_LINES:
+        lines = _counted(game, records.by_category(state))
+    if len(lines) > MOST_LINES:
+        lines = [*lines[: MOST_LINES - 1], f"and {len(lines) - MOST_LINES + 1} more lines"]
     return "\n".join(f"  {line}" for line in lines)
+
+
+def _counted(game: Declaration, groups: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
+    """List categories with many objects by their number, and the objects of the others."""
+    lines = []
+    for name, group in groups.items():
+        if len(group) > MOST_LISTED:
+            slots = game.slices[name]
+            lines.append(f"{name}: {len(group)} of {slots.stop - slots.start}")
+        else:
+            lines += records.text([{"category": name, **record} for record in group]).splitlines()
+    return lines
 
 
 def picture(game: Declaration, state: Iterable[Mapping[str, Any]]) -> str:
@@ -42,8 +62,8 @@ def picture(game: Declaration, state: Iterable[Mapping[str, Any]]) -> str:
         f'width="{2 * SCALE * width}" height="{SCALE * height}" viewBox="0 0 {2 * width} {height}"'
     )
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size} style="background: '
-        f'{BACKGROUND}">{"".join(boxes)}</svg>'
+        f'<svg style="flex: none; background: {BACKGROUND}" xmlns="http://www.w3.org/2000/svg" '
+        f"{size}>{''.join(boxes)}</svg>"
     )
 
 
@@ -64,7 +84,7 @@ def state_html(game: Declaration, fields: records.Fields) -> str:
     objects = table(("category", "slot", "left, top", "size", "value", "facing"), rows[:MOST_ROWS])
     if len(rows) > MOST_ROWS:
         objects = f"<div>{objects}<p>and {len(rows) - MOST_ROWS} more</p></div>"
-    return f'<div style="display: flex; gap: 1em">{picture(game, state)}{objects}</div>'
+    return f'<div style="{BESIDE}">{picture(game, state)}{objects}</div>'
 
 
 def _compass(point: int | None) -> str:

@@ -12,7 +12,7 @@ from jax.core import Tracer
 from ocjax._xla.fork import require_threads
 from ocjax.console import palette
 from ocjax.console.ram import RAM_SIZE
-from ocjax.extraction import rem, vem
+from ocjax.extraction import rem, suspicions, vem
 from ocjax.extraction.arrays import as_array, require_uint8
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.declaration import Declaration, GameError, check_decode
@@ -75,6 +75,9 @@ class Game(Declaration):
                 the emulator's own, without max-pooling, resizing or lossy compression: every colour
                 must be in the palette, which `ocjax.console.palette.check_rgb` checks.
 
+        The first call with a NumPy array warns (UserWarning) if colours are not in the palette, or
+        if no object is found.
+
         Raises:
             TypeError: `frames` is not uint8.
             ValueError: the shape differs from the game's screen, or the channels of RGB frames come
@@ -97,7 +100,18 @@ class Game(Declaration):
                 "first, not palette indices: "
                 "move the channels last, with numpy.moveaxis(frames, -3, -1)"
             )
+        if isinstance(frames, np.ndarray) and "_checked" not in self.__dict__:
+            self.__dict__["_checked"] = True
+            return self._checked_vem(frames)
         return self._vem(frames)
+
+    def _checked_vem(self, frames: np.ndarray) -> Objects:
+        """Extract objects, and warn if the frames are probably not frames of this game."""
+        suspicions.warn_about_colors(frames, self)
+        objects = self._vem(frames)
+        if not isinstance(objects.valid, Tracer):
+            suspicions.warn_about_nothing(np.asarray(objects.valid), self)
+        return objects
 
     def _repr_html_(self) -> str:
         return game_html(self)

@@ -1,6 +1,7 @@
 """`Objects`: the objects on the screen as padded tensors with a validity mask."""
 
 import dataclasses
+import difflib
 import reprlib
 import warnings
 from collections.abc import Iterator
@@ -186,7 +187,7 @@ class Objects:
         if name not in own.slices:
             raise ValueError(
                 f"these objects of {own.name} have no category {name!r}; they have "
-                f"{', '.join(own.slices)}"
+                f"{', '.join(own.slices)}{_did_you_mean(name, own)}"
             )
         s = own.slices[name]
         return Objects(
@@ -323,6 +324,12 @@ class Objects:
             MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.
         """
         return records.arrow(self._host(), whose(self))
+
+
+def _did_you_mean(name: str, game: Declaration) -> str:
+    known = {own.lower(): own for own in game.slices}
+    close = difflib.get_close_matches(name.lower(), known, n=1)
+    return f"; did you mean {known[close[0]]!r}?" if close else ""
 
 
 def _reordered(game: Declaration, category: Any) -> tuple[str | Category, Declaration]:

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ocjax.console import palette
@@ -149,7 +150,7 @@ def looks(
         part = chosen[start : start + _BATCH]
         rgb = np.stack([folder.read(row_of[f.frame_id], row_of[f.frame_id] + 1)[0] for f in part])
         palette.check_rgb(rgb)
-        objects = jax.tree.map(np.asarray, game.vem(rgb))
+        objects = jax.tree.map(np.asarray, game.vem(jnp.asarray(rgb)))
         yield from (_look(game, frame, objects[k]) for k, frame in enumerate(part))
         if report is not None:
             report(start + len(part), len(chosen))

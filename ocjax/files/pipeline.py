@@ -10,6 +10,7 @@ import itertools
 import json
 import math
 import shutil
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -101,6 +102,8 @@ def extract(
         ValueError: the output's format is not supported, the work folder belongs to another
             extraction, or the cluster cannot be reached.
         OSError: the output cannot be written, or would replace the input.
+
+    Warns (UserWarning) if the input has no object of the game.
     """
     target = _target(str(source), str(out))
     with open_input(source, array) as rows:
@@ -118,11 +121,15 @@ def extract(
             if report is not None:
                 report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
-    target.write(
-        outputs.Blocks(
-            spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes
-        )
+    found = outputs.Blocks(
+        spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes
     )
+    target.write(found)
+    if found.rows and not any(len(block.row) for _, _, block in found):
+        warnings.warn(
+            f"no object of {spec.name} is in {source}: is it a recording of another game?",
+            stacklevel=2,
+        )
     shutil.rmtree(target.folder)
 
 

@@ -1,6 +1,7 @@
 """`OCAtari`, for code written for OCAtari 2.2.1.
 
-In imports, `ocjax.ocatari` replaces `ocatari` and all its modules. `docs/neighbours.md` lists the
+In imports, `ocjax.ocatari` replaces `ocatari` and all its modules; `ocjax.ocatari.core`, `.utils`
+and `.vision.utils` have the names of OCAtari's modules, too. `docs/neighbours.md` lists the
 equal parts, the intended differences and the omissions.
 """
 
@@ -11,6 +12,7 @@ from typing import Any, Literal
 
 import gymnasium as gym
 import jax
+import jax.numpy as jnp
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
@@ -280,7 +282,7 @@ class OCAtari(Uncopied, gym.Env):
             now = (
                 self.game.rem(self._ale.getRAM()[None])
                 if method == "rem"
-                else self.game.vem(self._ale.getScreen()[None])
+                else self.game.vem(jnp.asarray(self._ale.getScreen()[None]))
             )
             self._seen[method] = (
                 before,

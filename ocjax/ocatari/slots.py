@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
-from ocjax.layouts import declared_slots
+from ocjax.layouts import declared_slots, places
 from ocjax.transforms.game_objects import GameObject, NoObject, object_class, slots
 
 
@@ -30,14 +30,13 @@ class SlotTable:
         ]
         self.meaning = [f"{kind.__name__} ({list(kind.ns_meaning)})" for kind in classes]
         self._classes = classes
-        # For each category: its slots in ocjax, its number of slots in OCAtari, the length of
-        # `nsrepr`.
+        # For each category: its slots in ocjax, its number of slots and its class in OCAtari, and
+        # the length of `nsrepr`.
         self._places = []
-        for name, count in self.counts.items():
-            place = game.slices.get(name, slice(0, 0))
-            self._places.append(
-                (range(place.start, place.stop), count, len(object_class(game, name)().nsrepr))
-            )
+        for name, place in places(game, self.counts).items():
+            kind = object_class(game, name)
+            slot_numbers = range(place.start, place.stop)
+            self._places.append((slot_numbers, self.counts[name], kind, len(kind().nsrepr)))
 
     def empty(self) -> list[GameObject]:
         """One object of each slot's class, with zeros."""
@@ -47,15 +46,15 @@ class SlotTable:
         """The objects of one state in OCAtari's slots, followed by objects without such a slot.
 
         If OCAtari has enough slots for a category, its objects keep ocjax's slots. Otherwise the
-        first present objects fill OCAtari's slots.
+        first present objects fill OCAtari's slots. Objects in OCAtari's slots have OCAtari's names.
 
         Args:
             before: the objects of the previous step, or None in the first state of an episode.
         """
         own, out, placed = slots(now, before), [], set()
-        for place, count, length in self._places:
+        for place, count, kind, length in self._places:
             chosen = place if len(place) <= count else [i for i in place if own[i]][:count]
-            out += [own[i] for i in chosen]
+            out += [_named(own[i], kind) for i in chosen]
             out += [NoObject(length) for _ in range(count - len(chosen))]
             placed.update(chosen)
         return out + [
@@ -65,3 +64,8 @@ class SlotTable:
     def ns_state(self, objects: Sequence[GameObject]) -> list[int]:
         """The concatenated numbers of the slots, without the objects that follow."""
         return [number for o in objects[: len(self.meaning)] for number in o.nsrepr]
+
+
+def _named(own: GameObject, kind: type[GameObject]) -> GameObject:
+    """The object as an instance of OCAtari's class, if this has another name."""
+    return own if not own or type(own) is kind else kind(**vars(own))

@@ -82,7 +82,7 @@ def overlay(
     shown = drawn(game, frame, objects)[np.asarray(objects.valid)]
     for r, is_shown in zip(records, shown, strict=True):
         corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
-        _frame(draw, corners, colors[r["category"]], max(1, scale // 2), dashed=not is_shown)
+        _frame(draw, corners, colors[r["category"]], _line_width(scale), dashed=not is_shown)
     if numbers:
         for k, r in enumerate(records, 1):
             _label(
@@ -137,12 +137,17 @@ def boxes_over(
             draw,
             (x * sx - 1, y * sy - 1, (x + max(w, 0)) * sx, (y + max(h, 0)) * sy),
             colors[name],
-            max(1, scale // 2),
+            _line_width(scale),
             dashed=False,
         )
     for name, (x, y, _, h) in dict(reversed(boxes)).items():
         _label(draw, font, name, (x * sx, y * sy, (y + h) * sy), image.size, colors[name])
     return image
+
+
+def _line_width(scale: int) -> int:
+    """The width of a box's lines in picture pixels."""
+    return max(1, (scale + 2) // 2)
 
 
 def _frame(

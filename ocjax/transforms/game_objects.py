@@ -293,8 +293,13 @@ def _restore(
 
 
 def object_class(game: Declaration, category: str) -> type[GameObject]:
-    """The class of the objects of a category. The game need not have the category."""
-    valued = any(c.name == category and "value" in c.attributes for c in game.categories)
+    """The class of the objects of a category, or of an alias.
+
+    The game need not have the category.
+    """
+    valued = any(
+        category in (c.name, *c.aliases) and "value" in c.attributes for c in game.categories
+    )
     return _subclass(
         ValueObject if valued else GameObject,
         category,

@@ -15,7 +15,7 @@ _POINTS = 16  # of the compass
 
 
 @jax.tree_util.register_dataclass
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Relations:
     """The relations of each of `N` objects to each of `M` objects. `...` is the batch shape.
 
@@ -31,6 +31,10 @@ class Relations:
     direction: jax.Array
     contact: jax.Array  # bool [..., N, M]: the boxes overlap or share a border or a corner
     valid: jax.Array  # bool [..., N, M]: both slots hold an object
+
+    def __repr__(self) -> str:
+        *batch, slots, others = self.valid.shape
+        return f"Relations of {slots} slots to {others} slots, batch shape {batch}"
 
 
 def _overlaps(

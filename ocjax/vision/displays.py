@@ -1,16 +1,17 @@
-"""Displays of numbers and icons, declared once for REM's boxes and VEM's rules."""
+"""Numbers, icons and objects that never move, declared once for REM's boxes and VEM's rules."""
 
 from dataclasses import dataclass
 from typing import Any
 
 import jax
+import numpy as np
 
 from ocjax.console.boxes import Area, Box, Number, box
 from ocjax.console.fonts import Digits, Font, score_box
 from ocjax.vision.colors import Colors
-from ocjax.vision.rules import Bounds, Gauge
+from ocjax.vision.rules import Bounds, Cells, Gauge
 
-__all__ = ["IconRow", "NumberDisplay"]
+__all__ = ["IconRow", "Icons", "NumberDisplay", "Static"]
 
 
 @dataclass(frozen=True)
@@ -110,3 +111,87 @@ class IconRow:
             options: of `Bounds`.
         """
         return Bounds(colors, region, value=Gauge(abs(self.pitch), self.width, single), **options)
+
+
+@dataclass(frozen=True)
+class Icons:
+    """A row of equal icons that are separate objects, one slot each.
+
+    Args:
+        left: first column of the first icon.
+        top: first row.
+        size: (width, height) of an icon.
+        pitch: columns from an icon to the next.
+        count: number of icons.
+    """
+
+    left: int
+    top: int
+    size: tuple[int, int]
+    pitch: int
+    count: int
+
+    @property
+    def lefts(self) -> tuple[int, ...]:
+        """The first column of each icon."""
+        return tuple(self.left + self.pitch * i for i in range(self.count))
+
+    def box(self, shown: Number, **fields: Any) -> Box:
+        """Return the boxes of the first icons.
+
+        Args:
+            shown: number of icons on the screen.
+            fields: `value` and `color` of the boxes.
+        """
+        return self.boxes(np.arange(self.count) < shown, **fields)
+
+    def boxes(self, there: Number, **fields: Any) -> Box:
+        """Return the boxes of some icons.
+
+        Args:
+            there: whether each icon is on the screen.
+            fields: `value` and `color` of the boxes.
+        """
+        return box(np.array(self.lefts), self.top, *self.size, there, **fields)
+
+    def rule(self, colors: Colors, **options: Any) -> Cells:
+        """Return the rule with which VEM finds the icons.
+
+        Args:
+            colors: of the icons.
+            options: of `Cells`; by default an icon is there if any of its pixels has the colours.
+        """
+        tops = (self.top,) * self.count
+        return Cells(colors, self.lefts, tops, *self.size, **{"whole": False, **options})
+
+
+@dataclass(frozen=True)
+class Static:
+    """An object that never moves.
+
+    Args:
+        x: first column.
+        y: first row.
+        w: width in pixels.
+        h: height.
+        colors: VEM finds the object if pixels of these colours reach all its edges.
+    """
+
+    x: int
+    y: int
+    w: int
+    h: int
+    colors: Colors
+
+    @property
+    def area(self) -> Area:
+        """The area of the object."""
+        return self.x, self.y, self.x + self.w, self.y + self.h
+
+    def box(self, valid: Number = True, **fields: Any) -> Box:
+        """Return the object's box; `fields` are further ones of `box`."""
+        return box(self.x, self.y, self.w, self.h, valid, **fields)
+
+    def rule(self, **options: Any) -> Bounds:
+        """Return the rule with which VEM finds the object; `options` are those of `Bounds`."""
+        return Bounds(self.colors, self.area, min_size=(self.w, self.h), **options)

@@ -4,16 +4,18 @@ import os
 import re
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 from PIL import Image
 
 import ocjax
 from ocjax.cli import app as cli
-from ocjax.cli import demo, description, evaluate, ram, render
-from ocjax.cli.messages import console
+from ocjax.cli import demo, description, evaluate, options, ram, render
+from ocjax.cli.messages import console, warn
 from ocjax.evaluation import tables
 from ocjax.files import writing
 from tests.support.command import run
@@ -282,3 +284,61 @@ def test_interruption(tmp_path):
         check=False,
     )
     assert (result.returncode, result.stderr.splitlines()) == (130, ["Interrupted."])
+
+
+def test_help_groups_the_commands():
+    output = run("--help").output
+    places = [output.index(f"─ {panel} ─") for panel in cli.PANELS]
+    assert places == sorted(places)
+    assert sorted(name for names in cli.PANELS.values() for name in names) == sorted(cli.COMMANDS)
+    assert "--install-completion" in output
+
+
+@pytest.mark.parametrize("name", cli.COMMANDS)
+def test_help_of_a_command(name):
+    output = run(name, "--help").output
+    assert "completion" not in output
+    assert max(map(len, output.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [
+        ("20000000", 20_000_000),
+        ("20_000_000", 20_000_000),
+        ("2e7", 20_000_000),
+        ("20M", 20_000_000),
+        ("1.5M", 1_500_000),
+        ("10k", 10_000),
+        ("1", 1),
+    ],
+)
+def test_counts(text, number):
+    assert options.count(text) == number
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("many", "'many' is not a whole number such as 20000000, 2e7 or 20M"),
+        ("1.5", "'1.5' is not a whole number"),
+        ("10kM", "'10kM' is not a whole number"),
+        ("inf", "'inf' is not a whole number"),
+        ("", "'' is not a whole number"),
+        ("0", "0 is not at least 1"),
+        ("-1M", "-1M is not at least 1"),
+    ],
+)
+def test_wrong_counts(text, message):
+    with pytest.raises(typer.BadParameter, match=re.escape(message)):
+        options.count(text)
+
+
+def test_a_warning_is_one_line(capsys):
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = warn
+        warnings.warn("[bold] text that is longer than one line of a terminal " * 3, stacklevel=1)
+    assert capsys.readouterr().err.splitlines() == [
+        "Warning: " + "[bold] text that is longer than one line of a terminal " * 3
+    ]

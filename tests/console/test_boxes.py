@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from ocjax.console.boxes import BoxTable, box, edges
+from ocjax.console.boxes import Box, BoxTable, box, edges
 from ocjax.console.ops import BEYOND, extremes, only
 from ocjax.console.rom import Pictures
 
@@ -32,6 +32,30 @@ def test_trimmed():
     assert fields(b) == [11, 22, 25, 46]
     assert not b.valid
     assert int(b.value) == 3
+
+
+def test_the_only_box():
+    three = box(
+        np.array([3, 9, 5]), 20, np.array([1, 2, 3]), 8, [True, False, True], color=np.arange(3)
+    )
+    one = three.only(np.array([False, True, True]))
+    assert fields(one) == [5, 20, 3, 8]
+    assert (bool(one.valid), int(one.color)) == (True, 2)
+    assert not three.only(np.array([False, True, False])).valid
+    assert box(np.arange(2), 1, 1, 1, [False, True]).only().color is None
+
+
+def test_stacked_boxes():
+    pair = box(np.array([3, 9]), 20, 7, 8, np.array([True, False]), orientation=4)
+    every = Box.stacked(box(1, 2, 3, 4, value=5), pair)
+    assert fields(every) == [[1, 3, 9], [2, 20, 20], [3, 7, 7], [4, 8, 8]]
+    assert every.valid.tolist() == [True, True, False]
+    assert (every.value.tolist(), every.orientation.tolist()) == ([5, 0, 0], [0, 4, 4])
+    assert every.color is None
+    colored = Box.stacked(box(1, 2, 3, 4, color=6), box(np.array([3, 9]), 2, 3, 4, color=7))
+    assert colored.color.tolist() == [6, 7, 7]
+    with pytest.raises(ValueError, match="a colour each"):
+        Box.stacked(box(1, 2, 3, 4), colored)
 
 
 def test_table_of_boxes():

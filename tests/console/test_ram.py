@@ -2,7 +2,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from ocjax.console.ram import Field, RamMap, bcd, bits, byte, high, low, signed
+from ocjax.console.ram import Field, RamMap, bcd, bits, byte, flag, high, low, signed
 
 
 class Ram(RamMap):
@@ -17,6 +17,8 @@ class Ram(RamMap):
     middle = bits(9, first=2, count=3)
     nibbles = low(9, 10)
     tops = high(9, 10)
+    plays = flag(9, bit=7)
+    visible = flag(12, 10, 11, bit=2)
 
 
 @pytest.fixture
@@ -46,6 +48,16 @@ def test_bcd(ram):
     assert m.scores.tolist() == [9, 90]
 
 
+def test_flags(ram):
+    ram[9:13] = [0x80, 0x04, 0xFB, 0xFF]
+    m = Ram(jnp.asarray(ram))
+    assert m.plays.dtype == m.visible.dtype == jnp.bool_
+    assert m.plays.shape == ()
+    assert bool(m.plays)
+    assert m.visible.tolist() == [True, True, False]
+    assert Ram.visible.addresses == (12, 10, 11)
+
+
 def test_no_wrap_around():
     m = Ram(jnp.full(128, 30, jnp.uint8))
     assert int(m.one - 49) == -19
@@ -66,8 +78,10 @@ def test_declaration():
         lambda: byte((1, 2), 3),
         lambda: bits(3, count=0),
         lambda: bits(3, first=5, count=4),
+        lambda: flag(3, bit=8),
+        lambda: flag(128, bit=0),
     ],
 )
 def test_wrong_declarations(wrong):
-    with pytest.raises(ValueError, match=r"RAM|bit field"):
+    with pytest.raises(ValueError, match=r"RAM|bit field|flag's bit"):
         wrong()

@@ -1,5 +1,6 @@
 """Saved states replay exactly, and states with wrong contents raise errors."""
 
+import contextlib
 import dataclasses
 import hashlib
 import json
@@ -334,3 +335,10 @@ def test_environments_stay_usable_if_an_emulator_rejects_a_state(workers, monkey
     envs.restore_state(good)
     envs.step(np.zeros(2, int))
     envs.close()
+
+
+def test_repr_is_short():
+    with contextlib.closing(ocjax.make_vec("Pong", 2, num_workers=0)) as envs:
+        envs.reset(seed=0)
+        shown = repr(envs.clone_state())
+    assert shown == f"States of 2 emulators with the ROM of md5 {ocjax.load('Pong').md5}"

@@ -691,3 +691,10 @@ def test_environments_show_themselves_in_a_notebook():
     assert envs._repr_html_().count("<svg") == 1
     assert envs.objects[0]._repr_html_().count("<rect") == envs._repr_html_().count("<rect")
     envs.close()
+
+
+def test_rendering_without_a_mode_gives_a_warning():
+    with closing(ocjax.make("Pong")) as env:
+        env.reset(seed=0)
+        with pytest.warns(UserWarning, match="without a render mode; give one when you make"):
+            assert env.render() is None

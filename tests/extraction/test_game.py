@@ -17,6 +17,7 @@ from ocjax.console.ram import RamMap, byte
 from ocjax.console.rom import Rom
 from ocjax.evaluation import matching
 from ocjax.extraction.categories import Category, display
+from ocjax.extraction.checks import Checks, LivesAsNumber
 from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.saver import key_of
 from ocjax.transforms.game_objects import views
@@ -206,6 +207,9 @@ def test_aliases():
             {"categories": (Category("A", Blobs(14), needs="B"), *CATEGORIES[1:])},
             "needs must be a tuple of names, got 'B'",
         ),
+        ({"checks": Checks(rare=("Z",))}, r"checks: no categories are named \['Z'\]"),
+        ({"checks": Checks(lives=(LivesAsNumber("Z"),))}, r"checks: no categories are named"),
+        ({"checks": Checks(agreement={"first": 0.9})}, r"agreement must be of .* got \['first'\]"),
         (
             {"decode": lambda m: decode(m) | {"A": box(jnp.arange(3), 0, 1, 1)}},
             r"decode, A\.x: must have shape",

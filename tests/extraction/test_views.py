@@ -278,6 +278,22 @@ def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
     assert len(repr(GAME.categories)) < 700
 
 
+@pytest.mark.parametrize("name", ocjax.games())
+def test_every_state_is_shown_in_at_most_20_lines(name):
+    objects = ocjax.load(name).rem(excerpt(name)["rams"])
+    most = objects[int(np.argmax(objects.valid.sum(axis=1)))]
+    lines = repr(most).splitlines()
+    assert 2 <= len(lines) <= 20
+    assert all(len(line) < 100 for line in lines)
+
+
+def test_categories_with_many_objects_are_counted():
+    objects = ocjax.load("MsPacman").rem(excerpt("MsPacman")["rams"])[0]
+    pills = objects.of("Pill")
+    assert f"  Pill: {int(pills.valid.sum())} of 204" in repr(objects).splitlines()
+    assert f"  {objects.of('Player').to_text()}" in repr(objects).splitlines()
+
+
 def test_long_tables_are_cut_in_a_notebook():
     game = ocjax.load("SpaceInvaders")
     objects = game.rem(excerpt("SpaceInvaders")["rams"])

@@ -9,6 +9,7 @@ import pytest
 
 from ocjax import recordings
 from ocjax.evaluation import matching, metrics
+from ocjax.extraction.checks import LivesAsIcons
 from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.record.deciding import in_batches
 from tests.support.states import DATA
@@ -16,206 +17,17 @@ from tests.support.states import DATA
 ON_DRAWN = 0.99  # share of boxes that hold drawn pixels
 IN_COLOR = 0.97  # share of boxes that hold pixels of their objects' colours
 ON_DETECTED = 0.98  # share of boxes on VEM's detections, which lack partly covered objects
-# Least F1 in games with frames older than the RAM, or with objects that are not visible yet: see
-# the games' docstrings.
-STALE = {
-    ("Alien", "last"): 0.95,
-    ("Alien", "lost"): 0.95,
-    ("Amidar", "lost"): 0.39,
-    ("Berzerk", "last"): 0.91,
-    ("Berzerk", "lost"): 0.87,
-    ("Bowling", "last"): 0.9,
-    ("Defender", "last"): 0.68,  # all records belong to the next game
-    ("Gravitar", "last"): 0.95,
-    ("Gravitar", "lost"): 0.96,
-    ("KeystoneKapers", "lost"): 0.6,  # the scene's records belong to the next life
-    ("KingKong", "lost"): 0.82,  # the climber's and the bombs' records belong to the next life
-    ("Pooyan", "lost"): 0.64,  # the records of balloons, wolves and missiles are cleared
-    ("Qbert", "last"): 0.96,
-    ("Robotank", "last"): 0.93,
-    ("Robotank", "lost"): 0.96,
-    ("Solaris", "last"): 0.3,  # all records belong to the next game
-    ("Solaris", "lost"): 0.96,  # fuel, ships left and the target belong to the next life
-    ("Venture", "lost"): 0.75,
-}
-# Least F1 of the methods in unusual states: some objects are covered or blink, or the frame is
-# older than the RAM.
-UNUSUAL = {
-    # three things that take turns of three frames, and dark rooms' walls before them
-    "Adventure": 0.8,
-    "Amidar": 0.95,
-    "Asteroids": 0.95,
-    "Berzerk": 0.92,
-    "Bowling": 0.89,
-    "Breakout": 0.92,  # modes with invisible bricks
-    "Defender": 0.95,
-    "DoubleDunk": 0.96,  # figures that cover each other
-    "FishingDerby": 0.96,
-    "Jamesbond": 0.95,
-    "PrivateEye": 0.95,
-    "Venture": 0.93,
-}
-IN_TURNS = {"Adventure": 0.97}  # objects take turns of three frames, and many rooms have three
-# Samples of unusual states with another score: two players, or a hidden score.
-SCORED_OTHERWISE = {
-    "Bowling": {"PlayerScore": 1},
-    "Jamesbond": {"Score": 1},
-    "MarioBros": {"Score": 9},
-}
-# Objects that are rare in the other recordings, or easily confused with others.
-RARE = {
-    "Adventure": ("Author", "Chalice", "Gate", "Level", "WhiteKey"),
-    "BankHeist": ("Points", "Police"),
-    "BattleZone": ("Red_Thing",),
-    "BeamRider": ("Torpedos", "Player_Projectile"),
-    "Berzerk": ("PlayerMissile", "EnemyMissile"),
-    "Centipede": ("Flea", "Scorpion"),
-    "Enduro": ("Car", "Level", "NumberOfCars"),
-    "Frogger": ("Alligator", "AlligatorHead", "Fly", "HappyFrog", "LadyFrog", "Snake"),
-    "Jamesbond": ("Depth_Charge", "Explosion", "Rocket", "Submarine", "Torpedo"),
-    "Kangaroo": ("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
-    "Krull": ("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
-    "KungFuMaster": (
-        *("Boomerang", "Dragon", "Dragon_Balls", "Dragon_Fire", "Killer_Moth", "Small_Enemy"),
-        *("Snake", "Spell"),
-    ),
-    "MontezumaRevenge": ("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
-    "Pacman": ("Vitamin",),
-    "Pitfall": ("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
-    "Pooyan": ("Arrow", "Bait", "Balloon", "Enemy", "Rock", "Stone"),
-    "PrivateEye": (
-        *("Badguy", "Badguy_Head", "Barrier", "Brick", "Dove", "Gun", "Knife", "Lizard"),
-        *("Money_Bag", "Necklace", "Pottet_Plant", "Shatterd_Object", "Shoe_Sole", "Stamp"),
-    ),
-    "Riverraid": ("Bridge", "Jet"),
-    "RoadRunner": (
-        "AcmeMine",
-        "Enemy",
-        "Player",
-        "RoadCrack",
-        "Rock",
-        "Sign",
-        "Truck",
-        "Turret",
-        "TurretBall",
-    ),
-    "Seaquest": ("SurfaceSubmarine",),
-    "TimePilot": ("Enemy_Black", "Enemy_Yellow", "Enemy_Blue", "Enemy_Orange"),
-    "Venture": ("Dragon", "Serpant", "Skeleton", "Spider", "Troll", "TwoHeaded", "Wall"),
-    "VideoPinball": ("Logo", "Rollover", "Spinner"),
-    "WizardOfWor": ("Wizard", "Worluk"),
-}
-# Numbers at the limits of their displays, written into the RAM: the values of some categories in
-# each sample, 0 without a value.
-EDGES = {
-    "Amidar": {
-        "Score": (99_999, 100_000, 123_456)
-    },  # with six digits, the display begins a row earlier
-    "Berzerk": {
-        "PlayerScore": (100_000, 123_450, 999_990)
-    },  # the game also shows other things in its place
-    "Boxing": {"PlayerScore": (100,)},  # shown as KO
-    "Pacman": {"Score": (99_999, 100_000, 123_456)},  # the display shows five of its digits
-    "RoadRunner": {"Lives": (4, 5, 6, 7, 3), "Bonus": (0, 0, 0, 0, 1000)},  # the ROM gives no more
-    "WizardOfWor": {"Score": (99_900, 100_000, 115_000)},  # the display shows five of its digits
-}
-# VEM's values, if they differ.
-READ_AT_EDGES = {
-    "Boxing": {"PlayerScore": (UNKNOWN_VALUE,)},
-    "Pacman": {"Score": (99_999, 0, 23_456)},
-    "WizardOfWor": {"Score": (99_900, 0, 15_000)},
-}
-
-# It shows the cars left of a day, while rewards count the cars of all days.
-UNSCORED = {"Enduro"}
-# Categories with an object for each life, and the number of lives without one.
-ICONS = {
-    "Atlantis": (
-        ("AcropolisCommandPost", "Generator", "DomedPalace", "BridgedBazaar", "AquaPlane"),
-        -1,
-    ),  # the loss of the last one ends the game
-    "Assault": (("Lives",), 1),
-    "BankHeist": (("Life",), 0),
-    "BattleZone": (("Life",), 0),
-    "BeamRider": (("Life",), 1),
-    "Centipede": (("Life",), 1),
-    "CrazyClimber": (("Life",), 0),
-    "Gopher": (("Carrot",), 0),
-    "KingKong": (("Life",), 1),
-    "Krull": (("Life_HUD",), 1),
-    "UpNDown": (("Life",), 1),
-}
-SHOWN_BEFORE_A_LIFE = {"KingKong"}  # and not while it is played
-# Categories with a value that follows the lives: its sign and offset.
-NUMBERS = {
-    "Krull": ("Life_HUD", 1, 0),
-    "NameThisGame": ("Treasure", 1, 0),
-    "VideoPinball": ("LifeUsed", -1, 4),  # the number of the ball
-}
-# Samples with a changed display and a life that the emulator has not yet counted.
-EARLY = {"BeamRider": 2, "VideoPinball": 1}
-
+AGREEMENT = {"samples": 0.99, "modes": 0.97, "first": 0.97, "last": 0.97, "lost": 0.97}
+BLINKING = 0.98  # of samples, if objects are hidden for longer than the two compared frames
 KNOWN = 0.9  # share of VEM's boxes of a category with known values
-# The least share if the screen does not always show the value: a full display hides it, digits look
-# alike, or something else replaces it.
-SELDOM_KNOWN = {
-    ("Enduro", "Odometer"): 0.75,  # its digits roll
-    ("Hero", "PowerBar"): 0.8,  # full
-    ("Jamesbond", "Life"): 0.3,  # full
-    ("Pooyan", "PlayerScore"): 0.77,  # the round's number is shown before a round
-    ("Qbert", "Cube"): 0.55,  # while the score is not shown, in the colour that cubes have to get
-    ("RoadRunner", "Score"): 0.85,  # two rows of its digits; five of ten digits look alike there
-    ("Seaquest", "OxygenBar"): 0.7,  # full
-    ("StarGunner", "Lives"): 0.2,  # full
-    ("Tennis", "PlayerScore"): 0.3,  # points, without the games won
-    ("Tennis", "EnemyScore"): 0.3,
-    ("TimePilot", "Score"): 0.8,  # a text
-    ("Zaxxon", "Life"): 0.85,  # on one of five lines; VEM reads two
-}
-CLOCKS = {("Skiing", "Score")}
-FRAME_OF_A_CLOCK = 2  # hundredths of a second
-NEVER_KNOWN = {
-    "Solaris": (
-        "ChartSymbol",
-    ),  # symbols differ in their pictures alone, and a grid's cells have no pictures
-    "SpaceInvaders": (
-        "Player",
-        "Player2",
-    ),  # the value of a cannon is on the screen before a life begins, in Lives
-    "WizardOfWor": (
-        "Lives",
-    ),  # the figure in the dungeon counts, too, but is drawn on every other frame
-}
-
-# Share of moved boxes on detections in games with many walls on the screen.
-OFF_OBJECTS = {"Hero": 0.25, "Krull": 0.15, "Surround": 0.15, "Venture": 0.15, "WizardOfWor": 0.15}
-
+MIRRORED = 0.01  # share of pictures with the same orientation as their mirror images
 UPRIGHT = 0, 8  # orientations that are their own mirror images
-# Categories without a picture and its mirror image in the recordings.
-NO_MIRRORS = {
-    "CrazyClimber": ("Enemy_Bird", "Helicopter"),
-    "FishingDerby": ("PlayerOneHook", "PlayerTwoHook"),
-    "Frostbite": ("Bear", "GreenFish", "Crab", "Clam"),
-    "Gopher": ("Bird",),
-    "Riverraid": ("Jet",),
-    "TimePilot": ("Enemy_Yellow", "Enemy_Blue"),
-    "Tutankham": ("Creature",),
-    "YarsRevenge": ("Player_Bullet",),
-}
-# Largest shares of pictures with the same orientation as their mirror images: the RAM does not
-# record turns since the frame was drawn, or all directions of flight share pictures.
-TURNED = {
-    ("DonkeyKong", "Player"): 0.06,
-    ("Kangaroo", "Player"): 0.07,
-    ("TimePilot", "Enemy_Orange"): 0.34,
-}
 
 
-# The savers of some games show these objects in the colours of their background.
-SHOWN_AS_BACKGROUND = {
-    "Adventure": ("BlackBat", "BlackKey", "Gate", "Magnet"),
-    "ChopperCommand": ("EnemyPlane", "MiniEnemy", "MiniTruck"),
-}
+def least_f1(game, excerpt):
+    """The least F1 of the methods on an excerpt."""
+    blinks = excerpt == "samples" and any(c.blinks for c in game.categories)
+    return game.checks.agreement.get(excerpt, BLINKING if blinks else AGREEMENT[excerpt])
 
 
 @pytest.fixture(scope="session")
@@ -250,9 +62,7 @@ def test_methods_agree(game, detected):
     rem, vem, before = detected
     counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
     whole, each = counts.sum(), counts.sum(axis=0)
-    # Blinking objects are hidden for longer than the two compared frames.
-    least = 0.98 if any(c.blinks for c in game.categories) else 0.99
-    assert whole.f1 >= IN_TURNS.get(game.name, least), list(
+    assert whole.f1 >= least_f1(game, "samples"), list(
         zip(game.slices, each.precision.round(3), each.recall.round(3), strict=True)
     )
     assert whole.mean_iou >= 0.95
@@ -302,7 +112,7 @@ def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
     ):  # one of them moves the boxes away from all objects of their category
         moved = (boxes.xywh + np.array([*shift, 0, 0])) % np.array([160, 200, 999, 999])
         shares.append(share_on_detections(dataclasses.replace(boxes, xywh=moved), *detections))
-    assert min(shares) < OFF_OBJECTS.get(game.name, 0.1), shares
+    assert min(shares) < game.checks.moved, shares
 
 
 def test_score_and_lives_follow_the_emulator(truth, detected):
@@ -315,27 +125,31 @@ def test_score_and_lives_follow_the_emulator(truth, detected):
 def test_rewards_are_checked(game, truth):
     """In every game that gives rewards and shows a score."""
     scores = [c for c in game.categories if c.role == "score" and "value" in c.attributes]
-    assert bool(scores) or not truth["rewards"].any() or game.name in UNSCORED
+    assert bool(scores) or not truth["rewards"].any() or not game.checks.scored
 
 
-def test_icons_show_the_lives(game, truth, detected):
-    """Numbers with other names and objects that count as lives show them, too."""
-    rem = detected[0]
-    if game.name in ICONS:
-        categories, hidden = ICONS[game.name]
-        shown = sum(
-            np.count_nonzero(rem.valid[:, game.slices[category]], axis=1) for category in categories
-        )
-        most = sum(c.count for c in game.categories if c.name in categories)
-        differs = shown != np.clip(truth["lives"] - hidden, 0, most)
-        if game.name in SHOWN_BEFORE_A_LIFE:
-            assert (shown > 0).any()
-            differs &= shown > 0
-        assert np.count_nonzero(differs) == EARLY.get(game.name, 0)
-    if game.name in NUMBERS:
-        category, sign, offset = NUMBERS[game.name]
-        own, expected = rem.of(category), sign * truth["lives"][:, None] + offset
-        assert np.count_nonzero((own.value != expected) & own.valid) == EARLY.get(game.name, 0)
+def test_other_categories_show_the_lives(game, truth, detected):
+    """Objects that count as lives and numbers with other names show the lives, too."""
+    for shown in game.checks.lives:
+        wrong = icons_differ if isinstance(shown, LivesAsIcons) else numbers_differ
+        assert np.count_nonzero(wrong(game, detected[0], shown, truth["lives"])) == shown.early
+
+
+def icons_differ(game, rem, icons, lives):
+    """The states in which the number of icons does not follow the lives."""
+    shown = sum(rem.of(category).valid.sum(axis=1) for category in icons.categories)
+    most = sum(c.count for c in game.categories if c.name in icons.categories)
+    differs = shown != np.clip(lives - icons.hidden, 0, most)
+    if not icons.between_lives:
+        return differs
+    assert (shown > 0).any()
+    return differs & (shown > 0)
+
+
+def numbers_differ(game, rem, number, lives):
+    """The states in which a number does not follow the lives."""
+    own, expected = rem.of(number.category), number.sign * lives[:, None] + number.offset
+    return (own.value != expected) & own.valid
 
 
 def test_lives_are_checked(game, truth):
@@ -343,9 +157,7 @@ def test_lives_are_checked(game, truth):
     lives = [
         c for c in game.categories if c.role == "lives" and c.count == 1 and "value" in c.attributes
     ]
-    assert bool(lives) + (game.name in ICONS.keys() | NUMBERS.keys()) == bool(
-        (truth["lives"] > 1).any()
-    )
+    assert bool(lives) + bool(game.checks.lives) == bool((truth["lives"] > 1).any())
 
 
 def test_vem_reads_what_is_shown(game, detected):
@@ -357,18 +169,19 @@ def test_vem_reads_what_is_shown(game, detected):
     """
     rem, vem, _ = detected
     valued = [c for c in game.categories if "value" in c.attributes]
-    assert tuple(c.name for c in valued if not c.reads_value) == NEVER_KNOWN.get(game.name, ())
+    never_known = {name for name, share in game.checks.known.items() if share == 0}
+    assert {c.name for c in valued if not c.reads_value} == never_known
     for c in valued:
         known = (
             vem.value[:, game.slices[c.name]][vem.valid[:, game.slices[c.name]]] != UNKNOWN_VALUE
         )
         if c.reads_value and known.size:
-            least = SELDOM_KNOWN.get((game.name, c.name), KNOWN)
+            least = game.checks.known.get(c.name, KNOWN)
             assert known.mean() >= least, (c.name, known.mean())
             assert least == KNOWN or known.mean() < KNOWN, f"{c.name} needs no exception"
         if c.reads_value:
             wrong = np.abs(differences_of_values(rem.of(c), vem.of(c)))
-            most = FRAME_OF_A_CLOCK if (game.name, c.name) in CLOCKS else 0
+            most = game.checks.value_error.get(c.name, 0)
             assert len(wrong) <= 5 or (wrong <= most).mean() >= 0.95, (
                 c.name,
                 (wrong <= most).mean(),
@@ -396,11 +209,10 @@ def test_screen_savers(game):
         return
     tape = recordings.read(path, game.name)
     rem, vem, before = extracted(tape)
-    alike = np.isin([c.name for c in game.categories], SHOWN_AS_BACKGROUND.get(game.name, ()))[
-        game.slot_category
-    ]
+    alike = np.isin([c.name for c in game.categories], game.checks.saver_hides)[game.slot_category]
     rem = dataclasses.replace(rem, valid=rem.valid & ~alike)
-    assert (rem.valid.any() or vem.valid.any()) == (game.name != "Gopher")  # black screens
+    is_black = not np.any(tape.screens) and not np.any(tape.previous)
+    assert (rem.valid.any() or vem.valid.any()) == (not is_black)
     if rem.valid.any():
         counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
         assert counts.sum().f1 >= 0.98
@@ -426,7 +238,7 @@ def agreement_on(tape):
 
 def test_rare_objects(game):
     path = DATA / "rare" / f"{game.name}.npz"
-    assert path.exists() == (game.name in RARE)
+    assert path.exists() == bool(game.checks.rare)
     if path.exists():
         f1 = dict(
             zip(
@@ -435,7 +247,7 @@ def test_rare_objects(game):
                 strict=True,
             )
         )
-        assert all(f1[category] >= 0.95 for category in RARE[game.name]), f1
+        assert all(f1[category] >= 0.95 for category in game.checks.rare), f1
 
 
 def test_states_of_all_modes(game):
@@ -444,7 +256,7 @@ def test_states_of_all_modes(game):
     rem, vem, before = extracted(tape)
     counts = metrics.agreement(*map(matching.detections, (rem, vem, before)))
     by_category = dict(zip(game.slices, counts.sum(axis=0).f1, strict=True))
-    assert counts.sum().f1 >= UNUSUAL.get(game.name, 0.97), by_category
+    assert counts.sum().f1 >= least_f1(game, "modes"), by_category
     alive = (tape.lives > 0) | (
         tape.lives.max() == 0
     )  # after the end, displays may show something else
@@ -454,7 +266,7 @@ def test_states_of_all_modes(game):
         for name, share in shares.items()
         if share < 1
     }
-    assert wrong == SCORED_OTHERWISE.get(game.name, {})
+    assert wrong == game.checks.miscounted
 
 
 def facings(rem, vem, screens, slots):
@@ -503,8 +315,9 @@ def test_mirrored_pictures_have_other_orientations(game):
             for picture, under in facings(*each, game.slices[category]).items():
                 seen[picture] += under
         count, shared = shared_with_mirrors(seen)
-        assert (count == 0) == (category in NO_MIRRORS.get(game.name, ())), (category, count)
-        assert shared <= TURNED.get((game.name, category), 0.01), (category, count)
+        most = game.checks.mirrored.get(category, MIRRORED)
+        assert (count == 0) == (most is None), (category, count)
+        assert shared <= (most or 0), (category, count)
         # If all faced the same side, the check would notice.
         alike = {
             picture: collections.Counter({4: under.total()}) for picture, under in seen.items()
@@ -517,15 +330,14 @@ def test_mirrored_pictures_have_other_orientations(game):
 
 def test_displays_at_their_limits(game):
     path = DATA / "edges" / f"{game.name}.npz"
-    assert path.exists() == (game.name in EDGES)
+    assert path.exists() == bool(game.checks.at_limits)
     if path.exists():
         tape = recordings.read(path, game.name)
         rem, vem = in_batches(game.rem, tape.rams), in_batches(game.vem, tape.screens)
-        for category, values in EDGES[game.name].items():
+        for category, values in game.checks.at_limits.items():
             slot = game.slices[category].start
-            assert rem.value[:, slot].tolist() == list(values)
-            read = READ_AT_EDGES.get(game.name, {}).get(category, values)
-            assert vem.value[:, slot].tolist() == list(read)
+            both = [value if isinstance(value, tuple) else (value, value) for value in values]
+            assert list(zip(rem.value[:, slot], vem.value[:, slot], strict=True)) == both
         shown = game.slot_hud & rem.valid
         np.testing.assert_array_equal(vem.valid & game.slot_hud, shown)
         np.testing.assert_array_equal(rem.xywh[shown], vem.xywh[shown])
@@ -547,7 +359,4 @@ def test_first_and_last_states_and_lost_lives(game):
             by_category = dict(zip(game.slices, each.f1, strict=True))
             whole = each.sum()
             nothing = whole.left + whole.right == 0  # such as a title without objects
-            assert nothing or whole.f1 >= STALE.get((game.name, situation), 0.97), (
-                situation,
-                by_category,
-            )
+            assert nothing or whole.f1 >= least_f1(game, situation), (situation, by_category)

@@ -92,6 +92,12 @@ def test_command(trial, tmp_path):
         assert image.size == (960, 630)
 
 
+def test_pictures_of_another_game_give_a_warning(trial, tmp_path):
+    result = run("gaze", trial, "--game", "Skiing", "--out", tmp_path / "looks.csv")
+    assert result.exit_code == 0, result.output
+    assert "Warning: no object of Skiing is in " in " ".join(result.output.split())
+
+
 def test_files_that_are_no_texts(tmp_path):
     (tmp_path / "trial.txt").write_bytes(b"\xff")
     with pytest.raises(InputError, match="not a text file in UTF-8"):

@@ -98,7 +98,8 @@ def expect(path, game, source):
 
 @pytest.mark.parametrize("suffix", ["npy", "npz", "hdf5", "zarr"])
 def test_arrays(tmp_path, pong, rams, frames, suffix):
-    for name, data in (("rams", rams), ("screens", frames), ("screens", frames[..., 0] * 0)):
+    screens = excerpt("Pong")["screens"][:10]
+    for name, data in (("rams", rams), ("screens", frames), ("screens", screens)):
         path = tmp_path / f"Pong{data.ndim}.{suffix}"
         if suffix == "npy":
             np.save(path, data)
@@ -673,3 +674,10 @@ def test_command(tmp_path, rams, pong):
     assert wrong.exit_code == 2
     assert "must end in" in wrong.output
     assert "0 of 0" not in wrong.output
+
+
+def test_a_recording_of_another_game_gives_a_warning(tmp_path):
+    np.save(tmp_path / "frames.npy", np.zeros((5, 210, 160), np.uint8))
+    with pytest.warns(UserWarning, match="no object of Pong is in .*frames.npy: is it a record"):
+        files.extract(tmp_path / "frames.npy", tmp_path / "out.npz", "Pong")
+    assert (tmp_path / "out.npz").exists()

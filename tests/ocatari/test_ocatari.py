@@ -9,7 +9,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import ocjax
-from ocjax import ocatari
+from ocjax import layouts, ocatari
 from ocjax.emulators import variations
 from ocjax.ocatari import GameObject, NoObject, OCAtari, Orientation, ValueObject
 from tests.support.states import excerpt
@@ -222,12 +222,41 @@ def test_objects_without_a_slot_follow(name):
             (r["x"], r["y"], r["w"], r["h"]) for r in records
         )
         for o, meaning in zip(listed, table.meaning, strict=False):
-            assert not o or game.slices[meaning.split(" ")[0]] == game.slices[o.category]
+            assert not o or meaning.split(" ")[0] == o.category
         assert (
             len(table.ns_state(listed))
             == len(table.ns_state(table.empty()))
             == 2 * sum(table.counts.values())
         )
+
+
+@pytest.mark.parametrize("name", ocjax.games())
+def test_all_names_of_ocatari_are_known(name):
+    game = ocjax.load(name)
+    table = layouts.declared_slots(game, hud=True) or {}
+    assert table.keys() <= {*game.slices, *(a for c in game.categories for a in c.aliases)}
+
+
+def test_two_names_of_one_category():
+    """The first name gets the objects."""
+    game = ocjax.load("DemonAttack")
+    objects = ocatari._host(game.rem(excerpt("DemonAttack")["rams"][30:31]))
+    listed = [o for o in ocatari.SlotTable(game, True).arrange(objects, None) if o]
+    assert [o.category for o in listed].count("Enemy") == np.count_nonzero(
+        objects.of("EnemyPart").valid
+    )
+    assert "EnemyPart" not in {o.category for o in listed}
+    assert layouts.places(game, ("Enemy", "EnemyPart"))["EnemyPart"] == slice(0, 0)
+
+
+def test_objects_have_names_of_ocatari():
+    game = ocjax.load("MarioBros")
+    objects = ocatari._host(game.rem(excerpt("MarioBros")["rams"][30:31]))
+    listed = ocatari.SlotTable(game, True).arrange(objects, None)
+    (time,) = [o for o in listed if o.category == "Time"]
+    assert isinstance(time, ValueObject)
+    assert [time.value] == objects.of("Level").value.ravel().tolist()
+    assert pickle.loads(pickle.dumps(time)) == time
 
 
 def test_slots_of_games_that_differ():
@@ -360,3 +389,24 @@ def test_names_that_are_absent():
         env = OCAtari("Pong")
         env.objects_v  # noqa: B018
     env.close()
+
+
+def test_imports_from_modules():
+    from ocjax.ocatari import core, utils, vision
+    from ocjax.ocatari.core import UPSCALE_FACTOR
+    from ocjax.ocatari.core import OCAtari as Core
+    from ocjax.ocatari.utils import load_agent, parser
+    from ocjax.ocatari.vision.utils import make_darker, mark_bb
+
+    assert Core is OCAtari
+    assert UPSCALE_FACTOR == ocatari.UPSCALE_FACTOR
+    assert (load_agent, mark_bb, make_darker) == (
+        ocatari.load_agent,
+        ocatari.mark_bb,
+        ocatari.make_darker,
+    )
+    assert parser.parse_args(["-p", "model"]).path == "model"
+    for module in (core, utils, vision.utils):
+        assert set(module.__all__) <= set(ocatari.__all__)
+        with pytest.raises(ImportError, match="has no find_objects: it is a part of OCAtari's"):
+            module.find_objects  # noqa: B018

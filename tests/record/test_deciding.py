@@ -38,6 +38,16 @@ def test_every_operation_of_decoders_is_evaluated():
     assert rows.any(axis=1).mean() > 0.3
 
 
+def test_known_changes_are_skipped():
+    game, rams = ocjax.load("Pong"), excerpt("Pong")["rams"][:8]
+    rows = deciding.decisions(game, rams)
+    known = rows[:, 0]
+    others = deciding.decisions(game, rams, known)
+    assert np.array_equal(others, np.where(known[:, None], False, rows))
+    assert not known.all()
+    assert others.any()
+
+
 def test_cover_takes_what_adds_most():
     rows = np.array([[1, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 0]], bool)
     assert deciding.cover(rows, 4, np.ones(4, np.float32)) == [0, 1]

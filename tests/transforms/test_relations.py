@@ -108,3 +108,9 @@ def test_what_is_no_objects_is_refused():
         ocjax.relations(rams)
     with pytest.raises(TypeError, match=r"others must be ocjax\.Objects, .* got 'Player'"):
         ocjax.relations(ocjax.load("Pong").rem(rams), "Player")
+
+
+def test_repr_is_short():
+    game = ocjax.load("Pong")
+    shown = repr(ocjax.relations(game.rem(np.zeros((3, 128), np.uint8))))
+    assert shown == "Relations of 5 slots to 5 slots, batch shape [3]"

@@ -7,7 +7,7 @@ import pytest
 from ocjax.console.fonts import DIGITS_3X5, hex_font
 from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
-from ocjax.vision.displays import IconRow, NumberDisplay
+from ocjax.vision.displays import IconRow, Icons, NumberDisplay, Static
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(1, 1), pitch=4)
 COLOR = 20
@@ -49,3 +49,31 @@ def test_icons_are_counted_where_their_box_is(icons, left, pitch):
     )
     assert not row.box(jnp.int32(0)).valid
     assert not row.box(jnp.int32(3), valid=False).valid
+
+
+@pytest.mark.parametrize("shown", [0, 2, 3])
+def test_icons_are_found_where_their_boxes_are(shown):
+    icons = Icons(left=40, top=180, size=(5, 7), pitch=8, count=3)
+    frame = np.zeros((210, 160), np.uint8)
+    for left in icons.lefts[:shown]:
+        frame[180:187, left : left + 5] = COLOR
+    (found,) = detect((Category("A", icons.rule(COLOR), 3),), jnp.asarray(frame[None]))
+    b = icons.box(jnp.int32(shown))
+    assert b.valid.tolist() == found.valid[:, 0].tolist() == [i < shown for i in range(3)]
+    assert b.x[b.valid].tolist() == found.x[:, 0][b.valid].tolist()
+    assert icons.boxes(np.array([False, False, True])).valid.tolist() == [False, False, True]
+
+
+def test_a_static_object_is_found_where_its_box_is():
+    static = Static(x=40, y=180, w=5, h=7, colors=(COLOR, 34))
+    frame = np.zeros((210, 160), np.uint8)
+    frame[180, 40] = COLOR
+    frame[186, 44] = 34
+    two = np.stack([frame, frame])
+    two[1, 180, 40] = 0
+    (found,) = detect((Category("A", static.rule()),), jnp.asarray(two))
+    b = static.box()
+    place = [int(v) for v in (b.x, b.y, b.w, b.h)]
+    assert place == [int(v[0, 0]) for v in (found.x, found.y, found.w, found.h)]
+    assert found.valid[0].tolist() == [True, False]
+    assert not static.box(False).valid

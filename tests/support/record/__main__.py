@@ -15,13 +15,13 @@ from ocjax.emulators.start import load_playable
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.recordings import Recording
-from tests.support.record import expected, fixtures, limits
+from tests.support.record import edits, excerpts, expected, fixtures, limits
 
 DATA = Path("tests", "data")
 # The folder of each part in `tests/data`, in the order of writing: a part may depend on earlier
 # ones.
 RECORDINGS = {"samples": "", "ends": "ends", "modes": "modes"}
-TEXTS = {"limits": limits.describe, "expected": expected.describe}
+TEXTS = {"limits": limits.describe, "edits": edits.describe, "expected": expected.describe}
 
 
 class Options(NamedTuple):
@@ -37,7 +37,8 @@ def record(
     parts: Annotated[
         list[str] | None,
         typer.Argument(
-            help="samples, ends, modes, limits or expected. Default: all.", show_default=False
+            help="samples, ends, modes, limits, edits or expected. Default: all.",
+            show_default=False,
         ),
     ] = None,
     source: Annotated[
@@ -68,6 +69,8 @@ def record(
     modes: boundary states of the numbers in the game's file, in all modes and difficulties.
 
     limits: changes of the samples' frames that reach the limits of the vision rules.
+
+    edits: boundary states that play does not reach: played states with one or two changed bytes.
 
     expected: the objects of all recordings as text. Look at the changes before you commit it.
 
@@ -117,7 +120,7 @@ def _recording(part: str, game: Game, options: Options, data: Path, out: Path) -
     if part == "ends":
         return fixtures.record_boundaries(game)
     if part == "modes":
-        known = [recordings.read(path) for path in expected.paths(data, game, other_than=out)]
+        known = [recordings.read(path) for path in excerpts.paths(data, game, other_than=out)]
         more = [recordings.read(path, game.name) for path in options.sources]
         return fixtures.record_deciding(game, known, more, fixtures.DECIDING_SAMPLES)
     if options.sources:

@@ -66,7 +66,7 @@ def rams(game: Game, played: np.ndarray) -> np.ndarray:
             anything,
             _altered(game.name, played),
             *mixtures,
-            _swept(game.name, played, SWEPT * MANY // max(MANY, game.num_slots)),
+            swept(game.name, played, SWEPT * MANY // max(MANY, game.num_slots)),
         ]
     )
 
@@ -90,7 +90,7 @@ def _mixed(name: str, played: np.ndarray, share: int) -> np.ndarray:
     return np.where(_noise(name, MIXED, RAM_SIZE) % share == 0, others, _usual(played, MIXED))
 
 
-def _swept(name: str, played: np.ndarray, count: int) -> np.ndarray:
+def swept(name: str, played: np.ndarray, count: int) -> np.ndarray:
     """Played states with any value in one of the changing bytes, and in every other state in a
     second byte."""
     used = np.flatnonzero((played != played[0]).any(axis=0))

@@ -47,13 +47,14 @@ def decoder(game: Game) -> Callable[[jax.Array], Any]:
     return one
 
 
-def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
+def decisions(game: Game, rams: np.ndarray, known: np.ndarray | None = None) -> np.ndarray:
     """Find the states with other objects after a change of one integer of the decoder by one, or of
     one address by one.
 
     Args:
         game: the game.
         rams: uint8 `[B, 128]`.
+        known: bool `[changes]`, the changes to skip; their rows are False.
 
     Returns:
         bool `[changes, B]`: for each integer of the decoder, one row for a larger and one for a
@@ -76,13 +77,24 @@ def decisions(game: Game, rams: np.ndarray) -> np.ndarray:
             axis=0
         )
 
-    states = jnp.asarray(rams)
-    usual = outcomes(jnp.asarray(numbers), states)
-    changed = [differs(other, states, usual) for other in _larger_and_smaller(numbers)]
-    for address in game.ram.addresses():
-        shifted = states.at[:, address].set(states[:, (address + 1) % RAM_SIZE])
-        changed.append(differs(numbers, shifted, usual))
-    return np.array(changed)
+    usual = outcomes(jnp.asarray(numbers), jnp.asarray(rams))
+    addresses = tuple(game.ram.addresses())
+    changes = len(STEPS) * len(numbers) + len(addresses)
+    out = np.zeros((changes, len(rams)), bool)
+    changed = _changed(numbers, addresses, jnp.asarray(rams))
+    for i, (other_numbers, other_rams) in enumerate(changed):
+        if known is None or not known[i]:
+            out[i] = differs(other_numbers, other_rams, usual)
+    return out
+
+
+def _changed(
+    numbers: np.ndarray, addresses: Iterable[int], rams: jax.Array
+) -> Iterator[tuple[np.ndarray, jax.Array]]:
+    """The numbers and states of each change."""
+    yield from ((other, rams) for other in _larger_and_smaller(numbers))
+    for address in addresses:
+        yield numbers, rams.at[:, address].set(rams[:, (address + 1) % RAM_SIZE])
 
 
 def _larger_and_smaller(numbers: np.ndarray) -> Iterator[np.ndarray]:

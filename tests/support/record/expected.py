@@ -5,6 +5,8 @@ reviewer reads as a diff.
     [ends/Pong.npz]
     0 rem: Player 140,99,4,16; Ball 78,60,2,4; PlayerScore 116,1,12,20=0
     0 vem: Ball -
+    [edited]
+    0 rem: Player 140,99,4,16; Ball 78,60,2,4; PlayerScore 104,1,24,20=19
     [arbitrary]
     all rem: Player 871/9f86d081; Ball 655/60303ae2; PlayerScore 1024/d7a8fbb3
 
@@ -14,9 +16,9 @@ colour. `-` is a slot without an object; the line omits such slots at the end. V
 the categories that differ from REM; without differences, it is missing. Equal texts mean equal
 fields.
 
-The last section covers arbitrary states and frames (`arbitrary`), and frames with objects at the
-limits of the vision rules (`limits`): by category the number of objects, and a checksum of all
-their fields.
+The section `edited` covers the edited states (`edits`), which have no frames. The last section
+covers arbitrary states and frames (`arbitrary`), and frames with objects at the limits of the
+vision rules (`limits`): by category the number of objects, and a checksum of all their fields.
 """
 
 import re
@@ -29,32 +31,26 @@ from typing import Any
 import numpy as np
 
 from ocjax import recordings
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.recordings import Recording
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
-from tests.support.record import arbitrary, limits
+from tests.support.record import arbitrary, edits, excerpts, limits
 from tests.support.record.deciding import in_batches
 
-FOLDERS = (
-    "",
-    "ends",
-    "modes",
-    "rare",
-    "edges",
-    "savers",
-)  # of `tests/data`, with the games' excerpts
+EDITED = "[edited]"  # the heading of the section of edited states
 ARBITRARY = "[arbitrary]"  # the heading of the last section
+ONE_METHOD = ("edited ", "arbitrary ")  # sections with states for one method only
 NOTHING = "-"
 ABSENT = 1000.0  # the distance of a missing box; boxes that overlap are nearer
 
 Slots = dict[str, tuple[str, ...]]  # the texts of a state's slots by category
 
 
-def paths(data: Path, game: Game, other_than: Path | None = None) -> list[Path]:
-    """The excerpts of a game under `tests/data`, without one of them."""
-    every = [data / folder / f"{game.name}.npz" for folder in FOLDERS]
-    return [path for path in every if path.exists() and path != other_than]
+def path(game: Game, data: Path) -> Path:
+    """The file of a game's expected objects in `tests/data`."""
+    return data / "expected" / f"{game.name}.txt"
 
 
 def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
@@ -65,22 +61,32 @@ def describe(game: Game, data: Path, *, arbitrary_too: bool = True) -> str:
         data: the folder `tests/data`.
         arbitrary_too: whether to write the last section, which takes most of the time.
     """
-    tapes = {path: recordings.read(path, game.name) for path in paths(data, game)}
+    tapes = {file: recordings.read(file, game.name) for file in excerpts.paths(data, game)}
     found = {
-        path: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape)))
-        for path, tape in tapes.items()
+        file: (in_batches(game.rem, tape.rams), in_batches(game.vem, _frames(tape)))
+        for file, tape in tapes.items()
     }
     usual = _usual_colors(game, [objects for both in found.values() for objects in both])
     lines = [f"{category} usually {color}" for category, color in usual.items()]
-    for path, (rem, vem) in found.items():
-        lines.append(f"[{path.relative_to(data).as_posix()}]")
-        for i in range(len(tapes[path])):
+    for file, (rem, vem) in found.items():
+        lines.append(f"[{file.relative_to(data).as_posix()}]")
+        for i in range(len(tapes[file])):
             lines += _lines_of_state(
                 str(i), slots_of(game, rem[i], usual), slots_of(game, vem[i], usual)
             )
+    lines += [EDITED, *_edited_states(game, data, usual)]
     if arbitrary_too:
-        lines += [ARBITRARY, *_checksums(game, data, list(tapes.values()))]
+        lines += [ARBITRARY, *_checksums(game, data)]
     return "\n".join(lines) + "\n"
+
+
+def _edited_states(game: Game, data: Path, usual: Mapping[str, str]) -> Iterator[str]:
+    """The lines about edited states."""
+    text = edits.path(game, data).read_text(encoding="utf-8")
+    rams = edits.states(text, edits.recorded(game, data))
+    for i, objects in enumerate(in_batches(game.rem, rams) if len(rams) else ()):
+        there = _there(slots_of(game, objects, usual))
+        yield f"{i} rem: {_join(there)}".rstrip()
 
 
 def _frames(tape: Recording) -> np.ndarray:
@@ -89,16 +95,26 @@ def _frames(tape: Recording) -> np.ndarray:
     return tape.screens
 
 
-def _checksums(game: Game, data: Path, tapes: list[Recording]) -> Iterator[str]:
+def arbitrary_inputs(game: Game, data: Path) -> dict[str, np.ndarray]:
+    """The arbitrary states and frames by method.
+
+    Args:
+        game: the game.
+        data: the folder `tests/data`.
+    """
+    tapes = [recordings.read(file, game.name) for file in excerpts.paths(data, game)]
+    played = np.concatenate([_frames(tape) for tape in tapes])
+    return {
+        "rem": arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes])),
+        "vem": np.concatenate([arbitrary.frames(game, played), limits.read(game, data)]),
+    }
+
+
+def _checksums(game: Game, data: Path) -> Iterator[str]:
     """The lines about arbitrary states and frames."""
-    rams = arbitrary.rams(game, np.concatenate([tape.rams for tape in tapes]))
-    played = [_frames(tape) for tape in tapes]
-    frames = np.concatenate(
-        [arbitrary.frames(game, np.concatenate(played)), limits.read(game, data)]
-    )
-    for name, method, inputs in (("rem", game.rem, rams), ("vem", game.vem, frames)):
-        found = in_batches(method, inputs)
-        yield f"all {name}: " + "; ".join(
+    for method, inputs in arbitrary_inputs(game, data).items():
+        found = in_batches(getattr(game, method), inputs)
+        yield f"all {method}: " + "; ".join(
             f"{c.name} {_checksum(found.of(c))}" for c in game.categories
         )
 
@@ -128,7 +144,7 @@ def _hex(rgb: Any) -> str:
     return "#" + bytes(rgb.tolist()).hex()
 
 
-def slots_of(game: Game, state: Objects, usual: Mapping[str, str]) -> Slots:
+def slots_of(game: Declaration, state: Objects, usual: Mapping[str, str]) -> Slots:
     """The texts of a state's slots, by category."""
     out = {}
     for c in game.categories:
@@ -153,11 +169,15 @@ def _text(state: Objects, k: int, attributes: tuple[str, ...], usual: str | None
 
 
 def _lines_of_state(number: str, rem: Slots, vem: Slots) -> Iterator[str]:
-    there = {c: texts for c, texts in rem.items() if texts != (NOTHING,)}
-    yield f"{number} rem: {_join(there)}".rstrip()
+    yield f"{number} rem: {_join(_there(rem))}".rstrip()
     different = {c: texts for c, texts in vem.items() if texts != rem[c]}
     if different:
         yield f"{number} vem: {_join(different)}"
+
+
+def _there(slots: Slots) -> Slots:
+    """The categories that have objects."""
+    return {category: texts for category, texts in slots.items() if texts != (NOTHING,)}
 
 
 def _join(slots: Slots) -> str:
@@ -168,7 +188,8 @@ def differences(expected: str, got: str) -> list[str]:
     """The differences of two texts of `describe`, one line a slot.
 
     A line with another box also gives the other method's boxes in this state, and whether the
-    change moves the box towards them. VEM's boxes come from the screen.
+    change moves the box towards them. VEM's boxes come from the screen. Edited and arbitrary states
+    have no frames, and arbitrary frames no RAM.
     """
     a, b = _entries(expected), _entries(got)
     boxes: dict[str, list[str]] = defaultdict(list)  # by state, method and category
@@ -186,7 +207,7 @@ def differences(expected: str, got: str) -> list[str]:
 def _compared(key: str, expected: str, got: str, boxes: Mapping[str, Sequence[str]]) -> str:
     """The comparison of a slot's old and new text, if they are boxes, with the other method's
     boxes."""
-    if not (_is_box(expected) or _is_box(got)):
+    if key.startswith(ONE_METHOD) or not (_is_box(expected) or _is_box(got)):
         return ""
     slot = key.rpartition(" ")[0]
     is_rem = " rem " in slot
@@ -253,9 +274,11 @@ def _entries(text: str) -> dict[str, str]:
                 if part
                 for category, *texts in [part.split(" ")]
             }
-            if method == "rem:":
-                states[f"{section} state {state} rem"] = slots
-            states[f"{section} state {state} vem"] = states[f"{section} state {state} rem"] | slots
+            own = f"{section} state {state}"
+            if method == "rem:" or f"{section} ".startswith(ONE_METHOD):
+                states[f"{own} {method.rstrip(':')}"] = slots
+            if not f"{section} ".startswith(ONE_METHOD):
+                states[f"{own} vem"] = states[f"{own} rem"] | slots
     return out | {
         f"{s} {c} {k}": t
         for s, slots in states.items()

@@ -1,0 +1,180 @@
+"""Export datasets as pictures with boxes, for training object detectors."""
+
+import itertools
+import json
+import shutil
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ocjax.datasets import columns, shards
+from ocjax.datasets.generation import open_dataset
+from ocjax.datasets.plans import Plan
+from ocjax.extraction import registry
+from ocjax.extraction.game import Game
+from ocjax.files import writing
+from ocjax.files.pipeline import Progress
+
+COCO, YOLO = "coco:", "yolo:"  # before the folder of an export
+TRAINING, VALIDATION = "train", "val"
+EPISODES = 10  # every tenth episode of a game is for validation
+COLUMNS = ("index", "seed", "policy", "instance", "episode", "image", "vem")
+
+
+class Example(NamedTuple):
+    """A picture and the objects that it shows."""
+
+    split: str
+    name: str  # of the picture
+    png: bytes
+    size: tuple[int, int]  # width and height in pixels
+    objects: Sequence[dict[str, Any]]
+
+
+def export_boxes(
+    folders: Sequence[str | Path], out: str, *, report: Progress | None = None
+) -> None:
+    """Export datasets of any games to one new folder in COCO's or YOLO's format.
+
+    The boxes are those of VEM, the objects on the picture. Categories with the same name are one
+    category. Every tenth episode of a dataset is for validation, beginning with the second. COCO's
+    folder has `images/train`, `images/val` and `annotations/train.json`, `annotations/val.json`;
+    YOLO's has `labels/` instead, and `data.yaml`.
+
+    Args:
+        folders: folders of complete datasets.
+        out: a new folder after "coco:" or "yolo:".
+        report: called regularly with the numbers of finished and of all states.
+
+    Raises:
+        DatasetError: a ValueError; a folder holds no complete dataset.
+        FileExistsError: the output exists.
+        ValueError: the format is not supported, or two datasets have the same game.
+        OSError: a file cannot be written.
+    """
+    plans = [(Path(folder), open_dataset(folder)) for folder in folders]
+    games = [plan.game for _, plan in plans]
+    if len(set(games)) < len(games):
+        raise ValueError(f"each dataset must have another game, got {', '.join(games)}")
+    path = _new_folder(out)
+    unfinished = path.with_name(f".{path.name}.tmp")
+    writing.new_folder(unfinished)
+    names = _categories([registry.load(game) for game in games])
+    write = _write_coco if out.startswith(COCO) else _write_yolo
+    try:
+        write(unfinished, names, _reported(_examples(plans), plans, report))
+        unfinished.replace(path)
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def _new_folder(out: str) -> Path:
+    """The folder of an output."""
+    if not out.startswith((COCO, YOLO)):
+        raise ValueError(f"the output must be {COCO}FOLDER or {YOLO}FOLDER, got {out}")
+    path = Path(out.partition(":")[2])
+    if path.exists():
+        raise FileExistsError(f"{path} exists already: delete it, or name a new folder")
+    writing.check(path)
+    return path
+
+
+def _categories(games: Sequence[Game]) -> dict[str, int]:
+    """The number of each category, from 0, in the order of the games."""
+    names = dict.fromkeys(category.name for game in games for category in game.categories)
+    return {name: number for number, name in enumerate(names)}
+
+
+def _examples(plans: Sequence[tuple[Path, Plan]]) -> Iterator[Example]:
+    """All examples, game by game."""
+    for folder, plan in plans:
+        height, width = registry.load(plan.game).screen
+        episodes: dict[tuple[Any, ...], int] = {}
+        for row in _rows(folder, plan):
+            episode = tuple(row[name] for name in ("seed", "policy", "instance", "episode"))
+            number = episodes.setdefault(episode, len(episodes))
+            split = VALIDATION if number % EPISODES == 1 else TRAINING
+            name = f"{plan.game}-{row['index']:07}.png"
+            yield Example(split, name, row["image"]["bytes"], (width, height), row["vem"])
+
+
+def _rows(folder: Path, plan: Plan) -> Iterator[dict[str, Any]]:
+    """The rows of a dataset, with checked pictures."""
+    game = registry.load(plan.game)
+    for shard in plan.shards:
+        path = folder / plan.file(shard)
+        for table in shards.rows(path, COLUMNS):
+            with shards.reading(path):
+                columns.frames(table["image"], game)
+            yield from table.to_pylist()
+
+
+def _reported(
+    examples: Iterator[Example], plans: Sequence[tuple[Path, Plan]], report: Progress | None
+) -> Iterator[Example]:
+    """The examples, with a report after each."""
+    total = sum(plan.states for _, plan in plans)
+    for done, example in enumerate(examples, 1):
+        yield example
+        if report is not None:
+            report(done, total)
+
+
+def _write_picture(folder: Path, example: Example) -> None:
+    (folder / "images" / example.split / example.name).write_bytes(example.png)
+
+
+def _make_folders(folder: Path, *kinds: str) -> None:
+    for kind, split in itertools.product(kinds, (TRAINING, VALIDATION)):
+        (folder / kind / split).mkdir(parents=True)
+
+
+def _write_coco(folder: Path, names: dict[str, int], examples: Iterator[Example]) -> None:
+    _make_folders(folder, "images")
+    pictures: dict[str, list[dict[str, Any]]] = {TRAINING: [], VALIDATION: []}
+    boxes: dict[str, list[dict[str, Any]]] = {TRAINING: [], VALIDATION: []}
+    for example in examples:
+        _write_picture(folder, example)
+        number = len(pictures[example.split]) + 1
+        width, height = example.size
+        pictures[example.split].append(
+            {"id": number, "file_name": example.name, "width": width, "height": height}
+        )
+        for o in example.objects:
+            boxes[example.split].append(
+                {
+                    "id": len(boxes[example.split]) + 1,
+                    "image_id": number,
+                    "category_id": names[o["category"]] + 1,
+                    "bbox": [o["x"], o["y"], o["w"], o["h"]],
+                    "area": o["w"] * o["h"],
+                    "iscrowd": 0,
+                }
+            )
+    categories = [{"id": number + 1, "name": name} for name, number in names.items()]
+    (folder / "annotations").mkdir()
+    for split, images in pictures.items():
+        content = {"categories": categories, "images": images, "annotations": boxes[split]}
+        (folder / "annotations" / f"{split}.json").write_text(json.dumps(content), "utf-8")
+
+
+def _write_yolo(folder: Path, names: dict[str, int], examples: Iterator[Example]) -> None:
+    _make_folders(folder, "images", "labels")
+    listed = "".join(f"  {number}: {json.dumps(name)}\n" for name, number in names.items())
+    (folder / "data.yaml").write_text(
+        f"train: images/{TRAINING}\nval: images/{VALIDATION}\nnames:\n{listed}", "utf-8"
+    )
+    for example in examples:
+        _write_picture(folder, example)
+        lines = (_yolo_line(names[o["category"]], o, example.size) for o in example.objects)
+        label = folder / "labels" / example.split / Path(example.name).with_suffix(".txt")
+        label.write_text("".join(lines), "utf-8")
+
+
+def _yolo_line(number: int, o: dict[str, Any], size: tuple[int, int]) -> str:
+    """A category's number, and the centre and the size of a box as fractions of the picture."""
+    corner, extent = np.array([o["x"], o["y"]]), np.array([o["w"], o["h"]])
+    fractions = np.concatenate([corner + extent / 2, extent]) / (*size, *size)
+    return f"{number} " + " ".join(f"{fraction:.6f}" for fraction in fractions) + "\n"
