@@ -11,6 +11,7 @@ from typing import Any
 INSTALL = {  # argument of `pip install` for each package
     "cv2": "opencv-python-headless",
     "envpool": "'ocjax[envpool]'",
+    "gymnax": "gymnax",
     "h5py": "'ocjax[data]'",
     "jaxtari": "jaxtari",
     "matplotlib": "matplotlib",
@@ -34,11 +35,7 @@ class MissingExtraError(ModuleNotFoundError):
 
 @contextlib.contextmanager
 def extras() -> Iterator[None]:
-    """A block that imports packages of extras.
-
-    Raises:
-        MissingExtraError: a package is not installed.
-    """
+    """A block that imports packages of extras."""
     try:
         yield
     except ModuleNotFoundError as error:
@@ -51,10 +48,6 @@ def extras() -> Iterator[None]:
 
 
 def require(module: str) -> Any:
-    """Import a module of an optional package.
-
-    Raises:
-        MissingExtraError: the package is not installed.
-    """
+    """Import a module of an optional package."""
     with extras():
         return importlib.import_module(module)

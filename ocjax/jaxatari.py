@@ -26,6 +26,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax import _extras
 from ocjax.console.ram import RAM_SIZE
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import start_emulator
@@ -54,6 +55,7 @@ _MAX_EPISODE_FRAMES = Settings().max_episode_frames
 _DEGREES = 22.5  # per compass point
 _KEEP = -1  # instead of a number of no-ops: an ended game stays over
 _LENGTH = np.dtype("<u4")  # the length in front of a saved emulator
+_GYMNAX_SPACES = "gymnax.environments.spaces"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -149,12 +151,9 @@ def observation(objects: Objects) -> Any:
     """JAXAtari's observation of a game: a named tuple of `ObjectObservation` and values.
 
     In the games of `FIELDS` it has JAXtari's fields, so that it flattens to a vector of the same
-    layout. Fields without objects in ocjax are empty. Other games have a field per category, such
-    as `player_missile`.
+    layout. Other games have a field per category, such as `player_missile`.
 
-    In Pong and Freeway, boxes cover whole objects, even if the edge of the field covers a part.
-    Pong's ball and enemy have JAXtari's positions while they are not in play. If JAXtari's slots
-    differ from ocjax's, the valid objects come first.
+    If JAXtari's slots differ from ocjax's, the valid objects come first.
 
     Args:
         objects: the result of `game.rem` or `game.vem`, of any batch shape.
@@ -171,7 +170,6 @@ def observation(objects: Objects) -> Any:
 
 
 def _shape(field: ObservedField) -> tuple[int, ...]:
-    """The shape of a field's numbers."""
     return (
         field.count
         if isinstance(field.count, tuple)
@@ -358,7 +356,7 @@ class Environment:
 
     JAXAtari's wrappers `AtariWrapper` and `ObjectCentricWrapper` accept it. Sticky actions and
     episodes that end with a life are left to these wrappers. A step after the end of a game changes
-    nothing. Pixels and `render` are not supported.
+    nothing.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game` with its display.
@@ -573,7 +571,7 @@ class GymnaxEnvironment(Environment):
         """
         ram = jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8)
         shape = jax.eval_shape(lambda ram: _flat(observation(self.game.rem(ram))), ram).shape
-        return _gymnax_spaces().Box(-jnp.inf, jnp.inf, shape, jnp.float32)
+        return _extras.require(_GYMNAX_SPACES).Box(-jnp.inf, jnp.inf, shape, jnp.float32)
 
     def action_space(self, params: GymnaxParams | None = None) -> Any:
         """The space of actions, a `Discrete` of gymnax.
@@ -581,7 +579,7 @@ class GymnaxEnvironment(Environment):
         Raises:
             ModuleNotFoundError: gymnax is not installed.
         """
-        return _gymnax_spaces().Discrete(self.num_actions)
+        return _extras.require(_GYMNAX_SPACES).Discrete(self.num_actions)
 
     def state_space(self, params: GymnaxParams | None = None) -> Any:
         """The space of states, a `Dict` of gymnax.
@@ -589,7 +587,7 @@ class GymnaxEnvironment(Environment):
         Raises:
             ModuleNotFoundError: gymnax is not installed.
         """
-        spaces = _gymnax_spaces()
+        spaces = _extras.require(_GYMNAX_SPACES)
         _, state = jax.eval_shape(self.reset, jax.random.key(0))
         limits = {name: np.iinfo(field.dtype) for name, field in state._asdict().items()}
         return spaces.Dict(
@@ -598,15 +596,6 @@ class GymnaxEnvironment(Environment):
                 for name, field in state._asdict().items()
             }
         )
-
-
-def _gymnax_spaces() -> Any:
-    try:
-        return importlib.import_module("gymnax.environments.spaces")
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "gymnax is not installed: pip install gymnax", name="gymnax"
-        ) from error
 
 
 def _flat(seen: Any) -> jax.Array:

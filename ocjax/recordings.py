@@ -99,8 +99,6 @@ class Recording:
     def write(self, path: str | Path) -> None:
         """Write an .npz file for `read`.
 
-        An existing file is replaced atomically; if writing fails, it stays unchanged.
-
         Raises:
             OSError: the file cannot be written.
         """
@@ -178,7 +176,6 @@ def read(path: str | Path, game: str | None = None) -> Recording:
 
 
 def _facts(path: Path) -> dict[str, np.ndarray]:
-    """The stored metadata of a file."""
     if not path.exists():
         raise FileNotFoundError(f"no recording {path}")
     with _damage_named(path):
@@ -252,7 +249,6 @@ def _game_of(path: Path, facts: Mapping[str, np.ndarray], name: str | None) -> G
 
 
 def _shapes(name: str, n: int, game: Game) -> list[tuple[int, ...]]:
-    """The allowed shapes of a stored array."""
     height, width = game.screen
     if name in ("screens", "previous"):
         return [(n, height, width), (n, height, width, 3)]

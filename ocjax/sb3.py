@@ -186,7 +186,6 @@ class ObjectVecEnv(VecEnv):
         return observation, reward.astype(np.float32), ended, infos
 
     def _infos(self, info: dict[str, Any]) -> list[dict[str, Any]]:
-        """The info of each environment."""
         names = [name for name in (*_INFO, "reward") if name in info]
         rows = zip(*(info[name].tolist() for name in names), strict=True)
         infos = [

@@ -9,18 +9,12 @@ from typing import BinaryIO
 def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = True) -> None:
     """Write a file, completely or not at all.
 
-    A complete new file replaces an existing one. If writing fails, the existing file stays
-    unchanged.
+    If writing fails, the existing file stays unchanged.
 
     Args:
-        path: path of the file.
-        to_file: writes the contents.
         follow: whether the user named the path. If so, the target of a link is written, and special
             files, such as /dev/null, are written to directly. Otherwise the new file replaces
             links, devices and pipes.
-
-    Raises:
-        OSError: the file cannot be written.
     """
     target = Path(os.path.realpath(path)) if follow else path
     if follow and not is_replaced(target):

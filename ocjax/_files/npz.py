@@ -48,12 +48,7 @@ def headers(path: Path, wanted: Callable[[str], bool]) -> dict[str, Header]:
     """Read the headers of arrays.
 
     Args:
-        path: the file.
         wanted: whether to read the header of an array of this name.
-
-    Raises:
-        FileNotFoundError: the file does not exist.
-        NpzError: the file is damaged.
     """
 
     def read_all(archive: zipfile.ZipFile) -> dict[str, Header]:
@@ -71,13 +66,7 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
     """Read arrays from a file.
 
     Args:
-        path: the file.
-        wanted: whether to read an array of this name. For other arrays, only the zip archive's own
-            header is checked.
-
-    Raises:
-        FileNotFoundError: the file does not exist.
-        NpzError: the file is damaged.
+        wanted: whether to read an array of this name.
     """
 
     def read_all(archive: zipfile.ZipFile) -> dict[str, np.ndarray]:
@@ -90,7 +79,6 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
 
 
 def _opened(path: Path, read: Callable[[zipfile.ZipFile], Found]) -> Found:
-    """Open a file and call a function that reads from it."""
     if not path.exists():
         raise FileNotFoundError(f"no file {path}")
     if not path.is_file():
@@ -128,11 +116,7 @@ def _check_count(archive: zipfile.ZipFile) -> None:
 
 
 def header(file: IO[bytes]) -> Header:
-    """Read the header of an array in numpy's format.
-
-    Raises:
-        ValueError: the header is damaged, or has an unknown version.
-    """
+    """Read the header of an array in numpy's format."""
     version = np.lib.format.read_magic(file)
     if version not in _HEADERS:
         raise ValueError(f"version {version} of numpy's format is not known")
@@ -146,9 +130,6 @@ def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
     """Check that the size of an array is possible.
 
     One byte of compressed data holds at most `DENSEST` bytes.
-
-    Raises:
-        ValueError: the size is not possible.
     """
     assert archive.fp is not None
     size = archive.fp.seek(0, os.SEEK_END)

@@ -1,7 +1,7 @@
 """Detect forked processes: JAX may wait forever there, so extraction raises an error.
 
 JAX computes with threads. A process that is forked while they run lacks them, and a computation may
-never end. This module also lets such processes exit.
+never end.
 """
 
 import atexit
@@ -33,11 +33,7 @@ def _keep_until_exit() -> None:
 
 
 def require_threads() -> None:
-    """Check that JAX can compute in this process.
-
-    Raises:
-        RuntimeError: the process was forked from one that had already computed with JAX.
-    """
+    """Check that JAX can compute in this process."""
     if _without_threads:
         raise RuntimeError(
             "this process was forked from one that had already computed with JAX, and JAX may "

@@ -19,9 +19,6 @@ class Checkpoints:
 
     Args:
         folder: created if necessary. Remains of interrupted writes are deleted.
-
-    Raises:
-        OSError: the folder is a file, or cannot be created.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -37,17 +34,7 @@ class Checkpoints:
         return self._manager.latest_step()
 
     def save(self, number: int, state: Any, environments: Any, progress: Any) -> None:
-        """Write a checkpoint.
-
-        Args:
-            number: the checkpoint's number.
-            state: a pytree of arrays.
-            environments: a pytree of numbers and arrays.
-            progress: values for JSON.
-
-        Raises:
-            OSError: writing failed; the previous checkpoint still exists.
-        """
+        """Write a checkpoint."""
         items = {
             "state": ocp.args.StandardSave(state),  # pyright: ignore[reportCallIssue]
             "environments": ocp.args.StandardSave(environments),  # pyright: ignore[reportCallIssue]
@@ -82,11 +69,7 @@ class Checkpoints:
         """Read a checkpoint: a mapping with the arguments of `save`.
 
         Args:
-            number: the checkpoint's number.
             state: a pytree of arrays with the same structure, shapes and dtypes.
-
-        Raises:
-            Exception: the checkpoint is damaged; Orbax, TensorStore and JSON raise many types.
         """
         items = {
             "state": ocp.args.StandardRestore(state),  # pyright: ignore[reportCallIssue]

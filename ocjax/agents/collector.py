@@ -39,13 +39,11 @@ class Collector:
     observation of a new episode.
 
     Each of the first rollouts begins with a new episode in one environment: the second rollout in
-    environment 1, the third in environment 2, and so on. Otherwise games of a fixed length, such as
-    Freeway, would begin at the same time in all environments during the whole training, and every
-    rollout would show one short part of a game.
+    environment 1, the third in environment 2, and so on. Games of a fixed length therefore do not
+    begin at the same time in all environments.
 
     Args:
         first: half of the environments.
-        second: the other half.
         horizon: steps of a rollout.
         seed: seed of the environments.
 
@@ -139,10 +137,6 @@ class Collector:
 
         Args:
             saved: the result of `save`.
-            rollouts: number of collected rollouts at that time.
-
-        Raises:
-            ValueError: a number or an array does not match `rollouts` and these environments.
         """
         steps = rollouts * len(self._halves) * self.horizon
         self.steps = integer(

@@ -44,17 +44,9 @@ def _hyperparameter(default: float, meaning: str) -> Any:
 class Hyperparameters:
     """Hyperparameters of PPO, the same for all games.
 
-    The metadata entry `help` of each field explains it.
-
     The OCAtari paper's values (`EXPERIMENTS["paper"]`) learn more slowly per frame: after 1.3
     million frames, they reach -18.4 points in Pong, and the defaults -17.0. Learning rate, clipping
-    range and entropy coefficient fall linearly to 0 over the training. At first the entropy bonus
-    makes the policy explore; later it would keep the policy from choosing between actions with
-    similar values.
-
-    Raises:
-        ValueError: a number is out of range, the number of environments is odd, or the minibatch
-            does not divide a rollout.
+    range and entropy coefficient fall linearly to 0 over the training.
     """
 
     num_envs: int = _hyperparameter(
@@ -96,11 +88,6 @@ class Hyperparameters:
 
 
 def _positive(name: str, value: Any) -> float:
-    """A positive number; the entropy coefficient may be 0.
-
-    Raises:
-        ValueError: the number is out of range.
-    """
     or_zero = name == "entropy_coefficient"
     known = isinstance(value, int | float) and not isinstance(value, bool) and value <= MOST
     if known and (value > 0 or (value == 0 and or_zero)):
@@ -134,14 +121,6 @@ class Config:
         starts: values to write to the RAM when a game begins, by the name of a field of the game's
             `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The starts
             are assigned to the environments in rotation; an empty start writes nothing.
-
-    Raises:
-        ValueError: an argument is malformed or out of range, or the game lacks a variation, mode,
-            difficulty or field.
-        TrainingError: the preset draws the number of emulated frames of each step.
-        TypeError: the game's name is not a string.
-        RomError: a mode or difficulty is given, and the ROM is missing or the wrong one; a
-            ValueError.
     """
 
     game: str
@@ -200,12 +179,6 @@ class Config:
 
         Args:
             experiment: a name in `EXPERIMENTS`.
-            game: the game's name.
-            hyperparameters: changed hyperparameters, by name.
-            changes: other changed fields.
-
-        Raises:
-            ValueError: the experiment is unknown, or an argument is wrong; see `Config`.
         """
         if experiment not in EXPERIMENTS:
             raise ValueError(f"experiment must be {' or '.join(EXPERIMENTS)}, got {experiment!r}")
@@ -267,7 +240,6 @@ def _variant(game: Game, mode: Any, difficulty: Any) -> dict[str, int | None]:
 
 
 def _names(field: str, value: Any) -> tuple[str, ...]:
-    """A sequence of names as a tuple."""
     if (
         isinstance(value, str)
         or not isinstance(value, Sequence)

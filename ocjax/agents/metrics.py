@@ -52,18 +52,7 @@ class Metrics:
         return float(np.mean(self.recent)) if self.recent else float("nan")
 
     def add(self, frames: int, seconds: float, games: list[float], **numbers: float) -> None:
-        """Add the row of an update.
-
-        Args:
-            frames: emulated frames so far.
-            seconds: duration of the update and its rollout.
-            games: returns of the games that ended in its rollout.
-            numbers: the other columns.
-
-        Raises:
-            OSError: a file cannot be written.
-            ValueError: `metrics.csv` has other columns.
-        """
+        """Add the row of an update."""
         self.frames_per_second = (frames - self._frames) / seconds
         self.recent.extend(games)
         self.seconds += seconds
@@ -98,7 +87,6 @@ class Metrics:
         self.rows += 1
 
     def _write_events(self, row: dict[str, Any]) -> None:
-        """Write a row's numbers to TensorBoard's file."""
         frames, now = row["frames"], time.time()
         if self._writer is None:
             (self._folder / "tensorboard").mkdir(exist_ok=True)
@@ -131,10 +119,6 @@ class Metrics:
         Args:
             saved: the result of `save`.
             updates: the number of updates, which equals the number of rows.
-
-        Raises:
-            ValueError: a number is out of range, or the file is damaged or lacks rows.
-            OSError: the file cannot be read or written.
         """
         integer("the number of rows", saved["rows"], updates, updates)
         seconds, recent = saved["seconds"], saved["recent"]
@@ -174,9 +158,6 @@ def _read(path: Path, count: int) -> _Kept:
     """Check the heading and the first rows of `metrics.csv`.
 
     A row only counts if its line ends with a newline.
-
-    Raises:
-        ValueError: the file is damaged or lacks rows.
     """
     with path.open("rb") as file:
         names, frames = _cells(file.readline(MOST_LINE)) or [], 0.0

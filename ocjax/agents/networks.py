@@ -50,7 +50,6 @@ def _dense(
     x: jax.Array,
     activation: Callable[[jax.Array], jax.Array],
 ) -> jax.Array:
-    """A multilayer perceptron without activation after its last layer."""
     return perceptron(_pairs(layers), x, activation)
 
 

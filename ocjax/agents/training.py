@@ -54,8 +54,6 @@ class _Updated(NamedTuple):
 class Trainer:
     """A training in a folder.
 
-    It writes `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`.
-
     While the emulators play a rollout, another thread computes the update from the previous
     rollout. The acting policy is therefore always one update behind, so results do not depend on
     the speed of either.
@@ -64,9 +62,6 @@ class Trainer:
         config: the configuration. If the folder contains a training, it must be the same one, and
             continues from its latest checkpoint.
         folder: created if necessary.
-
-    Raises:
-        TrainingError: the folder contains another training, or its checkpoint is damaged.
     """
 
     def __init__(self, config: Config, folder: Path) -> None:
@@ -137,10 +132,6 @@ class Trainer:
         """Train up to a total number of emulated frames, counted from the start of the training.
 
         Learning rate, clipping range and entropy coefficient reach 0 at that number.
-
-        Args:
-            frames: emulated frames.
-            console: the console for the progress bar.
         """
         total, saved = -(-frames // self.frames_per_update), time.monotonic()
         bar = progress_bar(f"training {self.game.name}", PROGRESS, console)
@@ -176,10 +167,6 @@ class Trainer:
         return _Updated(learner, losses, time.monotonic() - start)
 
     def _note(self, previous: _Updated, seconds: float) -> None:
-        """Add a row of metrics.
-
-        It has the games of the last rollout, and the losses of the concurrent update.
-        """
         shares = {
             f"{name}_share": value / seconds for name, value in self._collector.seconds.items()
         }
@@ -214,11 +201,6 @@ class Trainer:
         )
 
     def _save(self) -> None:
-        """Write the policy and a checkpoint.
-
-        Raises:
-            TrainingError: a file cannot be written. The previous checkpoint still exists.
-        """
         assert self._checkpoints is not None
         state = {"pending": self._pending.result(), "acting": self._acting}
         progress = {"updates": self.updates, "metrics": self.metrics.save()}
@@ -229,11 +211,7 @@ class Trainer:
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
-        """Turn system errors of writing into `TrainingError`.
-
-        Raises:
-            TrainingError: a file cannot be written.
-        """
+        """Turn system errors of writing into `TrainingError`."""
         try:
             yield
         except OSError as error:
@@ -267,7 +245,6 @@ class Trainer:
             ) from error
 
     def _restore_from(self, checkpoints: Checkpoints, step: int) -> None:
-        """Continue from a checkpoint."""
         state = {"pending": self._pending.result(), "acting": self._acting}
         saved = checkpoints.restore(step, state)
         if jax.tree.map(_form, saved["state"]) != jax.tree.map(_form, state):
@@ -294,7 +271,6 @@ class Trainer:
 
 
 def _in_one_line(error: Exception) -> str:
-    """The type of an error and the beginning of its message."""
     return " ".join(f"{type(error).__name__}: {error}".split())[:500]
 
 

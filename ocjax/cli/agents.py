@@ -130,7 +130,6 @@ def train(
 
 
 def _train(config: Config, folder: Path, frames: int) -> None:
-    """Train, or continue a training."""
     trainer = _import_trainer()(config, folder)
     try:
         if trainer.frames >= frames:

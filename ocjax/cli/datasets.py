@@ -66,7 +66,6 @@ def dataset(
 
 
 def _percentages(policies: list[str]) -> dict[str, int]:
-    """The percentage of each policy."""
     out: dict[str, int] = {}
     for text in policies:
         name, sign, percent = text.rpartition("=")

@@ -58,7 +58,6 @@ class Demonstration:
     """The measurements and the last extracted objects of a demonstration.
 
     Args:
-        game: the game.
         seconds: float `[steps]` for "step" (all emulators), "REM" and "VEM" (whole batch).
         first_call: seconds of the first call of each method, including compilation.
         frames: uint8 `[instances, H, 160]`, the last frames.
@@ -76,9 +75,6 @@ def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
     """Step instances of a game with random actions, and extract each step with both methods.
 
     Args:
-        game: the game.
-        num_envs: number of instances.
-        steps: agent steps of each instance.
         seed: seed of the actions and the first instance; further instances have the next numbers.
     """
     with contextlib.closing(

@@ -22,9 +22,6 @@ def describe(game: Game) -> dict[str, Any]:
 
     They have its ROM, categories, address map, accuracy, modes, variations and notes, and whether
     an agent ships with ocjax.
-
-    Args:
-        game: the game; its ROM need not be installed.
     """
     notes_of = comments(game)
     title, *notes = PARAGRAPH.split(inspect.getdoc(inspect.getmodule(game.decode)) or game.name)

@@ -19,11 +19,7 @@ EVERY = 10  # agent steps between the states to compare
 def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.ndarray:
     """The indices of the states with objects of most categories on the frame, best first.
 
-    Among equal states, states with fewer objects that the frame does not show come first, then
-    later states.
-
     Args:
-        game: the objects' game.
         objects: of batch shape `[B]`.
         frames: uint8 `[B, H, 160]` of palette indices.
         count: number of states, at most B.
@@ -41,10 +37,7 @@ def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.I
     """REM's objects beside VEM's in the richest state of some random play.
 
     Args:
-        game: the game; its ROM is installed.
-        steps: agent steps of each of eight instances.
         scale: see `ocjax.transforms.drawing.overlay`.
-        seed: seed of emulators and actions.
     """
     rams, frames = states(game, steps, seed)
     at = richest(game, game.rem(rams), frames, 1)[0]

@@ -97,7 +97,6 @@ def _print_names(listed: Sequence[str]) -> None:
 
 
 def _print_page(about: dict[str, Any]) -> None:
-    """Print everything about a game."""
     from ocjax.evaluation import tables
 
     screen, variants = about["screen"], about["variants"]
@@ -142,7 +141,6 @@ def _listed(numbers: Iterable[int]) -> str:
 
 
 def _category(c: dict[str, Any]) -> list[str]:
-    """The row of a category."""
     first, end = c["slots"]
     attributes = [name for name in ("hud", "value", "orientation", "blinks") if c[name]]
     if c["value"] and not c["vem_reads_value"]:

@@ -98,7 +98,6 @@ def _to_table(game: Game, found: list[Look]) -> tables.Table:
 
 
 def _drawn(game: Game, folder: Path, look: Look) -> Image.Image:
-    """The frame with its objects and the gaze positions."""
     pictures = PictureFolder(folder)
     row = next(i for i in range(pictures.rows) if pictures.stem(i) == look.frame.frame_id)
     image = overlay(game, pictures.read(row, row + 1)[0], look.objects, scale=SCALE)

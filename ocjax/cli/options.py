@@ -69,7 +69,6 @@ def fields_as_options(
 
     Args:
         kind: the dataclass. The metadata of its fields have their `help`.
-        panel: the heading of the options in the command's help.
     """
     options = [
         inspect.Parameter(

@@ -70,7 +70,6 @@ def _named(out: Path | None) -> list[Path]:
 
 
 def _write(out: Path, text: str, what: str) -> None:
-    """Write a text to a file, or print it."""
     if out == PRINTED:
         typer.echo(text, nl=False)
         return

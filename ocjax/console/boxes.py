@@ -24,11 +24,7 @@ Area = tuple[int, int, int, int]
 
 
 def check_area(area: Area) -> None:
-    """Check that an area is on the screen; the screen's height is not checked.
-
-    Raises:
-        ValueError: the area is off the screen or empty.
-    """
+    """Check that an area is on the screen; the screen's height is not checked."""
     left, top, right, bottom = area
     if not (0 <= left < right <= WIDTH and 0 <= top < bottom):
         raise ValueError(
@@ -138,8 +134,7 @@ def box(
 ) -> Box:
     """Make boxes from left, top, width and height in pixels of the ALE screen.
 
-    Boxes are clipped to the screen later, and empty boxes become invalid. Fields may have any value
-    where `valid` is False.
+    Boxes are clipped to the screen later, and empty boxes become invalid.
 
     Args:
         x, y, w, h: scalars, or vectors with one entry per slot of the category.

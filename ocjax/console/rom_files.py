@@ -14,11 +14,7 @@ class RomError(ValueError):
 
 
 def rom_names() -> tuple[str, ...]:
-    """Return ale-py's sorted names of its ROMs, such as "space_invaders".
-
-    Raises:
-        RomError: a ValueError; ale-py is not installed.
-    """
+    """Return ale-py's sorted names of its ROMs, such as "space_invaders"."""
     return tuple(sorted(path.stem for path in _installed().glob("*.bin")))
 
 
@@ -28,7 +24,6 @@ def game_name(rom: str) -> str:
 
 
 def _installed() -> Path:
-    """Return ale-py's folder of ROMs."""
     spec = importlib.util.find_spec("ale_py")
     if spec is None or not spec.submodule_search_locations:
         raise RomError(
@@ -46,9 +41,6 @@ def rom_path(rom: str) -> Path:
     Returns:
         `<rom>.bin` in the folder of the environment variable `ALE_ROMS_DIR`, by default ale-py's
         folder of ROMs.
-
-    Raises:
-        RomError: a ValueError; the file does not exist, or ale-py is not installed.
     """
     folder = Path(os.environ.get("ALE_ROMS_DIR") or _installed())
     path = folder / f"{rom}.bin"
@@ -64,11 +56,7 @@ def read_rom(rom: str, md5: str) -> bytes:
     """Read a ROM, once per process.
 
     Args:
-        rom: ale-py's name of the ROM.
         md5: the expected MD5 hash in hexadecimal.
-
-    Raises:
-        RomError: a ValueError; the ROM is missing, or has another hash.
     """
     path = rom_path(rom)
     data, found = _contents(path)
@@ -83,6 +71,5 @@ def read_rom(rom: str, md5: str) -> bytes:
 
 @functools.cache
 def _contents(path: Path) -> tuple[bytes, str]:
-    """Return a file's contents and their MD5 hash."""
     data = path.read_bytes()
     return data, hashlib.md5(data, usedforsecurity=False).hexdigest()

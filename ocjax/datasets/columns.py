@@ -96,9 +96,6 @@ def facts_of(stored: Any) -> dict[str, Any]:
 
     Args:
         stored: the metadata, a `pyarrow.parquet.FileMetaData`.
-
-    Raises:
-        DatasetError: the file is not a shard of a dataset, or its facts are malformed.
     """
     metadata = stored.metadata or {}
     if FACTS not in metadata:
@@ -130,11 +127,7 @@ def checked(table: Any, names: Sequence[str] | None = None) -> Any:
     """Check columns of a table, and cast them to the types of `schema`.
 
     Args:
-        table: rows of a shard.
         names: names of the columns; by default all.
-
-    Raises:
-        DatasetError: a column is missing, occurs twice, has another type, or lacks values.
     """
     pa, known = require("pyarrow"), schema({})
     fields = [known.field(name) for name in names or known.names]
@@ -175,10 +168,7 @@ def _parts(column: Any, name: str) -> list[Any]:
 
 
 def pictures(frames: np.ndarray, game: Game) -> Any:
-    """Encode frames of palette indices, uint8 `[n, H, 160]`, as a column of PNG pictures.
-
-    The pictures have the same indices and the game's palette.
-    """
+    """Encode frames of palette indices, uint8 `[n, H, 160]`, as a column of PNG pictures."""
     pa = require("pyarrow")
     table = np.asarray(game.palette).tobytes()
     return pa.StructArray.from_arrays(
@@ -199,11 +189,7 @@ def _png(frame: np.ndarray, palette: bytes) -> bytes:
 
 
 def frames(column: Any, game: Game) -> np.ndarray:
-    """Decode a column of pictures to palette indices, uint8 `[n, H, 160]`.
-
-    Raises:
-        DatasetError: a picture is damaged, has another size, or has no palette indices.
-    """
+    """Decode a column of pictures to palette indices, uint8 `[n, H, 160]`."""
     return np.stack(
         [_indices(picture["bytes"], game, i) for i, picture in enumerate(column.to_pylist())]
     )
@@ -233,7 +219,6 @@ def objects(found: Objects, game: Game, slots: np.ndarray) -> Any:
 
     Args:
         found: the objects, batch shape `[n]`.
-        game: the game of the objects.
         slots: bool `[N]`, the slots to list.
     """
     pa = require("pyarrow")
@@ -273,13 +258,7 @@ def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
 
 
 def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
-    """Convert columns of lists of records to the fields of `Objects`, `[n, N, ...]`.
-
-    This is the inverse of `objects`.
-
-    Raises:
-        DatasetError: the game lacks an object's category or index.
-    """
+    """Convert columns of lists of records to the fields of `Objects`, `[n, N, ...]`."""
     slices = dict(game.slices)
     valued = {c.name for c in game.categories if "value" in c.attributes}
     blocks = []

@@ -70,14 +70,7 @@ them, the colour `r`, `g`, `b`, and `hud`, whether it belongs to the display.
 def text(
     plan: Plan, shards: Sequence[Mapping[str, Any]], versions: Mapping[str, str], code: str
 ) -> str:
-    """Write the datasheet.
-
-    Args:
-        plan: the dataset's plan.
-        shards: the facts of each shard.
-        versions: versions of the libraries that made the objects.
-        code: digest of the decoders that made the objects.
-    """
+    """Write the datasheet."""
     game = registry.load(plan.game)
     counts = labels.from_counts([shard["counts"] for shard in shards], game)
     totals = {
@@ -122,7 +115,6 @@ def _starts(plan: Plan) -> str:
 
 
 def _settings(plan: Plan) -> str:
-    """The settings of the emulators, one line for each group of policies."""
     names: dict[str, list[str]] = {}
     for name, _ in plan.policies:
         listed = ", ".join(
@@ -136,7 +128,6 @@ def _settings(plan: Plan) -> str:
 
 
 def _actions(game: Game, plan: Plan) -> list[str]:
-    """The names of the actions."""
     return [a.name for a in action_set(load_emulator(game), plan.settings_of(plan.policies[0][0]))]
 
 

@@ -37,8 +37,7 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
     100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
-    indices, without compression), and the fields of `Objects` of both methods as infos. An episode
-    with omitted sequences becomes several episodes.
+    indices, without compression), and the fields of `Objects` of both methods as infos.
 
     Args:
         folder: folder of a complete dataset.
@@ -142,11 +141,7 @@ def _episodes(path: Path) -> Iterator[Any]:
 
 
 def _to_episode(rows: Any, game: Game, num_actions: int) -> dict[str, Any]:
-    """The fields of Minari's `EpisodeBuffer`. An interrupted stretch ends as truncated.
-
-    Raises:
-        DatasetError: the game does not have an action, a reward, a picture or an object.
-    """
+    """The fields of Minari's `EpisodeBuffer`. An interrupted stretch ends as truncated."""
     step = {
         name: rows[name].to_numpy()[1:].copy()
         for name in ("action", "reward", "terminated", "truncated")

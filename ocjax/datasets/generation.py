@@ -52,9 +52,8 @@ def generate(
 def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
     """Replace the objects of a dataset with the results of the present decoders.
 
-    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. Each
-    shard is replaced when its new version is complete. After an interruption, a second call
-    relabels the remaining shards.
+    The datasheet is also replaced. Each shard is replaced when its new version is complete. After
+    an interruption, a second call relabels the remaining shards.
 
     Args:
         folder: folder of a complete dataset.
@@ -117,10 +116,7 @@ def missing(plan: Plan, folder: Path) -> list[int]:
 
 
 def _check_data(folder: Path) -> None:
-    """Check that the folder of the shards is not a link.
-
-    The shards themselves may be links, which are replaced when they are written.
-    """
+    """Check that the folder of the shards is not a link."""
     if (folder / DATA).is_symlink():
         raise DatasetError(
             f"{folder / DATA} is a link, and shards are written to the dataset's own folder "
@@ -135,7 +131,6 @@ def _run(
     ray: str | None,
     report: Progress | None,
 ) -> None:
-    """Execute a task for each of these shards."""
     states = [shard.states for shard in plan.shards]
     done = plan.states - sum(states[k] for k in numbers)
     if report is not None:

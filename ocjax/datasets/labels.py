@@ -31,7 +31,6 @@ def label(game: Game, rams: np.ndarray, screens: np.ndarray, previous: np.ndarra
     """Extract the objects of states with both methods.
 
     Args:
-        game: the game.
         rams: uint8 `[n, 128]`.
         screens: uint8 `[n, H, 160]`, palette indices of the last emulated frame.
         previous: uint8 `[n, H, 160]`, the emulated frame before.
@@ -51,11 +50,7 @@ def to_counts(counts: Agreement, game: Game) -> Counts:
 
 
 def check_counts(counts: Any, game: Game) -> None:
-    """Check counts from a file that `to_counts` wrote.
-
-    Raises:
-        ValueError: a category is missing, or its counts are malformed.
-    """
+    """Check counts from a file that `to_counts` wrote."""
     for c in game.categories:
         row = counts.get(c.name)
         known = isinstance(row, list) and all(

@@ -21,11 +21,6 @@ NO_ACTION = -1  # for the first state of an episode
 def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
     """Play the states of a shard.
 
-    Args:
-        game: the game.
-        plan: the dataset's plan.
-        shard: the shard to play.
-
     Yields:
         The next sequence of at most `plan.sequence_states` successive states for each instance. A
         sequence has the arrays `index` (number of the state in the dataset), `instance`, `episode`
@@ -117,7 +112,6 @@ def _states(pool: AlePool, team: _Team, index: np.ndarray) -> Iterator[dict[str,
 
 
 def _policies(pool: AlePool, team: _Team) -> Policy:
-    """Combine the policies of a team to one."""
     ends = np.cumsum([0, *(count for _, count, _ in team.policies)])
     parts = [
         (
@@ -130,7 +124,6 @@ def _policies(pool: AlePool, team: _Team) -> Policy:
 
 
 def _state(pool: AlePool, action: np.ndarray | int, episode: np.ndarray) -> dict[str, np.ndarray]:
-    """The present state of a pool, arrays `[n, ...]`."""
     return {
         "ram": pool.ram.copy(),
         "screen": pool.screen[:, 1].copy(),

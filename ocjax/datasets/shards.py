@@ -22,13 +22,7 @@ BATCH = 1000  # rows labelled at a time
 
 
 def make(folder: Path, plan: Plan, number: int) -> None:
-    """Play and label a shard and write its file, unless it exists.
-
-    Args:
-        folder: the dataset's folder.
-        plan: the dataset's plan.
-        number: number of the shard.
-    """
+    """Play and label a shard and write its file, unless it exists."""
     game, shard = registry.load(plan.game), plan.shards[number]
     path = folder / plan.file(shard)
     if path.is_file():
@@ -121,11 +115,7 @@ def reading(path: Path, damage: type[Exception] = DatasetError) -> Iterator[None
     """Name the shard in errors.
 
     Args:
-        path: path of the shard.
         damage: the type of errors that mean that the shard is damaged.
-
-    Raises:
-        DatasetError: replaces an error of this type.
     """
     try:
         yield
@@ -137,11 +127,7 @@ def facts(path: Path, game: Game | None = None) -> dict[str, Any]:
     """Read the facts of a shard.
 
     Args:
-        path: path of the shard.
         game: if given, the counts must fit its categories.
-
-    Raises:
-        DatasetError: the file cannot be read, or is not a shard of a dataset.
     """
     parquet = require("pyarrow.parquet")
     with reading(path, Exception):  # a damaged file can fail anywhere in Arrow
@@ -155,9 +141,6 @@ def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
     """Read and check the rows of a shard in tables of at most `ROW_GROUP` rows.
 
     `names` selects columns.
-
-    Raises:
-        DatasetError: the file cannot be read, or a column is malformed.
     """
     pa, parquet = require("pyarrow"), require("pyarrow.parquet")
     with reading(path, Exception), parquet.ParquetFile(path) as file:
@@ -173,11 +156,7 @@ def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
 
 
 def relabel(path: Path, game: Game) -> None:
-    """Replace the objects of a shard, unless the present decoders made them.
-
-    Raises:
-        DatasetError: the file cannot be read, or is not a shard of a dataset.
-    """
+    """Replace the objects of a shard, unless the present decoders made them."""
     known = facts(path)
     if known["code"] == code():
         return

@@ -2,8 +2,7 @@
 
 `ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not.
 The shared memory is an unnamed file, and a worker exits when its socket closes or its parent exits,
-so the pool always cleans up. A call validates its arguments before it writes to the shared memory.
-After Ctrl-C interrupts a call, further calls are possible.
+so the pool always cleans up.
 """
 
 import dataclasses
@@ -78,9 +77,8 @@ class AlePool(EmulatorPool):
             the game's own.
         game_difficulty: ale-py's number of the game difficulty, given in the same way.
         hook: a function that is called before every emulated frame with the RAM of one emulator,
-            uint8 `[128]`. Its changes to the array are written to the console. Workers receive the
-            function by value, so it may refer to modules and constants, but not to variables that
-            change. In a sequence of hooks, each hook sees the changes of the previous ones.
+            uint8 `[128]`. Its changes to the array are written to the console. In a sequence of
+            hooks, each hook sees the changes of the previous ones.
         starts: for each emulator, a function like a hook, or None. It is called once at the start
             of every game, after the console's reset and before the no-ops.
         worker_timeout: seconds that a worker may take for a step, or for the start of one emulator,
@@ -185,10 +183,7 @@ class AlePool(EmulatorPool):
 
     @property
     def start_actions(self) -> tuple[int, ...]:
-        """The first actions of each episode.
-
-        They are FIRE and the next action, in games with FIRE as the second action.
-        """
+        """The first actions of each episode."""
         needs_fire = self.actions[1] == ale_py.Action.FIRE and len(self.actions) > 2
         return (1, 2) if self.settings.fire_reset and needs_fire else ()
 
@@ -212,7 +207,6 @@ class AlePool(EmulatorPool):
         return tuple(None if v is None else int(v) for v in values)
 
     def _start_workers(self, config: WorkerConfig, size: int, num_workers: int) -> None:
-        """Make the shared memory, and start workers for blocks of emulators."""
         # Workers inherit the descriptor, so the file may be closed afterwards.
         with shared_memory(size) as (file, memory):
             self.arrays, self._commands = interface.shared_arrays(memory, config)
@@ -250,10 +244,7 @@ class AlePool(EmulatorPool):
         self._ready = True
 
     def clone_state(self) -> States:
-        """Save the state of every emulator, including its random state.
-
-        All emulators must have been reset.
-        """
+        """Save the state of every emulator, including its random state."""
         self._prepare()
         self._require_ready()
         self._execute(interface.SAVE)
@@ -326,11 +317,6 @@ class AlePool(EmulatorPool):
         )
         self._start(interface.STEP)
 
-    def wait(self) -> None:
-        """See `EmulatorPool.wait`."""
-        for _ in self.as_completed():
-            pass
-
     def as_completed(self) -> Iterator[int]:
         """See `EmulatorPool.as_completed`."""
         self.require_open()
@@ -367,7 +353,6 @@ class AlePool(EmulatorPool):
         return self.steps != self._awaited_steps
 
     def _chosen(self, mask: np.ndarray | None) -> np.ndarray:
-        """The emulators to reset or restore, bool `[N]`."""
         chosen = mask_array("mask", mask, self.num_envs)
         if not self._ready and not chosen.all():
             raise ValueError(
@@ -381,10 +366,7 @@ class AlePool(EmulatorPool):
             raise ValueError(NOT_RESET)
 
     def _prepare(self) -> None:
-        """Check that the pool can take a command now.
-
-        Call it before writing the command's arguments to the shared memory.
-        """
+        """Check that the pool can take a command now."""
         self.require_open()
         if self.pending and not self._local:
             raise AlreadyPendingCallError(
@@ -407,10 +389,7 @@ class AlePool(EmulatorPool):
             raise
 
     def _execute_here(self, block: EmulatorBlock, command: bytes) -> None:
-        """Execute a command in this process.
-
-        An interrupt leaves the emulators in an unknown state, and the next command must be a reset.
-        """
+        """Execute a command in this process."""
         ready, self._ready = self._ready, False
         try:
             block.execute(command)
@@ -420,7 +399,6 @@ class AlePool(EmulatorPool):
         self._ready, self._local_steps = ready, self._local_steps + (command == interface.STEP)
 
     def _execute(self, command: bytes, report: StartReport | None = None) -> None:
-        """Execute a command and wait for its end."""
         self._start(command)
         self._finish(report)
 

@@ -38,11 +38,7 @@ def is_integer(value: Any) -> TypeGuard[int]:
 
 
 def integer(name: str, value: Any, least: int, most: int) -> int:
-    """A numeric argument as an int.
-
-    Raises:
-        ValueError: the value is not an integer, or is out of range.
-    """
+    """A numeric argument as an int."""
     if not is_integer(value) or not least <= value <= most:
         raise ValueError(
             f"{name} must be an integer of at least {least:,} and at most {most:,}, got {value!r}"
@@ -51,11 +47,7 @@ def integer(name: str, value: Any, least: int, most: int) -> int:
 
 
 def action_array(actions: Any, count: int, num_actions: int) -> np.ndarray:
-    """Actions as an array, integers `[count]`.
-
-    Raises:
-        ValueError: the dtype or shape is wrong, or an action does not exist.
-    """
+    """Actions as an array, integers `[count]`."""
     actions = np.asarray(actions)
     if actions.shape != (count,) or not np.issubdtype(actions.dtype, np.integer):
         raise ValueError(
@@ -69,11 +61,7 @@ def action_array(actions: Any, count: int, num_actions: int) -> np.ndarray:
 
 
 def index_array(ids: Any, num_envs: int) -> np.ndarray:
-    """Indices of environments as an array, integers `[n]`.
-
-    Raises:
-        ValueError: the indices are not distinct, or are out of range.
-    """
+    """Indices of environments as an array, integers `[n]`."""
     ids = np.asarray(ids)
     integers = ids.ndim == 1 and len(ids) and np.issubdtype(ids.dtype, np.integer)
     if not integers or ids.min() < 0 or ids.max() >= num_envs or len(np.unique(ids)) < len(ids):
@@ -82,11 +70,7 @@ def index_array(ids: Any, num_envs: int) -> np.ndarray:
 
 
 def mask_array(name: str, mask: Any, num_envs: int) -> np.ndarray:
-    """A mask as an array, bool `[num_envs]`, with None for all environments.
-
-    Raises:
-        ValueError: the mask is not a bool array of this shape.
-    """
+    """A mask as an array, bool `[num_envs]`, with None for all environments."""
     if mask is None:
         return np.ones(num_envs, bool)
     if not isinstance(mask, np.ndarray) or mask.dtype != bool or mask.shape != (num_envs,):
@@ -95,12 +79,7 @@ def mask_array(name: str, mask: Any, num_envs: int) -> np.ndarray:
 
 
 def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray | None:
-    """The environments to reset, bool `[num_envs]`; None for all.
-
-    Raises:
-        ValueError: `options` has a key other than `reset_mask`, or the mask is not a bool array of
-            this shape, or is all False.
-    """
+    """The environments to reset, bool `[num_envs]`; None for all."""
     options = dict(options or {})
     mask = options.pop("reset_mask", None)
     if options:
@@ -117,9 +96,6 @@ def seeds_of(seed: Any, num_envs: int) -> list[int | None] | None:
     """The seed of each environment, or None without a seed.
 
     Environment i gets `seed + i`, or the i-th entry of a sequence.
-
-    Raises:
-        ValueError: see `seed_list`.
     """
     if seed is None:
         return None
@@ -127,11 +103,7 @@ def seeds_of(seed: Any, num_envs: int) -> list[int | None] | None:
 
 
 def seed_list(seeds: Any, num_envs: int) -> list[int | None]:
-    """Seeds as a list of `num_envs` entries, which are numbers or None.
-
-    Raises:
-        ValueError: the number of seeds is wrong, or a seed is not an integer from 0 to 2**63 - 1.
-    """
+    """Seeds as a list of `num_envs` entries, which are numbers or None."""
     values = list(seeds) if isinstance(seeds, Sequence | np.ndarray) else []
     wrong = [s for s in values if s is not None and not (is_integer(s) and 0 <= s <= _LARGEST_SEED)]
     if len(values) != num_envs or wrong:

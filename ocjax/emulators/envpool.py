@@ -31,19 +31,13 @@ _SEEDS = 2**31  # number of seeds
 class EnvpoolPool(EmulatorPool):
     """Emulators of one game that envpool steps.
 
-    Arrays are in the order of the environments. Differences from `EmulatorPool`: `screen` and `rgb`
-    are the same array, uint8 `[N, 1, 210, 160, 3]`, and `frame_number` excludes the no-ops at the
-    start of a game.
+    Differences from `EmulatorPool`: `screen` and `rgb` are the same array, uint8 `[N, 1, 210, 160,
+    3]`, and `frame_number` excludes the no-ops at the start of a game.
 
     Args:
         game: the game; its ROM is checked.
-        num_envs: number of emulators.
-        settings: the emulation settings.
         frames: whether frames are recorded.
         options: further options of `envpool.make`.
-
-    Raises:
-        RomError: the ROM is missing or the wrong one; a ValueError.
     """
 
     def __init__(
@@ -79,13 +73,7 @@ class EnvpoolPool(EmulatorPool):
         )
 
     def _start(self, seeds: Sequence[int | None] | None) -> None:
-        """Make envpool's environments at the first call.
-
-        Raises:
-            ValueError: seeds are given after the start, for some environments only, or are too
-                large.
-            AlreadyPendingCallError: a step or a reset is pending.
-        """
+        """Make envpool's environments at the first call."""
         self.require_open()
         if self._busy.any():
             raise AlreadyPendingCallError(
@@ -188,11 +176,6 @@ class EnvpoolPool(EmulatorPool):
 
         The results of the given environments must have been received. envpool has a single paddle
         speed and rejects `strengths`.
-
-        Raises:
-            ValueError: an index or an action is wrong, the environments have not been reset, or
-                `strengths` are given.
-            AlreadyPendingCallError: a step or reset of one of these environments is pending.
         """
         if strengths is not None:
             self._refuse("paddles' speeds")
@@ -212,16 +195,7 @@ class EnvpoolPool(EmulatorPool):
             self.env.send(actions.astype(np.int32), ids.astype(np.int32))
 
     def as_completed(self) -> Iterator[int]:
-        """Wait for the step of the only shard."""
-        self.wait()
-        yield 0
-
-    def wait(self) -> None:
-        """Wait for the step; with a batch size, for the first environments to finish.
-
-        Raises:
-            NoAsyncCallError: the number of pending steps is below the batch size.
-        """
+        """Wait for the only shard; with a batch size, for the first environments to finish."""
         self.require_open()
         if self._busy.sum() < self._batch_size:
             raise NoAsyncCallError(
@@ -233,6 +207,7 @@ class EnvpoolPool(EmulatorPool):
             frames, _, terminated, truncated, info = self.env.recv()
             self._store(frames, terminated, truncated, info)
             self._awaited_steps = self._steps
+        yield 0
 
     @property
     def steps(self) -> int:

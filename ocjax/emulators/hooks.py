@@ -19,12 +19,7 @@ Hooks = Hook | str | Sequence[Hook | str] | None  # a string is the name of a va
 
 
 def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
-    """Hooks with their names.
-
-    Raises:
-        TypeError: a hook is not a function or a name.
-        ValueError: a variation is unknown, or belongs to another game.
-    """
+    """Hooks with their names."""
     given: tuple[Any, ...] = (
         ()
         if hook is None
@@ -47,12 +42,7 @@ def named_hooks(hook: Hooks, game: str) -> tuple[tuple[str, Hook], ...]:
 
 
 def pickled_hooks(hook: Hooks, game: str) -> tuple[tuple[str, str], ...]:
-    """The name of each hook, and the hook pickled in hexadecimal.
-
-    Raises:
-        TypeError: a hook is not a function or a name, or cannot be pickled.
-        ValueError: a variation is unknown, or belongs to another game.
-    """
+    """The name of each hook, and the hook pickled in hexadecimal."""
     return tuple((name, _pickle_by_value(h).hex()) for name, h in named_hooks(hook, game))
 
 
@@ -69,10 +59,7 @@ def _name(hook: Hook) -> str:
 
 
 def _pickle_by_value(hook: Hook) -> bytes:
-    """Pickle a hook so that a process can load it without importing its module.
-
-    A module of ocjax would import JAX.
-    """
+    """Pickle a hook so that a process can load it without importing its module."""
     try:
         with _by_value(sys.modules.get(_core(hook).__module__)):
             return cloudpickle.dumps(hook)
@@ -86,10 +73,7 @@ def _pickle_by_value(hook: Hook) -> bytes:
 
 @contextlib.contextmanager
 def _by_value(module: types.ModuleType | None) -> Iterator[None]:
-    """Pickle functions and classes of a module by value.
-
-    Built-in modules exist in every process, and cloudpickle handles `__main__` by value anyway.
-    """
+    """Pickle functions and classes of a module by value."""
     if module is None or module.__name__ == "__main__" or getattr(module, "__file__", None) is None:
         yield
         return

@@ -21,11 +21,7 @@ _GIGABYTE = 1e9
 
 
 def check_memory(num_envs: int) -> None:
-    """Check that this machine can hold `num_envs` emulators.
-
-    Raises:
-        MemoryError: it cannot.
-    """
+    """Check that this machine can hold `num_envs` emulators."""
     needed, total = (
         num_envs * EMULATOR_BYTES,
         os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"),
@@ -40,14 +36,7 @@ def check_memory(num_envs: int) -> None:
 
 @contextmanager
 def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
-    """Shared memory in an unnamed file: yields the file descriptor and the memory.
-
-    The descriptor is closed afterwards; the memory stays.
-
-    Raises:
-        MemoryError: the memory is too small. Without this check, the first access to a page that
-            cannot be allocated would kill a process.
-    """
+    """Shared memory in an unnamed file: yields the file descriptor and the memory."""
     folder = _SHARED if _SHARED.is_dir() else Path(tempfile.gettempdir())
     with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
         try:
@@ -66,7 +55,6 @@ def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
 
 
 def _allocate(file: int, size: int) -> None:
-    """Allocate all pages of a file."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(file, 0, size)
         return

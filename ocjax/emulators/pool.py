@@ -26,8 +26,7 @@ class EmulatorPool(Uncopied, ABC):
         num_envs: N.
         settings: the emulation settings.
         actions: the action set; actions are indices into it.
-        arrays: the state of the emulators after the last call. The properties below return single
-            arrays.
+        arrays: the state of the emulators after the last call.
         shards: consecutive blocks that together contain all emulators. Blocks finish a step
             independently.
     """
@@ -58,7 +57,7 @@ class EmulatorPool(Uncopied, ABC):
                 mask, or the backend does not support the arguments.
             AlreadyPendingCallError: a step is pending.
             WorkerError: the environments are closed, or a worker failed, died or did not reply in
-                time. The methods below also raise it.
+                time.
         """
 
     @abstractmethod
@@ -88,15 +87,14 @@ class EmulatorPool(Uncopied, ABC):
             NoAsyncCallError: no step is pending.
         """
 
-    @abstractmethod
     def wait(self) -> None:
         """Wait for the step of all emulators.
-
-        An interrupted call can be repeated.
 
         Raises:
             NoAsyncCallError: no step is pending.
         """
+        for _ in self.as_completed():
+            pass
 
     def step(self, actions: np.ndarray) -> None:
         """Step all emulators: `send`, then `wait`."""
@@ -192,8 +190,7 @@ class EmulatorPool(Uncopied, ABC):
     def game_over(self) -> np.ndarray:
         """True if the game ended or reached a limit in the step, bool `[N]`.
 
-        The next episode then begins a new game. With same-step autoreset, use the array in
-        `arrays.final`.
+        With same-step autoreset, use the array in `arrays.final`.
         """
         return self.arrays.game_over
 

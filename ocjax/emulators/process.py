@@ -42,11 +42,7 @@ class WorkerProcess:
 
     Args:
         memory_fd: file descriptor of the shared memory.
-        config: the worker's configuration.
         finished: int64 `[N]` in the shared memory; see `CommandArrays`.
-
-    Raises:
-        OSError: the process failed to start.
     """
 
     def __init__(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
@@ -85,21 +81,13 @@ class WorkerProcess:
             stack.pop_all()
 
     def configure(self, config: WorkerConfig, time_limit: float | None) -> None:
-        """Send the configuration.
-
-        Raises:
-            WorkerError: the process died or did not read it in time.
-        """
+        """Send the configuration."""
         self.link.settimeout(time_limit)
         self.send(config.to_json().encode() + b"\n")
         self.link.settimeout(None)
 
     def send(self, message: bytes) -> None:
-        """Send a message.
-
-        Raises:
-            WorkerError: the process died.
-        """
+        """Send a message."""
         try:
             self.link.sendall(message)
         except TimeoutError as error:
@@ -108,13 +96,7 @@ class WorkerProcess:
             raise self._death() from error
 
     def receive(self) -> None:
-        """Read replies from the socket.
-
-        Replies only wake the pool up; `has_finished` reads the results.
-
-        Raises:
-            WorkerError: the process died.
-        """
+        """Read replies from the socket."""
         try:
             replies = self.link.recv(_REPLIES)
         except OSError as error:
@@ -123,11 +105,7 @@ class WorkerProcess:
             raise self._death()
 
     def has_finished(self, number: int) -> bool:
-        """True if the worker has executed the command with a number.
-
-        Raises:
-            WorkerError: the command failed.
-        """
+        """True if the worker has executed the command with a number."""
         finished = self._finished.item(self._first)
         if finished == -number:
             raise WorkerError(f"{self.name} failed:\n{self.complaint()}")
@@ -158,7 +136,6 @@ class WorkerProcess:
         )
 
     def _state(self) -> str:
-        """The state of the process, as far as the system shows it."""
         status = Path(f"/proc/{self.process.pid}/stat")
         stopped = status.exists() and status.read_text().rpartition(")")[2].split()[0] in ("T", "t")
         return "is stopped by a signal or a debugger" if stopped else "is still busy or hangs"
@@ -209,11 +186,7 @@ class Workers:
         return bool(self._processes) and os.getpid() != self._owner
 
     def start(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
-        """Start another worker; see `WorkerProcess`.
-
-        Raises:
-            WorkerError: the worker failed to start.
-        """
+        """Start another worker; see `WorkerProcess`."""
         try:
             worker = WorkerProcess(memory_fd, config, finished)
         except OSError as error:
@@ -226,11 +199,7 @@ class Workers:
         worker.configure(config, self._time_limit)
 
     def command(self, command: bytes) -> None:
-        """Give a command to all workers.
-
-        Raises:
-            WorkerError: a worker died.
-        """
+        """Give a command to all workers."""
         number, steps = self._number + 1, self.steps + (command == interface.STEP)
         message = interface.MESSAGE.pack(command, number)
         # CPython handles signals only at calls and jumps, so Ctrl-C cannot separate these
@@ -258,9 +227,6 @@ class Workers:
             progress: called after `interval` seconds without a reply. A new number restarts the
                 time limit.
             interval: seconds, at most one and at most the time limit; by default this maximum.
-
-        Raises:
-            WorkerError: a worker failed, died, or did not reply in time.
         """
         if not self._sent:
             self._send()
@@ -344,8 +310,7 @@ def _module_path() -> list[str]:
 def _inherited(fd: int) -> Iterator[int]:
     """A copy of a file descriptor with a number above the standard streams.
 
-    The worker replaces its standard streams. If they are closed here, `fd` may have one of their
-    numbers.
+    If they are closed here, `fd` may have one of their numbers.
     """
     copy = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
     try:

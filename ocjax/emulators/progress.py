@@ -23,7 +23,6 @@ def progress(items: Sequence[_Item], action: str) -> Iterator[_Item]:
     every `SECONDS`, so work that takes less shows nothing.
 
     Args:
-        items: the items.
         action: the activity, such as "changing Pong's RAM".
     """
     if sys.stdout is not None and not sys.stdout.closed and sys.stdout.isatty():
@@ -75,10 +74,7 @@ def progress_bar(
 
 @contextmanager
 def start_bar(num_envs: int) -> Iterator[StartReport | None]:
-    """A callback for `EmulatorPool.reset` that shows the number of started emulators.
-
-    It is None if stderr is not a terminal.
-    """
+    """A callback for `EmulatorPool.reset` that shows the number of started emulators."""
     if sys.stderr is None or sys.stderr.closed or not sys.stderr.isatty():
         yield None
         return

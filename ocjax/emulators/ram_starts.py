@@ -17,11 +17,7 @@ NONE = "none"  # the start that writes nothing
 
 
 def parse(text: str) -> dict[str, int]:
-    """Parse a start such as "level=2,86=0x10"; "none" is the ordinary start.
-
-    Raises:
-        ValueError: the text is malformed, or contains a name twice.
-    """
+    """Parse a start such as "level=2,86=0x10"; "none" is the ordinary start."""
     if text == NONE:
         return {}
     pairs = [part.partition("=") for part in text.split(",")]
@@ -44,12 +40,7 @@ def describe(start: Start) -> str:
 def variation(game: Game, start: Start) -> Variation:
     """A start as a variation that writes to the RAM.
 
-    A field that occurs at several addresses is written at each of them. Bits outside the field stay
-    unchanged.
-
-    Raises:
-        ValueError: a field or byte does not exist, a value is out of range, a number has several
-            bytes, or bits are written twice.
+    A field that occurs at several addresses is written at each of them.
     """
     writes: dict[int, int] = {}
     masks: dict[int, int] = {}

@@ -103,11 +103,7 @@ class Settings:
 
 
 def _frame_skip(value: Any) -> int | tuple[int, int]:
-    """A frame skip in the types of `Settings`; JSON turns the pair into a list.
-
-    Raises:
-        ValueError: the value is not a number of frames or a pair of numbers, or is out of range.
-    """
+    """A frame skip in the types of `Settings`; JSON turns the pair into a list."""
     if not isinstance(value, tuple | list):
         return integer("frame_skip", value, 1, _MOST_FRAMES)
     if len(value) != 2:

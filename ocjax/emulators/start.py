@@ -11,23 +11,13 @@ from ocjax.extraction.game import Game
 
 
 def check_rom(game: Game) -> Path:
-    """Check a game's ROM and return its path.
-
-    Raises:
-        RomError: the ROM is missing, or is not the one that the decoder was written for; a
-            ValueError.
-    """
+    """Check a game's ROM and return its path."""
     read_rom(game.rom, game.md5)
     return rom_path(game.rom)
 
 
 def load_playable(name: str) -> Game:
-    """Load a game whose ROM is installed.
-
-    Raises:
-        UnknownGameError: no game has that name; a ValueError.
-        RomError: see `check_rom`.
-    """
+    """Load a game whose ROM is installed."""
     game = registry.load(name)
     check_rom(game)
     return game
@@ -42,12 +32,8 @@ def load_emulator(game: Game, **options: float) -> ale_py.ALEInterface:
     """An emulator with a game's ROM.
 
     Args:
-        game: the game.
         options: options of ALE, such as `random_seed` (int) and `repeat_action_probability`
             (float).
-
-    Raises:
-        RomError: see `check_rom`.
     """
     path = check_rom(game)
     log_errors_only()
@@ -65,13 +51,7 @@ def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> a
     """An emulator at the beginning of a game, without sticky actions.
 
     Args:
-        game: the game.
-        seed: the emulator's seed.
         game_mode: ale-py's number of the mode; by default the game's own.
-
-    Raises:
-        RomError: see `check_rom`.
-        ValueError: the game lacks this mode.
     """
     ale = load_emulator(game, random_seed=seed, repeat_action_probability=0.0)
     if game_mode is not None:
@@ -92,10 +72,6 @@ def action_set(ale: ale_py.ALEInterface, settings: Settings) -> tuple[ale_py.Act
 
 
 def variants(game: Game) -> tuple[list[int], list[int]]:
-    """ale-py's numbers of a game's modes and difficulties.
-
-    Raises:
-        RomError: see `check_rom`.
-    """
+    """ale-py's numbers of a game's modes and difficulties."""
     ale = load_emulator(game)
     return list(ale.getAvailableModes()), list(ale.getAvailableDifficulties())

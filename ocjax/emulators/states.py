@@ -142,8 +142,6 @@ class States:
 
             envs.restore_state(States.concatenate([early[0], late[1]]))
 
-        The result has all states in the order of the parts.
-
         Raises:
             TypeError: a part is not of type `States`.
             ValueError: `parts` is empty, or the parts have different games or observations.
@@ -172,11 +170,6 @@ class States:
 
 
 def _check_alike(first: States, other: States) -> None:
-    """Check that two `States` can be joined.
-
-    Raises:
-        ValueError: they cannot.
-    """
     if first.md5 != other.md5:
         raise ValueError(
             f"expected states of one game, got the MD5 hashes {first.md5} and {other.md5} of ROMs"
@@ -199,13 +192,7 @@ def _check_alike(first: States, other: States) -> None:
 def _described(
     description: bytes, size: int
 ) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
-    """The MD5 hash, and the dtypes and shapes of the arrays, from a description.
-
-    The arrays take `size` bytes.
-
-    Raises:
-        ValueError: the description is damaged.
-    """
+    """The MD5 hash, and the dtypes and shapes of the arrays, from a description."""
     try:
         values = json.loads(description)
         md5, listed = values["md5"], values["arrays"]
@@ -257,11 +244,6 @@ def check(
     """Check that a pool can restore states.
 
     `good` is ALE's state of one of the pool's emulators.
-
-    Raises:
-        TypeError: `states` is not of type `States`.
-        ValueError: the states are damaged, belong to another game, have the wrong number, or lack
-            frames that the pool records.
     """
     _check_type(states)
     if states.md5 != game.md5:
@@ -302,10 +284,7 @@ _RANGES = {
 
 
 def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -> None:
-    """Check that an array of `count` states matches the pool's array.
-
-    Its dtype and shape must be equal, and its numbers within their range.
-    """
+    """Check that an array of `count` states matches the pool's array."""
     shape = (count, *target.shape[1:])
     fits = (
         array.ndim == 2 and array.shape[1] <= STATE_BYTES
@@ -340,10 +319,6 @@ def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
     """Check that states contain the arrays that an environment carries.
 
     `carries` has the environment's arrays `[N, ...]` by name.
-
-    Raises:
-        TypeError: `states` is not of type `States`.
-        ValueError: the arrays differ.
     """
     _check_type(states)
     for name, carried in carries.items():
@@ -396,7 +371,6 @@ def distribute(
 
 
 def _saved(shown: EmulatorArrays, commands: CommandArrays) -> dict[str, np.ndarray]:
-    """The arrays that a saved state contains, by name."""
     arrays = {name: getattr(shown, name) for name in _SHOWN}
     arrays |= {name: getattr(commands, name) for name in _COMMAND}
     return {name: array for name, array in arrays.items() if array is not None}

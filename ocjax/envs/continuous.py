@@ -28,9 +28,6 @@ class ContinuousActions:
     Args:
         threshold: the deflection above which a joystick's contact closes, and the same for the
             button.
-
-    Raises:
-        ValueError: the threshold is not a number from 0 to 1.
     """
 
     def __init__(self, threshold: float) -> None:
@@ -51,11 +48,7 @@ class ContinuousActions:
         return gym.spaces.Box(low, high, dtype=np.float32)
 
     def to_discrete(self, actions: Any, num_envs: int) -> tuple[np.ndarray, np.ndarray]:
-        """The action of each emulator, int32 `[N]`, and a paddle's fraction of full speed, float32.
-
-        Raises:
-            ValueError: the actions are not floats `[N, 3]` in the action space.
-        """
+        """The emulators' actions, int32 `[N]`, and the fractions of a paddle's speed, float32."""
         actions = np.asarray(actions)
         if actions.shape != (num_envs, 3) or not np.issubdtype(actions.dtype, np.floating):
             raise ValueError(

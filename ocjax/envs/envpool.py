@@ -7,8 +7,6 @@ Unsupported options and calls raise an error with the reason. envpool does not s
 - saved states, writing RAM, and hooks,
 - new seeds after the first reset, and resets of single environments,
 - autoreset modes other than next-step.
-
-`ocjax.emulators.envpool` names three settings that differ slightly.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -46,10 +44,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
     With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
     `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
-    environments in the results. Each environment keeps the memory of its observations.
-
-    Raises:
-        ValueError: an option is out of range, or envpool cannot implement it.
+    environments in the results.
     """
 
     pool: EnvpoolPool
@@ -105,12 +100,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
-        """Reset all environments; a seed is possible the first time only.
-
-        Raises:
-            ValueError: a seed is given after the first reset, `reset_mask` is given, or the
-                environments are asynchronous.
-        """
+        """Reset all environments; a seed is possible the first time only."""
         self._require_synchronous()
         return super().reset(seed=seed, options=options)
 
@@ -120,10 +110,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         super().step_async(actions)
 
     def async_reset(self, seed: int | Sequence[int | None] | None = None) -> None:
-        """Reset all environments without waiting for them.
-
-        `recv` returns the results in the order of completion.
-        """
+        """Reset all environments without waiting for them."""
         self.pool.async_reset(seeds_of(seed, self.num_envs))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
@@ -132,11 +119,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         Args:
             actions: integers `[n]`.
             env_id: the indices of the environments, integers `[n]`.
-
-        Raises:
-            ValueError: an action or an index does not exist, or their shapes or dtypes are wrong.
-            AlreadyPendingCallError: the results of one of these environments have not been
-                received.
         """
         self.pool.send(actions, env_id)
 
@@ -144,9 +126,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         """The results of the first `batch_size` environments to finish, as `step` returns them.
 
         `info["env_id"]` contains their indices.
-
-        Raises:
-            NoAsyncCallError: fewer environments are stepping.
         """
         self.pool.wait()
         pool, ids, shard = self.pool, self.pool.ids, self._shards[0]
@@ -192,17 +171,11 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
     def xla(self) -> tuple[Any, XlaStep]:
         """The environments as a pure function for `jax.jit` and `jax.lax.scan`.
 
-        They start from their current state.
-
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next
             state and (observation, reward, terminated, truncated, info). `info` contains `lives`,
             `ram` and `game_over`. `reset` and `step` control the same emulators, so do not mix them
             with this function.
-
-        Raises:
-            ValueError: the environments have not been reset or are asynchronous, or the mode or an
-                observation needs frames.
         """
         self._require_synchronous()
         if self.pool.env is None:
@@ -246,7 +219,6 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         return (handle, jax.tree.map(jnp.asarray, self._shards[0].memory), ended), step
 
     def _traced_observation(self, ram: jax.Array, observed: Observed) -> Any:
-        """The observation inside a traced function."""
         out = {
             name: observed.computed[name]
             if isinstance(kind, Computed)
@@ -286,7 +258,6 @@ def _refuse_unsupported(
 
 
 def _one_for_all(name: str, value: Any) -> int:
-    """A game mode or difficulty in envpool's form."""
     if value is None:
         return -1
     if np.ndim(value) > 0:

@@ -21,15 +21,12 @@ _ID = re.compile(
 def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     """The preset that a game's name and the caller's arguments select.
 
-    An id of version 0 or 4 implies its preset. For any other name the default is "v5".
+    An id of version 0 or 4 implies its preset.
 
     Args:
         name: a game's name in any spelling, such as "PongNoFrameskip-v4".
         preset: the caller's preset, or None.
         explicit: the caller's settings, with None for missing ones.
-
-    Raises:
-        ValueError: no environment id ends this way, or the preset or a setting contradicts the id.
     """
     found = _ID.fullmatch(name)
     if found is None:

@@ -24,11 +24,7 @@ Request = str | Kind | Sequence[str] | Mapping[str, str | Kind]
 
 
 def parse(request: Request) -> Kind | dict[str, Kind]:
-    """Parse a request to one kind of observation, or to a dict of kinds by name.
-
-    Raises:
-        ValueError: a name is unknown, or the request is empty or nested.
-    """
+    """Parse a request to one kind of observation, or to a dict of kinds by name."""
     if isinstance(request, Kind):
         return request
     if isinstance(request, str):
@@ -62,10 +58,6 @@ def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bo
     Returns:
         The kinds by name, and whether the request is for a single kind. A single kind has the name
         "".
-
-    Raises:
-        ValueError: the mode or an observation is unknown, or mode "raw" is combined with an
-            observation that shows objects.
     """
     if mode not in MODES:
         raise ValueError(

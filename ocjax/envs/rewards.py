@@ -9,8 +9,7 @@ import numpy as np
 
 from ocjax.extraction.objects import Objects
 
-# (objects before a step, objects after it, action) -> reward, for one environment. The objects have
-# fields [N, ...], the action is an int32 or float32 [3], the reward is a number.
+# (objects before a step, objects after it, action) -> reward, for one environment.
 RewardFunction = Callable[[Objects, Objects, jax.Array], Any]
 BatchedReward = Callable[[Objects, Objects, np.ndarray], np.ndarray]
 
@@ -19,17 +18,11 @@ def batched(reward_fn: RewardFunction) -> BatchedReward:
     """Compile a reward function for a batch of environments.
 
     Args:
-        reward_fn: a function that JAX can trace. It gets one environment's objects before and after
-            a step, and its action.
+        reward_fn: a function that JAX can trace.
 
     Returns:
         A function of both objects, of batch shape `[B]`, and of actions, int32 `[B]` or float32
         `[B, 3]`. It returns the rewards, float64 `[B]`.
-
-    Raises:
-        TypeError: `reward_fn` is not a function.
-        ValueError: raised by the returned function if `reward_fn` does not return one number per
-            environment.
     """
     if not callable(reward_fn):
         raise TypeError(

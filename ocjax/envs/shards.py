@@ -33,11 +33,6 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 
     It is jit-compiled unless it computes nothing.
 
-    Args:
-        game: the game.
-        mode: the methods that extract objects.
-        kinds: the observations by name; copied ones are ignored.
-
     Returns:
         A function of the emulators' arrays and of the memory. The arrays are "ram", uint8 `[B,
         128]`, and "started", bool `[B]`, which marks new episodes. If the mode or an observation
@@ -64,8 +59,7 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
         if compiles or mode == "vem":
             require_threads()
-        # VEM is a separate program: with its own compiler options it compiles twice as fast. The
-        # call returns before VEM has finished.
+        # VEM is a separate program: with its own compiler options it compiles twice as fast.
         vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
         return compiled({name: a for name, a in arrays.items() if name != "screen"}, vem, memory)
 
@@ -76,9 +70,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 class EnvShard:
     """The state of one block of environments.
 
-    Extraction for a block starts as soon as its workers have finished the step. A step makes new
-    shards. They replace all old shards at once at the end of the step, so an interrupted step can
-    be repeated.
+    They replace all old shards at once at the end of the step, so an interrupted step can be
+    repeated.
     """
 
     rows: slice  # the block's environments

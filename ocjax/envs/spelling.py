@@ -17,7 +17,6 @@ SAME = {
     "max_num_frames_per_episode": "max_episode_frames",
 }
 MODES = {"ram": "rem", "vision": "vem"}  # OCAtari's names of the two methods
-# Options that only other projects have, and what to use instead.
 _INSTEAD = {
     "obs_type": "it is called obs, with 'ram' or 'pixels'",
     "obs_mode": "it is called obs, with 'objects', 'vector', 'dqn' or 'pixels'",
@@ -42,11 +41,7 @@ def accepts_other_names(make: Callable[P, T]) -> Callable[P, T]:
 
 
 def in_our_names(options: dict[str, Any]) -> dict[str, Any]:
-    """Replace the option names of other projects by ocjax's.
-
-    Raises:
-        TypeError: an option is given under both names.
-    """
+    """Replace the option names of other projects by ocjax's."""
     out = dict(options)
     for theirs, ours in SAME.items():
         if theirs in out:

@@ -48,15 +48,13 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     `make_vec` makes them and explains the options.
 
-    Everything that a step returns describes the step's last emulated frame. Later steps do not
-    overwrite returned arrays. `info` describes the current game: `lives`, `frame_number` (emulated
-    frames), `episode_return` (unclipped), `episode_length` (agent steps) and, with `ram_info`,
-    `ram`. `info` also describes the step:
+    Later steps do not overwrite returned arrays. `info` describes the current game: `lives`,
+    `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps)
+    and, with `ram_info`, `ram`. `info` also describes the step:
 
-    - `game_over`: whether the game ended or reached a limit. A lost life does not set it.
-    - `reward`: the game's unclipped reward, if rewards are clipped or computed from objects.
-    - `executed_action`: with sticky actions, the action of the last emulated frame. The backend
-      envpool does not know it.
+    - `game_over`: whether the game ended or reached a limit. A lost life does not set it. -
+    `reward`: the game's unclipped reward, if rewards are clipped or computed from objects. -
+    `executed_action`: with sticky actions, the action of the last emulated frame.
 
     With same-step autoreset, `final_obs` and `final_info` follow Gymnasium's vector environments:
     `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the terminal
@@ -75,8 +73,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     Attributes:
         objects: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
-            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.objects.xywh)`
-            shares them with PyTorch.
+            both methods' objects.
         pool: the emulators and their arrays.
     """
 
@@ -213,14 +210,12 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return out[""] if self._single else out
 
     def _observe(self, arrays: Mapping[str, np.ndarray], memory: dict[str, Any]) -> Observed:
-        """Extract the objects and compute the observations of a block of environments."""
         latest = {name: arrays[name][:, -1] for name in FRAMES if name in arrays}
         return self._observer(
             {"ram": arrays["ram"], "started": arrays["started"], **latest}, memory
         )
 
     def _assemble(self, blocks: Sequence[tuple[Observed, Mapping[str, np.ndarray]]]) -> Any:
-        """The observation of all blocks in new arrays."""
         out = {}
         for name, kind in self.kinds.items():
             if isinstance(kind, Computed):
@@ -244,10 +239,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
 
     def _observation(self, shards: Sequence[EnvShard]) -> Any:
-        """The observation of shards.
-
-        It waits for all computations, so that none are left after the step.
-        """
         jax.block_until_ready([shard.carry() for shard in shards])
         return self._assemble(
             [(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards]
@@ -310,10 +301,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
-        """Mark the shards as outdated while a call changes the emulators, until `_replace`.
-
-        If the call raises an exception, the shards stay current.
-        """
+        """Mark the shards as outdated while a call changes the emulators, until `_replace`."""
         current, self._current = self._current, False
         try:
             yield
@@ -520,8 +508,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def clone_state(self) -> States:
         """Save the state of every environment.
-
-        It includes the memory of the observations.
 
         Raises:
             ValueError: the environments have not been reset, or the backend cannot save states.

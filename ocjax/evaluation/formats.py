@@ -49,7 +49,6 @@ def to_csv(evaluations: Sequence[Evaluation]) -> str:
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     tables = [by_category(e) for e in evaluations]
-    # OCAtari's columns are last and may be missing.
     header = max((t.header for t in tables), key=len)
     writer.writerow(["Game", *header])
     for e, t in zip(evaluations, tables, strict=True):
@@ -123,7 +122,6 @@ def to_html(evaluations: Sequence[Evaluation]) -> str:
 
 
 def _html_explanation(evaluations: Sequence[Evaluation]) -> str:
-    """Explain the columns of the tables."""
     tables = [overview(evaluations), *(table for e in evaluations for table in tables_of(e))]
     occurring = {heading for table in tables for heading in table.without_empty_columns().header}
     rows = "".join(

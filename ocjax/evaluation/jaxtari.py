@@ -21,8 +21,6 @@ __all__ = ["Jaxtari"]
 class Jaxtari:
     """A game of JAXtari (`pip install jaxtari`), without rendering.
 
-    JAXtari's sprites need not be installed.
-
     Args:
         game: the game.
 
@@ -133,7 +131,6 @@ def _loose() -> Any:
 
 
 def _make(game: Game) -> Any:
-    """Make JAXtari's environment of a game."""
     base, module = (
         _extras.require("jaxtari.environment").JaxEnvironment,
         _extras.require(f"jaxtari.games.jax_{game.name.lower()}"),
@@ -150,10 +147,7 @@ def _make(game: Game) -> Any:
 
 
 class _Unrendered:
-    """A renderer that accepts every call and draws nothing.
-
-    JAXtari's renderers read sprites, which the package does not include; few games need them.
-    """
+    """A renderer that accepts every call and draws nothing."""
 
     def __getattr__(self, name: str) -> "_Unrendered":
         return self

@@ -1,7 +1,6 @@
 """Detections as padded arrays, and the one-to-one matching of two sets of detections.
 
-The functions use NumPy and process whole batches. `ocjax.evaluation.metrics` re-exports the public
-names next to the metrics.
+`ocjax.evaluation.metrics` re-exports the public names next to the metrics.
 """
 
 import dataclasses
@@ -135,11 +134,7 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
 def _checked(
     frame: Iterable[Sequence[Any]], number: int, alias: Mapping[str, str]
 ) -> list[tuple[Any, ...]]:
-    """Check the records of a frame, and replace aliases by the categories' names.
-
-    Raises:
-        ValueError: see `from_records`.
-    """
+    """Check the records of a frame, and replace aliases by the categories' names."""
     if isinstance(frame, str | bytes) or not isinstance(frame, Iterable):
         raise ValueError(f"frame {number} must be a list of records, got {reprlib.repr(frame)}")
     out = []
@@ -281,8 +276,7 @@ def _within_reach(
 def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray, widths: tuple[int, int]) -> Pairs:
     """Choose pairs greedily from sorted candidates.
 
-    A pair that is the first candidate of both its ends is taken before any other pair of these
-    ends. One loop iteration takes all such pairs.
+    One loop iteration takes all such pairs.
     """
     taken: list[Pairs] = []
     while len(frame):

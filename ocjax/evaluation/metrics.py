@@ -11,7 +11,7 @@ or VEM:
 
 The records are a list for each frame. Two objects match if they have the same category and their
 centres are within 5 pixels. Matches are one to one, nearest first, as in the OCAtari paper
-(Delfosse et al., 2024). The functions use NumPy and process whole batches.
+(Delfosse et al., 2024).
 """
 
 import dataclasses
@@ -45,8 +45,7 @@ class Agreement:
     """Counts of objects and matches, with the scores computed from them.
 
     `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. All counts
-    and scores have the same shape. Scores are nan if there is nothing to score. In particular, `f1`
-    is nan only if both methods have no object.
+    and scores have the same shape. Scores are nan if there is nothing to score.
 
     Args:
         left: objects of the first method (REM).
@@ -164,8 +163,6 @@ def intervals(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bootstrap the 95 % confidence interval of a score over episodes.
 
-    The samples are episodes, because frames of one episode are not independent.
-
     Args:
         counts: of shape `[frames, ...]`.
         episode: int `[frames]`, number of each frame's episode.
@@ -202,9 +199,6 @@ def average_precision(
     detected: Detections, truth: Detections, thresholds: Sequence[float] = THRESHOLDS
 ) -> np.ndarray:
     """Average precision as COCO defines it, with 101 levels of recall.
-
-    The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO,
-    categories that do not occur are ignored.
 
     Boxes are assigned in descending order of confidence, each to the unassigned true box of its
     category with the largest IoU. Boxes of equal confidence enter the precision-recall curve
@@ -252,10 +246,7 @@ def _hits(
     """Find the confidence and hits of each box of a category.
 
     Args:
-        ranked: detections, sorted by confidence in each frame.
-        truth: the ground truth.
         i, j: columns of the category in `ranked` and `truth`.
-        limits: thresholds of the IoU.
 
     Returns:
         The confidences, float `[boxes]`, and whether each box hits at each threshold, bool `[boxes,
@@ -284,7 +275,6 @@ def _assign(
         overlap: float `[B, K]`, IoU with each true box.
         present: bool `[B]`, whether the frame has the box.
         free: bool `[thresholds, B, K]`, changed in place.
-        limits: thresholds of the IoU.
 
     Returns:
         bool `[B, thresholds]`, whether the box hits.
@@ -325,8 +315,7 @@ def identity_switches(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Count how often a persistent object changes its slot in REM, by category.
 
-    `ocjax.track` on VEM's objects decides which objects persist. Its mistakes count as switches
-    too, so the result is an upper bound.
+    `ocjax.track` on VEM's objects decides which objects persist.
 
     Args:
         rem, vem: objects of successive samples, batch shape `[B]`.
@@ -372,8 +361,8 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
         lives: `[B]`, the emulator's lives.
 
     Returns:
-        Fractions by category, for the categories that have a value; nan if all samples are
-        ignored. Of several scores, the first slot counts. Icons of lives are ignored.
+        Fractions by category, for the categories that have a value; nan if all samples are ignored.
+        Of several scores, the first slot counts.
     """
     game, out = whose(rem), {}
 

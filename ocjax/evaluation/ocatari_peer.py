@@ -55,9 +55,6 @@ def interpreter(environment: Path | None = None) -> Path:
 
     Args:
         environment: folder of a virtual environment; None for `default_environment()`.
-
-    Raises:
-        OcatariError: OCAtari cannot be installed.
     """
     folder = environment or default_environment()
     python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
@@ -82,16 +79,11 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
     """Detect objects with OCAtari's methods, including the HUD, on the samples of a recording.
 
     Args:
-        recording: with frames.
         python: an interpreter with OCAtari, from `interpreter`.
 
     Returns:
         The results of "rem" and "vem". Their categories are the game's, then additional categories
         of OCAtari.
-
-    Raises:
-        OcatariError: the process failed.
-        ValueError: the recording has no frames.
     """
     if recording.screens is None:
         raise ValueError(

@@ -1,7 +1,5 @@
 """Compare another implementation of a game with the real ROM.
 
-Both play the same actions, and their objects are matched frame by frame.
-
     from ocjax.evaluation import parity
     from ocjax.evaluation.jaxtari import Jaxtari
 
@@ -117,8 +115,7 @@ def compare(
         seed: of the actions and of the simulator.
         frames: number of emulated frames.
         align: whether to move objects in the real game, after its reset, to their places in the
-            simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
-            has separate bytes for its position.
+            simulator (see `ocjax.edit`).
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.
@@ -197,7 +194,6 @@ def _by_field(found: Detections, fields: Mapping[str, tuple[str, ...]]) -> Detec
 
 
 def _detections(shown: Sequence[Frame], fields: tuple[str, ...]) -> Detections:
-    """Convert a simulator's frames to detections."""
     most = max(sum(map(len, frame.boxes.values())) for frame in shown)
     xywh, label = np.zeros((len(shown), most, 4)), np.full((len(shown), most), -1)
     for b, frame in enumerate(shown):
@@ -240,10 +236,7 @@ def errors(p: Parity) -> Errors:
 
 
 def to_table(runs: Sequence[Parity]) -> Table:
-    """Make a table of runs with different seeds, by field.
-
-    It gives the objects of both sides, F1, mean differences, and the first frames that differ.
-    """
+    """Make a table of runs with different seeds, by field."""
     found = [errors(p) for p in runs]
     rows: list[list[Cell]] = []
     for k, name in enumerate(runs[0].real.categories):

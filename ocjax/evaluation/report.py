@@ -34,7 +34,6 @@ class Evaluation:
     The last axis of every array follows the columns of `flicker_aware`.
 
     Args:
-        game: the game.
         source: origin of the samples, for display.
         episode: int `[frames]`, number of each sample's episode.
         situations: bool `[frames]` by name: the samples at an episode's start or end, or with a
@@ -78,13 +77,8 @@ def evaluate(
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: the samples. Frames before, rewards, lives and drawn pixels are optional; the
-            result omits the evaluations that need missing ones.
-        source: origin of the samples, for display.
+        recording: the samples.
         ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
-
-    Raises:
-        ValueError: the recording has no frames.
     """
     if recording.screens is None or not len(recording):
         raise ValueError("the recording has no frames: there is nothing to compare REM with")
@@ -289,10 +283,7 @@ def by_category(e: Evaluation) -> Table:
 
 @functools.cache
 def by_situation(e: Evaluation) -> Table:
-    """Make a table of samples at starts and ends of episodes and just after lost lives.
-
-    It has one row for each kind of sample that occurs.
-    """
+    """Make a table of samples at starts and ends of episodes and just after lost lives."""
     header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
     rows = [
         _situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()

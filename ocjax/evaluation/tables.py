@@ -54,10 +54,7 @@ def is_number(cell: Cell) -> bool:
 
 
 def text(cell: Cell) -> str:
-    """Format a cell, with "-" for None and nan.
-
-    Percentages have two decimals, and integers have thousands separators.
-    """
+    """Format a cell, with "-" for None and nan."""
     if isinstance(cell, str):
         return cell
     if isinstance(cell, int):
@@ -66,10 +63,7 @@ def text(cell: Cell) -> str:
 
 
 def show(table: Table, console: Console) -> None:
-    """Print a table without its details.
-
-    It may be wider than the console, because cut-off numbers would mislead.
-    """
+    """Print a table without its details."""
     table = table.without_details().without_empty_columns()
     out = RichTable(title=escape(table.title), title_justify="left")
     cells = [[escape(text(c)) for c in row] for row in table.rows]

@@ -15,11 +15,7 @@ LEAST_WIDTH, WIDTH_OF_GAME, HEIGHT = 6.0, 1.6, 5.0  # inches
 def steps_figure(found: Sequence[Measurement]) -> bytes:
     """Plot the seconds of 10,000 agent steps or extractions by game, as PNG.
 
-    This is the figure of the OCAtari paper. Methods have their largest batch. The means over games
-    are geometric.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
+    This is the figure of the OCAtari paper.
     """
     plt = _pyplot()
     games = list(dict.fromkeys(m.game for m in found))
@@ -57,13 +53,7 @@ def steps_figure(found: Sequence[Measurement]) -> bytes:
 
 
 def batches_figure(found: Sequence[Measurement]) -> bytes:
-    """Plot a method's microseconds per state or frame by batch size, as PNG.
-
-    The points are geometric means over the games.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-    """
+    """Plot a method's microseconds per state or frame by batch size, as PNG."""
     plt = _pyplot()
     figure, axes = plt.subplots(figsize=(LEAST_WIDTH, HEIGHT), layout="constrained")
     for what in METHODS:

@@ -33,7 +33,6 @@ class Measurement:
     """The time of a call that handles a batch.
 
     Args:
-        game: its name.
         what: the method or the environment.
         batch: number of states, frames or environments.
         first_call: seconds of the first call, including compilation.
@@ -53,10 +52,7 @@ class Measurement:
 
 @contextlib.contextmanager
 def one_core() -> Iterator[None]:
-    """Bind this process and the threads that it starts to one core.
-
-    This has an effect only on systems with such bindings, such as Linux.
-    """
+    """Bind this process and the threads that it starts to one core."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -74,10 +70,8 @@ def methods(
     """Time REM and VEM on batches of several sizes.
 
     Args:
-        game: the game.
         rams: states, uint8 `[n, 128]`, repeated to fill a batch.
         frames: uint8 `[n, H, 160]` of palette indices, repeated to fill a batch.
-        seconds: duration of each measurement.
     """
     for what, extract, samples in (("REM", game.rem, rams), ("VEM", game.vem, frames)):
         for batch in BATCHES[what]:
@@ -153,9 +147,6 @@ def ocatari(
     """Time both methods of OCAtari, one state at a time.
 
     The interpreter is from `ocatari_peer.interpreter`.
-
-    Raises:
-        OcatariError: an OSError; OCAtari's process failed.
     """
     for method, found in ocatari_peer.run(Recording(game, rams, frames), python).items():
         if not found.error:
@@ -186,14 +177,12 @@ def _installed(module: str) -> bool:
 
 
 def _actions(envs: Any) -> int:
-    """Return the number of actions of a single environment."""
     return int(getattr(envs, "single_action_space", envs.action_space).n)
 
 
 def _measured(
     game: Game, what: str, batch: int, call: Callable[[], Any], seconds: float
 ) -> Measurement:
-    """Time calls for this many seconds."""
     start = time.perf_counter()
     call()
     first_call = time.perf_counter() - start

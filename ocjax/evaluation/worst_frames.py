@@ -37,12 +37,11 @@ def worst_frames(
     """Draw the frames with the most disagreements, spread over the recording.
 
     Args:
-        recording: with frames.
         counts: agreement of `left` with `right`, `[frames, categories]`.
         left, right, before: as given to `evaluation.agreement`.
 
     Returns:
-        At most `COUNT` pictures, worst first. Frames without a disagreement are omitted.
+        At most `COUNT` pictures, worst first.
     """
     wrong = (counts.left - counts.confirmed + counts.right - counts.found).sum(axis=1)
     chosen: list[int] = []

@@ -10,11 +10,7 @@ _HOST = 1, 3
 
 
 def as_array(x: Any) -> Any:
-    """Return an array as it is, or convert another library's uint8 tensor without a copy.
-
-    Raises:
-        TypeError: `x` is a masked array.
-    """
+    """Return an array as it is, or convert another library's uint8 tensor without a copy."""
     if isinstance(x, np.ma.MaskedArray):
         raise TypeError(
             f"masked arrays are not supported, got one of {x.dtype} {list(x.shape)}: give "
@@ -30,11 +26,7 @@ def as_array(x: Any) -> Any:
 
 
 def require_uint8(name: str, array: Any) -> None:
-    """Check that an argument is a uint8 array.
-
-    Raises:
-        TypeError: it is not; the message contains `name`.
-    """
+    """Check that an argument is a uint8 array."""
     if not hasattr(array, "dtype") or array.dtype != np.uint8:
         raise TypeError(
             f"{name} must be a uint8 array, got {getattr(array, 'dtype', type(array).__name__)}"

@@ -19,7 +19,6 @@ HEADER = "category", "slots", "attributes", "what it is"  # of tables of categor
 
 
 def _has_colors(rule: Rule) -> bool:
-    """Return whether a rule's objects may have several colours."""
     several = (
         [len(colors) for _, colors in rule.slots]
         if isinstance(rule, Bounds)
@@ -58,10 +57,8 @@ class Category:
         aliases: other names for the category in `game.slices`, `Objects.of` and
             `evaluation.from_records`.
         needs: names of categories. VEM reports objects only on frames on which it also finds an
-            object of one of these. This is for screens that replace the playfield and hold shapes
-            in the objects' colours.
-        otherwise: the rule for frames on which `rule` finds nothing. This is for objects that
-            briefly have a colour that other objects may have, too.
+            object of one of these.
+        otherwise: the rule for frames on which `rule` finds nothing.
     """
 
     name: str
@@ -90,7 +87,6 @@ class Category:
         return self.name, self.count, ", ".join((*["hud"] * self.hud, *self.attributes)), self.doc
 
     def _repr_html_(self) -> str:
-        """Show the category as a table in a notebook."""
         return table(HEADER, [self.row()])
 
     @property

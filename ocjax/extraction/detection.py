@@ -30,9 +30,7 @@ def detect(
     """Apply each category's rule.
 
     Args:
-        categories: of a game.
         frames: uint8 `[B, H, 160]` of palette indices.
-        shades: the rules' colours that change from level to level.
 
     Returns:
         The boxes of each category, with colours if they are read from the frame. `Category.needs`
@@ -70,7 +68,6 @@ def _after_blobs(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _bounds(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Find the boxes of regions."""
     rules = _of(categories, Bounds)
     masks = [
         [scene.counted(part, colors) for part in rule.parts for _, colors in part.slots]
@@ -84,7 +81,6 @@ def _bounds(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _cells(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Find the cells of grids."""
     rules = {name: rule for name, (rule, _) in _of(categories, Cells).items()}
     return {
         name: detect_cells(rule, scene.cell_mask(rule), scene.anchor_mask(rule))
@@ -93,7 +89,6 @@ def _cells(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _runs(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Find walls and floors."""
     rules = _of(categories, Runs)
     rows = [[scene.mask(colors) for _, colors in rule.rows] for rule, _ in rules.values()]
     found = detect_runs([rule for rule, _ in rules.values()], rows)
@@ -107,7 +102,6 @@ STAGES: tuple[Stage, ...] = (_blobs, _after_blobs, _bounds, _cells, _runs, read_
 
 
 def _substitute(c: Category) -> Category:
-    """Make a category for the rule `otherwise` of another category."""
     assert c.otherwise is not None
     return dataclasses.replace(c, name=f"{c.name} otherwise", rule=c.otherwise, otherwise=c.rule)
 

@@ -35,10 +35,9 @@ def edit(
         ram = ocjax.edit(game, envs.get_ram(), "Ball", x=80, y=100)
 
     The bytes are found by trial. The search tries every value of every byte, then of pairs of bytes
-    and so on, up to four bytes, until REM reads the wanted numbers. This takes from 0.01 to 2
-    seconds per state. An edit works for numbers that have separate bytes, and raises an error for
-    others. The box of a display may change with its value. The game itself may draw from other
-    bytes, so check the objects after a step.
+    and so on, up to four bytes, until REM reads the wanted numbers. An edit works for numbers that
+    have separate bytes, and raises an error for others. The box of a display may change with its
+    value.
 
     Args:
         game: the game.
@@ -182,7 +181,6 @@ def _one_byte_changed(rams: np.ndarray, addresses: np.ndarray) -> np.ndarray:
 
 
 def _refusal(game: Game, before: np.ndarray, place: int, goal: _Goal, nearest: np.ndarray) -> str:
-    """Explain why the numbers cannot be set."""
     category = game.categories[game.slot_category[place]].name
     at = [k for k in range(len(EDITABLE)) if goal.wanted[place, k]]
     got = np.asarray(_numbers(game.rem(nearest)))[place]

@@ -114,7 +114,6 @@ class Game(Declaration):
         return objects
 
     def _repr_html_(self) -> str:
-        """Show the categories as a table in a notebook."""
         return game_html(self)
 
     def __repr__(self) -> str:

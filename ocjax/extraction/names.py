@@ -37,7 +37,7 @@ def games(suite: str | None = None) -> tuple[str, ...]:
 
     Args:
         suite: return only the games of a suite: "atari100k", "atari5", "atari10", "atari57" or
-            "ocatari". `ocjax.extraction.suites` has the complete lists.
+            "ocatari".
 
     Raises:
         ValueError: the suite does not exist.
@@ -53,11 +53,7 @@ def games(suite: str | None = None) -> tuple[str, ...]:
 
 
 def suite_of(name: str) -> Suite:
-    """Return a suite by its name.
-
-    Raises:
-        ValueError: the suite does not exist.
-    """
+    """Return a suite by its name."""
     if name not in SUITES:
         raise ValueError(f"no suite {name!r}: there are {', '.join(SUITES)}")
     return SUITES[name]

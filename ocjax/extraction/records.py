@@ -167,7 +167,6 @@ def of_slots(slot: np.ndarray, objects: Any, game: Declaration) -> dict[str, np.
     Args:
         slot: of each object in the game, int `[m]`.
         objects: with the attributes xywh `[m, 4]`, orientation `[m]`, value `[m]` and rgb `[m, 3]`.
-        game: the game of the slots.
 
     Returns:
         The columns by name, `category` as an index into `game.categories` and `slot` within the
@@ -191,11 +190,7 @@ def has(attribute: str, slot: np.ndarray, game: Declaration) -> np.ndarray:
 
 
 def frame(fields: Fields, game: Declaration) -> Any:
-    """Return a pandas data frame of the valid objects; see `Objects.to_frame`.
-
-    Raises:
-        MissingExtraError: a ModuleNotFoundError; pandas is not installed.
-    """
+    """Return a pandas data frame of the valid objects; see `Objects.to_frame`."""
     pd = require("pandas")
     table, missing = columns(fields, game)
     names = pd.CategoricalDtype([c.name for c in game.categories])
@@ -209,11 +204,7 @@ def frame(fields: Fields, game: Declaration) -> Any:
 
 
 def arrow(fields: Fields, game: Declaration) -> Any:
-    """Return a pyarrow table of the valid objects; see `Objects.to_arrow`.
-
-    Raises:
-        MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.
-    """
+    """Return a pyarrow table of the valid objects; see `Objects.to_arrow`."""
     pa = require("pyarrow")
     table, missing = columns(fields, game)
     names = pa.array([c.name for c in game.categories])

@@ -7,8 +7,7 @@ A batch goes through four stages, each a separate function:
 3. `pack` joins the slots of all categories.
 4. `unpack` puts the batch first again and makes `Objects`.
 
-`B` is the batch size and `N` the number of slots. With the batch last, an operation on a few
-numbers per state vectorises over thousands of states.
+`B` is the batch size and `N` the number of slots.
 """
 
 import itertools
@@ -67,10 +66,7 @@ class Rows(NamedTuple):
 
 
 def stretches(addresses: Sequence[int]) -> list[range]:
-    """Return ranges of RAM that contain the addresses.
-
-    Close addresses share a range; many addresses share one range of complete blocks of 16.
-    """
+    """Return ranges of RAM that contain the addresses."""
     out: list[range] = []
     for a in sorted(addresses):
         if out and a - out[-1].stop <= MAX_SKIPPED_BYTES:
@@ -122,13 +118,7 @@ def decode(
 
 
 def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
-    """Pack a category's slots in one state, one number per slot.
-
-    Args:
-        category: the category.
-        b: boxes clipped to the screen.
-        table: the game's palette.
-    """
+    """Pack a category's slots in one state, one number per slot."""
     mask = -b.valid.astype(jnp.int32)
     packed = (b.x | (b.y << 8) | (b.w << 16) | (b.h << 24)) & mask  # a clipped box fits four bytes
     value = b.value & mask if "value" in category.attributes else None

@@ -79,7 +79,6 @@ def saved(
         rgb: colours in play, uint8 `[B, N, 3]`.
         valid: bool `[B, N]`.
         key: int32 `[B]`.
-        saver: of the game.
         table: the palette, uint8 `[256, 3]`.
     """
 

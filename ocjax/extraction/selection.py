@@ -20,8 +20,6 @@ class Slots:
     """The first slots of a category, with everything that determines their reading.
 
     Args:
-        category: its name.
-        count: number of slots.
         hud: whether they belong to the display.
         on_grid: whether each is a cell of a fixed grid.
         attributes: attributes to read, of "orientation" and "value"; the others are 0.
@@ -50,16 +48,11 @@ class Selection:
     """Slots of a game.
 
     Args:
-        game: the game.
         slots: of each category, in the selection's order.
 
     Attributes:
         slots: see the arguments.
-        game: describes the selected slots: their categories, counts and places. It cannot extract
-            objects.
-
-    Raises:
-        ValueError: a category appears twice, or the game lacks a category, slot or attribute.
+        game: describes the selected slots: their categories, counts and places.
     """
 
     def __init__(self, game: Game, slots: Sequence[Slots]) -> None:

@@ -15,11 +15,7 @@ _FACTS = ("game", "md5", "hud", "category")
 
 
 def save(path: Path, fields: Fields, game: Declaration) -> None:
-    """Write an .npz file, completely or not at all.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write an .npz file, completely or not at all."""
     facts = {"game": game.name, "md5": game.md5, "hud": game.hud}
     if len(game.categories) == 1:
         facts["category"] = game.categories[0].name
@@ -27,12 +23,7 @@ def save(path: Path, fields: Fields, game: Declaration) -> None:
 
 
 def load(path: Path) -> tuple[Fields, Declaration]:
-    """Read a file that `save` wrote.
-
-    Raises:
-        FileNotFoundError: the file does not exist.
-        ValueError: the file is damaged, or was made with another ROM or other slots.
-    """
+    """Read a file that `save` wrote."""
     try:
         _check_facts(npz.headers(path, _FACTS.__contains__))
         game = _game(npz.read(path, _FACTS.__contains__))
@@ -54,7 +45,6 @@ def _check_facts(found: Mapping[str, npz.Header]) -> None:
 
 
 def _game(facts: Mapping[str, np.ndarray]) -> Declaration:
-    """The game, or the part of it, that the file names."""
     # The registry imports this module.
     registry = importlib.import_module("ocjax.extraction.registry")
     game = registry.load(str(facts["game"]), hud=bool(facts["hud"]))
@@ -72,7 +62,6 @@ def _game(facts: Mapping[str, np.ndarray]) -> Declaration:
 
 
 def _check_fields(found: Mapping[str, npz.Header], game: Declaration) -> None:
-    """Check the dtypes and shapes of the fields before they are read."""
     batch = found["valid"].shape[:-1] if "valid" in found else ()
     for name, (dtype, tail) in FIELDS.items():
         expected = [*batch, game.num_slots, *tail]

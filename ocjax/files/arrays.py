@@ -118,9 +118,7 @@ class Episodes(_Batch):
         path: path of the file.
         keys: names of the arrays.
         shapes: the shapes of all arrays of the file.
-        opened: opens an array.
         facts: see `Input`.
-        close: closes the file.
     """
 
     def __init__(
@@ -178,7 +176,7 @@ def open_npy(path: Path, wanted: str | None) -> Input:
 def open_npz(path: Path, wanted: str | None) -> Input:
     """Open the arrays of an archive.
 
-    They are decompressed as a stream. Going back restarts the stream.
+    They are decompressed as a stream.
     """
     archive = zipfile.ZipFile(path)
     with _closed_on_error(archive):
@@ -223,11 +221,7 @@ def open_hdf5(path: Path, wanted: str | None, group: str = "") -> Input:
 
 
 def check_hdf5(path: Path) -> None:
-    """Check that an HDF5 file contains all its data.
-
-    Raises:
-        InputError: the file refers to another file, or claims more data than it holds.
-    """
+    """Check that an HDF5 file contains all its data."""
     with require("h5py").File(path, "r") as file:
         for key, dataset in _datasets(file, path):
             check_own(f"{path}, {key}", dataset)
@@ -235,11 +229,6 @@ def check_hdf5(path: Path) -> None:
 
 
 def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
-    """The datasets of an HDF5 file and their paths.
-
-    Raises:
-        InputError: a link leads to another file.
-    """
     h5py = require("h5py")
     links: list[tuple[str, Any]] = []
     # the visiting function must not raise
@@ -258,17 +247,12 @@ def _datasets(file: Any, path: Path) -> list[tuple[str, Any]]:
 
 
 def _of_hdf5(name: str, dataset: Any) -> _Batch:
-    """Open a dataset of an HDF5 file."""
     check_own(name, dataset)
     return Array(name, dataset, dataset.id.get_storage_size())
 
 
 def check_own(name: str, dataset: Any) -> None:
-    """Check that an HDF5 dataset stores its data in its own file.
-
-    Raises:
-        InputError: the data are in other files, or the dataset's chunks are too large.
-    """
+    """Check that an HDF5 dataset stores its data in its own file."""
     if dataset.is_virtual or dataset.external:
         kind = "a virtual dataset" if dataset.is_virtual else "stored externally"
         raise InputError(
@@ -284,11 +268,7 @@ def check_own(name: str, dataset: Any) -> None:
 
 
 def open_zarr(path: Path, wanted: str | None) -> Input:
-    """Open a Zarr array, or arrays of a group and its subgroups.
-
-    Raises:
-        InputError: a file in the folder is a link, or the chunks are too large.
-    """
+    """Open a Zarr array, or arrays of a group and its subgroups."""
     zarr = require("zarr")
     contents = folders.contents(path)
     opened = zarr.open(path, mode="r")

@@ -39,16 +39,7 @@ class Block:
 
     @classmethod
     def read(cls, path: Path, rows: int, game: Game) -> "Block":
-        """Read a file that `write` wrote.
-
-        Args:
-            path: the file.
-            rows: the number of rows of the block.
-            game: the game that defines the slots.
-
-        Raises:
-            ValueError: the file is not a block of the game with this number of rows.
-        """
+        """Read a file that `write` wrote."""
         try:
             _check_headers(npz.headers(path, _FORMS.__contains__), rows * game.num_slots)
             block = cls(**npz.read(path, _FORMS.__contains__))

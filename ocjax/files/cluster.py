@@ -12,19 +12,12 @@ def completed(
 ) -> Iterator[Any]:
     """Execute a function for each task, and yield each task when it is done.
 
-    If a cluster loses a process or a machine, other processes execute its tasks again. Therefore,
-    executing a task twice must have no further effect, and tasks must read and write their files on
-    a file system that all machines share.
+    Therefore, executing a task twice must have no further effect, and tasks must read and write
+    their files on a file system that all machines share.
 
     Args:
-        function: takes a task; it must be picklable.
-        tasks: the tasks.
         ray: None to execute the tasks in this process, "local" for Ray on this machine, "auto" for
             the running cluster that this machine is part of, or the address of a cluster.
-
-    Raises:
-        MissingExtraError: Ray is not installed.
-        ValueError: the cluster cannot be reached.
     """
     if ray is None:
         for task in tasks:

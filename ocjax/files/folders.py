@@ -1,8 +1,4 @@
-"""Safe access to folders from others: readers use only regular files in the folder itself.
-
-They follow no links, because a link could bring in a file from outside the folder. They read no
-pipes, because a pipe could block for ever.
-"""
+"""Safe access to folders from others: readers use only regular files in the folder itself."""
 
 import os
 import stat
@@ -13,11 +9,7 @@ from ocjax.files.rows import InputError, natural
 
 
 def files(folder: Path, suffixes: Collection[str]) -> list[Path]:
-    """The files of a folder with one of the suffixes, in natural order, without hidden files.
-
-    Raises:
-        InputError: an entry with such a suffix is not a regular file.
-    """
+    """The files of a folder with one of the suffixes, in natural order, without hidden files."""
     with os.scandir(folder) as entries:
         chosen = [entry for entry in entries if _is_chosen(entry.name, suffixes)]
     for entry in chosen:
@@ -37,11 +29,7 @@ def _is_chosen(name: str, suffixes: Collection[str]) -> bool:
 
 
 def inside(folder: Path, name: object) -> Path:
-    """The path of a file or folder to which another file of the folder refers.
-
-    Raises:
-        InputError: the entry is not directly in the folder, or is a link or another special file.
-    """
+    """The path of a file or folder to which another file of the folder refers."""
     if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name:
         raise InputError(
             f"{folder} refers to {name!r}: it may only refer to files and folders that it holds"
@@ -53,11 +41,7 @@ def inside(folder: Path, name: object) -> Path:
 
 
 def contents(folder: Path) -> dict[Path, int]:
-    """All files in a folder and its subfolders, with their sizes in bytes.
-
-    Raises:
-        InputError: one of them is a link or another special file.
-    """
+    """All files in a folder and its subfolders, with their sizes in bytes."""
     return {path: _check_regular(path) for path in _walk(folder)}
 
 

@@ -1,8 +1,6 @@
 """Inputs: rows of RAM or frames in files, folders and datasets.
 
-The formats are NumPy, HDF5, Zarr, Parquet, Arrow, Minari, and folders of pictures, Parquet or Arrow
-files. All inputs are read in blocks of rows, so files may be larger than the memory. The library
-for a format is imported when a file of that format is opened (extra `data`).
+All inputs are read in blocks of rows, so files may be larger than the memory.
 """
 
 import contextlib
@@ -24,10 +22,6 @@ def minari_id(name: str) -> str:
 
     Args:
         name: the ID after "minari:".
-
-    Raises:
-        InputError: the ID is malformed.
-        MissingExtraError: minari is not installed.
     """
     identifier = name.removeprefix(MINARI)
     parse = require("minari.dataset.minari_dataset").parse_dataset_id
@@ -46,11 +40,6 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
 
     Returns:
         The dataset, its folder, and the files in it.
-
-    Raises:
-        InputError: the dataset does not exist, one of its files is a link or stores its data
-            elsewhere, or its metadata lack a space. Without the space, minari would create the
-            environment that the metadata name.
     """
     minari, path = require("minari"), Path(require("minari.storage").get_dataset_path(identifier))
     if not (path / "data").is_dir():
@@ -79,7 +68,6 @@ def load_minari(identifier: str) -> tuple[Any, Path, list[Path]]:
 
 
 def _open_minari(name: str, wanted: str | None) -> Input:
-    """Open the observations of all episodes of a Minari dataset."""
     dataset, path, contents = load_minari(minari_id(name))
     is_image = require("minari.dataset.minari_storage").is_image_space
     if dataset.storage.jpeg_encoding and is_image(dataset.observation_space):

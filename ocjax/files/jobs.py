@@ -18,15 +18,9 @@ def claim(
     """Create a job's work folder, or check that it belongs to the same job.
 
     Args:
-        folder: the job's folder.
         name: name of the file in it that identifies the job.
-        plan: contents of that file, a JSON object.
         kind: kind of job, such as "training".
         error: type of the exception.
-
-    Raises:
-        ValueError: of the type `error`; the folder is a file, belongs to another job, or holds
-            other files.
     """
     path = folder / name
     if folder.exists() and not folder.is_dir():
@@ -46,14 +40,7 @@ def claim(
 
 
 def check_contents(folder: Path, kind: str, *, error: type[ValueError] = ValueError) -> None:
-    """Check that a folder, if it exists, contains only files and folders, at any depth.
-
-    With links, the creator of the folder could choose which of the user's files are read and
-    overwritten.
-
-    Raises:
-        ValueError: of the type `error`; the path or an entry is a link, a pipe or a device.
-    """
+    """Check that a folder, if it exists, contains only files and folders, at any depth."""
     if os.path.lexists(folder):
         _check_entry(folder, kind, error)
         for root, folders, names in os.walk(folder):
@@ -72,13 +59,7 @@ def _check_entry(path: Path, kind: str, error: type[ValueError]) -> None:
 
 
 def read(path: Path, *, error: type[ValueError] = ValueError) -> dict[str, Any]:
-    """Read the JSON object in a file.
-
-    Raises:
-        ValueError: of the type `error`; the file is not a regular file, is too large, or holds no
-            JSON object.
-        OSError: the file cannot be read.
-    """
+    """Read the JSON object in a file."""
     if not path.is_file():
         raise error(f"{path} is not a regular file")
     with path.open("rb") as file:

@@ -1,8 +1,4 @@
-"""Write new Minari datasets, and copies of existing ones with objects.
-
-A dataset appears when it is complete. Pictures are stored without compression, because JPEG,
-Minari's default, changes colours.
-"""
+"""Write new Minari datasets, and copies of existing ones with objects."""
 
 import contextlib
 import shutil
@@ -34,10 +30,6 @@ def path_of(name: str) -> Path:
 
     Args:
         name: its ID after "minari:".
-
-    Raises:
-        InputError: the ID is malformed, or the dataset exists already.
-        MissingExtraError: minari is not installed.
     """
     identifier = minari_id(name)
     path = Path(require("minari.storage").get_dataset_path(identifier))
@@ -63,7 +55,6 @@ def new_dataset(
         name: its ID after "minari:".
         spaces: the arguments of Minari's storage: `observation_space`, `action_space`, and
             optionally `env_spec` and `data_format`.
-        metadata: further entries of its metadata.
 
     Yields:
         A function that adds an episode, with the fields of Minari's `EpisodeBuffer`.

@@ -13,12 +13,11 @@
   object: category, counted from 0, and the centre, width and height relative to the screen's size.
 
 All formats except MOT's also name the game, the md5 of its ROM, the method and the version of
-ocjax. Equal objects give equal bytes.
+ocjax.
 
 If rows have several dimensions, such as steps and environments, fields have these dimensions, too,
-and `.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows in C
-order. If the episodes are known, `.npz`, HDF5 and `.parquet` files also have `episode` int32, the
-episode number of each row.
+and `.parquet` has columns row_0, row_1, ... instead of row. If the episodes are known, `.npz`, HDF5
+and `.parquet` files also have `episode` int32, the episode number of each row.
 """
 
 import dataclasses
@@ -266,9 +265,6 @@ def new_folder(name: str) -> Path:
 
     Args:
         name: its path after "yolo:".
-
-    Raises:
-        OSError: the folder exists, or cannot be created.
     """
     path = Path(name.removeprefix(YOLO))
     if path.exists():
@@ -299,7 +295,6 @@ def write_yolo(blocks: Blocks, folder: Path) -> None:
 
 
 def _yolo_lines(block: Block, game: Game) -> list[str]:
-    """A line for each object of a block."""
     (height, width), (x, y, w, h) = game.screen, block.xywh.T.astype(np.float64)
     columns = (
         game.slot_category[block.slot],
@@ -326,12 +321,7 @@ WRITERS: Mapping[str, Writer] = {
 
 
 def writer(path: Path) -> Writer:
-    """The function that writes files with this suffix.
-
-    Raises:
-        ValueError: the suffix is not supported.
-        MissingExtraError: the format's library is not installed.
-    """
+    """The function that writes files with this suffix."""
     suffix = path.suffix.lower()
     if suffix not in WRITERS:
         raise ValueError(

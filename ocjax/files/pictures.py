@@ -27,14 +27,7 @@ SIGNATURES = (b"\x89PNG", b"GIF8", b"RIFF", b"BM", b"II*\0", b"MM\0*")
 
 
 def read_picture(source: bytes | Path) -> np.ndarray:
-    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`.
-
-    The numbers of a picture without colours are taken as palette indices. The size is checked
-    before the pixels are decoded.
-
-    Raises:
-        Exception: the picture is damaged, has an impossible size, or has several frames.
-    """
+    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`."""
     length = len(source) if isinstance(source, bytes) else source.stat().st_size
     if length > MOST_BYTES:
         raise ValueError(f"a picture must have at most {MOST_BYTES:,} bytes, got {length:,}")
@@ -74,13 +67,7 @@ def stacked(
     """Stack rows of one shape.
 
     Args:
-        rows: one or more.
-        name: the rows' name in errors.
-        first: number of the first row, for errors.
         shape: shape of each row; None for the shape of the first row.
-
-    Raises:
-        InputError: a row has another shape.
     """
     found: list[np.ndarray] = []
     for row in rows:
@@ -98,10 +85,6 @@ class PictureFolder(Input):
     """A folder of pictures, in the natural order of their names.
 
     Hidden files and files with other suffixes are ignored.
-
-    Raises:
-        InputError: the folder holds no pictures, or an entry with a picture's suffix is not a
-            regular file.
     """
 
     pictures = True

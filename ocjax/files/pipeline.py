@@ -41,10 +41,7 @@ Progress = Callable[[int, int], object]
 
 @dataclasses.dataclass(frozen=True)
 class ExtractionPlan:
-    """Identifies an extraction.
-
-    It is written to the work folder, and a resumed extraction must match it.
-    """
+    """Identifies an extraction."""
 
     input: str
     array: str | None
@@ -80,8 +77,7 @@ def extract(
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
     The work stays in the folder `OUT.parts` until the output is complete. After an interruption, a
-    second call resumes the extraction and writes the same output. Rows are extracted in batches on
-    all local devices.
+    second call resumes the extraction and writes the same output.
 
     Args:
         source: the input; see `open_input`.
@@ -138,8 +134,6 @@ def extract(
 
 
 class _Target(NamedTuple):
-    """The output and the work folder."""
-
     path: Path  # file or folder of objects
     folder: Path  # work folder
     write: Callable[[outputs.Blocks], object]
@@ -186,12 +180,7 @@ def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> 
 
 
 def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
-    """The game of an input, from the given name, the input's metadata, or the file's name.
-
-    Raises:
-        InputError: the input belongs to another game or ROM.
-        UnknownGameError: no game has that name.
-    """
+    """The game of an input, from the given name, the input's metadata, or the file's name."""
     given = rows.facts.get("game") or name
     try:
         found = registry.load(given or Path(source).stem, hud=hud)
@@ -212,11 +201,7 @@ def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> 
 
 
 def method_of(rows: Input, game: Game) -> str:
-    """The method that extracts from an input: "rem" or "vem".
-
-    Raises:
-        InputError: its frames have another size than the game's.
-    """
+    """The method that extracts from an input: "rem" or "vem"."""
     if rows.row_shape == (RAM_SIZE,):
         return "rem"
     if rows.row_shape[:2] != game.screen:
@@ -228,10 +213,7 @@ def method_of(rows: Input, game: Game) -> str:
 
 
 def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
-    """A function that extracts the objects of any number of rows.
-
-    It uses batches of one size that are divided among the local devices.
-    """
+    """A function that extracts the objects of any number of rows."""
     devices = jax.local_devices()
     size = BATCH[method] * len(devices)
     sharding = NamedSharding(Mesh(np.array(devices), ("rows",)), PartitionSpec("rows"))
@@ -244,14 +226,7 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 
 
 def check_indices(rows: Input, game: Game) -> None:
-    """Check that pictures without colours show palette indices, not shades of grey.
-
-    The function reads pictures until one has a number that no grey picture of the game has. This is
-    mostly the first picture. Other inputs are not checked.
-
-    Raises:
-        InputError: the pictures are grey, or no picture decides.
-    """
+    """Check that pictures without colours show palette indices, not shades of grey."""
     if not rows.pictures or len(rows.row_shape) != 2:
         return
     shades = game.palette @ [0.299, 0.587, 0.114]
@@ -274,13 +249,6 @@ def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
 
     Args:
         frames: uint8 `[n, H, 160, 3]` of RGB, `[n, H, 160]` of palette indices, or other rows.
-        game: the game, whose console has the palette.
-        name: name of the input, for errors.
-        first: number of the first row, for errors.
-
-    Raises:
-        InputError: a frame has another colour. For example, it was compressed as JPEG, resized,
-            turned to grey, or is the maximum of two frames.
     """
     if frames.ndim == 3 and not game.pal:  # on PAL consoles, odd indices are shades of grey
         odd = np.bitwise_or.reduce(frames.reshape(len(frames), -1), axis=1) & 1
@@ -352,10 +320,7 @@ def _part(folder: Path, k: int) -> Path:
 
 
 def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iterator[int]:
-    """Extract the missing blocks, and yield the number of finished rows after each block.
-
-    A block is written while the next one is extracted.
-    """
+    """Extract the missing blocks, and yield the number of finished rows after each block."""
     call = extractor(game, plan.method)
     with ThreadPoolExecutor(1) as executor:
         writing: Any = None

@@ -101,7 +101,7 @@ class Input(ABC):
 
 
 def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
-    """Convert rows of integers to uint8; other arrays stay. `first` is for errors."""
+    """Convert rows of integers to uint8; other arrays stay."""
     if rows.dtype == np.uint8 or rows.dtype.kind not in "iu" or not rows.size:
         return rows
     if rows.min() < 0 or rows.max() > 255:
@@ -137,14 +137,8 @@ def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -
     `episode_0/observations` and `episode_1/observations`, are episodes.
 
     Args:
-        name: name of the file, for errors.
-        shapes: the shapes of its arrays.
         wanted: a path, or the end of several. By default, the first of `NAMES` whose rows are RAM
-            or frames. The default skips groups whose names begin with `next_`, because they repeat
-            observations.
-
-    Raises:
-        InputError: no array matches, or several match that are not episodes.
+            or frames.
     """
     if wanted is not None and wanted in shapes:
         return [wanted]
@@ -197,11 +191,7 @@ def natural(name: str) -> tuple[list[int | str], str]:
 
 
 def check_rows(name: str, dtype: Any, shape: Sequence[int]) -> None:
-    """Check that an array holds rows of RAM or frames.
-
-    Raises:
-        InputError: the array holds other data.
-    """
+    """Check that an array holds rows of RAM or frames."""
     if np.dtype(dtype).kind not in "iu" or not batch_axes(shape):
         raise InputError(
             f"{name} must be uint8 [n, {RAM_SIZE}] (RAM), [n, H, {WIDTH}] (frames of palette "
@@ -214,9 +204,6 @@ def check_claim(name: str, rows: int, stored: int) -> None:
     """Check that a number of rows fits in a number of stored bytes.
 
     Formats can claim rows for which they store nothing.
-
-    Raises:
-        InputError: the rows do not fit.
     """
     if not 0 <= rows <= ROWS_PER_BYTE * stored:
         raise InputError(
@@ -226,11 +213,7 @@ def check_claim(name: str, rows: int, stored: int) -> None:
 
 
 def check_block(name: str, size: int) -> None:
-    """Check the size in bytes of a part of a file that must be in memory at once.
-
-    Raises:
-        InputError: the part is too large.
-    """
+    """Check the size in bytes of a part of a file that must be in memory at once."""
     if size > MOST_BLOCK:
         raise InputError(
             f"{name} is stored in parts of {size:,} bytes, and at most {MOST_BLOCK:,} fit: store "

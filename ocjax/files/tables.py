@@ -136,8 +136,7 @@ def _check_type(name: str, kind: Any) -> None:
 def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) -> np.ndarray:
     """The rows of an Arrow column, integers `[n, ...]`.
 
-    `name` and `first`, the number of the first row, are for errors. `shape` is the shape of each
-    row, or None if it is not known yet.
+    `shape` is the shape of each row, or None if it is not known yet.
     """
     pa = require("pyarrow")
     parts = [column]
@@ -198,7 +197,6 @@ def _numbers(column: Any, name: str, first: int) -> np.ndarray:
 
 
 def _row(value: bytes, name: str, number: int) -> np.ndarray:
-    """Decode the RAM or the picture in bytes."""
     if not value.startswith(pictures.SIGNATURES) or (
         len(value) == RAM_SIZE and not value.startswith(pictures.SIGNATURES[0])
     ):
@@ -238,11 +236,7 @@ def _row_group(opened: Callable[[Path], Any], path: Path, k: int, column: str) -
 
 
 def open_parquet_folder(path: Path, wanted: str | None) -> Input:
-    """Open a column of the Parquet files of a folder, or of its folder `data`.
-
-    Raises:
-        InputError: the files belong to several splits, or some are missing.
-    """
+    """Open a column of the Parquet files of a folder, or of its folder `data`."""
     files = parquet_files(path)
     shards = [SHARD.fullmatch(file.stem) for file in files]
     splits = [*dict.fromkeys(found[1] for found in shards if found)]
@@ -316,22 +310,14 @@ def _reader(path: Path, column: str | None) -> tuple[Any, bool]:
 
 
 def check_arrow(path: Path) -> None:
-    """Check the structure of all data of an Arrow file.
-
-    Raises:
-        Exception: the file is damaged.
-    """
+    """Check the structure of all data of an Arrow file."""
     reader, is_stream = _reader(path, None)
     for batch in reader if is_stream else map(reader.get_batch, range(reader.num_record_batches)):
         batch.validate(full=True)
 
 
 def open_hugging_face(path: Path, wanted: str | None) -> Input:
-    """Open a folder of `datasets.save_to_disk`, with one dataset or a dictionary of one dataset.
-
-    Raises:
-        InputError: the folder has several datasets, or a file refers to a path outside the folder.
-    """
+    """Open a folder of `datasets.save_to_disk`, with one dataset or a dictionary of one dataset."""
     if (path / "dataset_dict.json").exists():
         splits = _json(path, "dataset_dict.json")["splits"]
         if len(splits) != 1:

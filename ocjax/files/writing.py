@@ -22,14 +22,8 @@ def check(
     """Check that files can be written at the paths that are not None.
 
     Args:
-        paths: paths of the output files.
         suffixes: the allowed suffixes of their names; by default all.
         reads: the inputs; see `check_apart`.
-
-    Raises:
-        ValueError: a suffix is not allowed.
-        OSError: a folder is missing or not writable, a path is a folder, or an output would replace
-            an input.
     """
     inputs = list(reads)
     for path in paths:
@@ -50,15 +44,8 @@ def check(
 def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
     """Check that an output replaces no input.
 
-    Links are followed, and files are compared by device and inode.
-
     Args:
-        out: path of the output.
-        reads: the input files and folders. A folder includes every file in it. None and missing
-            paths are ignored.
-
-    Raises:
-        shutil.SameFileError: an OSError; the output is an input, or lies in an input folder.
+        reads: the input files and folders. A folder includes every file in it.
     """
     target = Path(os.path.realpath(out))
     places = [place.stat() if place.exists() else None for place in (target, *target.parents)]
@@ -80,21 +67,13 @@ def _is_in(places: Sequence[os.stat_result | None], read: Path) -> bool:
 
 
 def check_suffix(path: Path | None, suffixes: Iterable[str]) -> None:
-    """Check the suffix of a file's name, which selects its format.
-
-    Raises:
-        ValueError: the suffix is not supported.
-    """
+    """Check the suffix of a file's name, which selects its format."""
     if path is not None and path.suffix not in suffixes:
         raise ValueError(f"the output must end in {' or '.join(suffixes)}, got {path}")
 
 
 def unnamed(path: Path) -> Path:
-    """The path of an output that the user did not name.
-
-    Raises:
-        FileExistsError: the path is a link. Outputs follow only links that the user names.
-    """
+    """The path of an output that the user did not name."""
     if path.is_symlink():
         raise FileExistsError(f"{path} is a link: delete it, or name the output")
     return path
@@ -104,9 +83,6 @@ def new_folder(path: Path) -> None:
     """Create an empty folder.
 
     It replaces a link or a folder of that name, but not the target of the link.
-
-    Raises:
-        OSError: the folder cannot be created.
     """
     if path.is_symlink():
         path.unlink()

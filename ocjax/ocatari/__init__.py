@@ -73,8 +73,7 @@ _shrink = jax.jit(lambda gray: resize(gray, _DQN_SIZE))
 class OCAtari(Uncopied, gym.Env):
     """An environment with the arguments and attributes of OCAtari 2.2.1, and ocjax's objects.
 
-    The environment is ale-py's. `objects` has an entry for each of OCAtari's slots, in its order,
-    with a `NoObject` in empty ones. Objects without a slot in OCAtari follow.
+    The environment is ale-py's.
 
     Args:
         env_name: the game, in any spelling of `ocjax.load`, or an id of ale-py's environments. As
@@ -169,7 +168,6 @@ class OCAtari(Uncopied, gym.Env):
         return env
 
     def _prepare_slots(self) -> None:
-        """Prepare OCAtari's slots and their contents."""
         self._table = SlotTable(self.game, self.hud)
         self.max_objects_per_cat = self._table.counts
         self.ns_meaning = self._table.meaning
@@ -180,7 +178,6 @@ class OCAtari(Uncopied, gym.Env):
         self._lists: dict[str, list[GameObject]] = {}
 
     def _make_spec(self, options: dict[str, Any]) -> EnvSpec:
-        """The `EnvSpec` that reproduces this environment."""
         names = (
             "env_name",
             "mode",

@@ -166,7 +166,6 @@ def draw_objects(frame: np.ndarray, objects: Sequence[GameObject]) -> Image.Imag
 
     Args:
         frame: uint8 `[H, 160, 3]`.
-        objects: the objects.
     """
     k = UPSCALE_FACTOR
     image = Image.fromarray(frame).resize(
@@ -187,11 +186,7 @@ def draw_objects(frame: np.ndarray, objects: Sequence[GameObject]) -> Image.Imag
 
 
 class Window:
-    """A window that shows pictures and opens with the first one.
-
-    Raises:
-        ModuleNotFoundError: pygame is not installed.
-    """
+    """A window that shows pictures and opens with the first one."""
 
     def __init__(self, title: str) -> None:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")

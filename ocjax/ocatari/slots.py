@@ -11,8 +11,6 @@ from ocjax.transforms.game_objects import GameObject, NoObject, object_class, sl
 class SlotTable:
     """The slots of `OCAtari.objects` in one game.
 
-    Without a table of OCAtari, the game has ocjax's slots.
-
     Args:
         game: the game, with its HUD.
         hud: whether display objects are included.
@@ -51,7 +49,6 @@ class SlotTable:
         first present objects fill OCAtari's slots. Objects in OCAtari's slots have OCAtari's names.
 
         Args:
-            now: the objects of one state, with the HUD.
             before: the objects of the previous step, or None in the first state of an episode.
         """
         own, out, placed = slots(now, before), [], set()

@@ -62,27 +62,17 @@ def play(
 ) -> Played:
     """Play complete games.
 
-    By default a policy plays under the settings of its training. A game counts from its start to
-    its end, even if the policy was trained with episodes of one life. Instances play equally many
-    games (plus or minus one), so that short games do not count more often.
+    A game counts from its start to its end, even if the policy was trained with episodes of one
+    life.
 
     Args:
-        game: the game.
         policy: "random", "repeat", "trained", or the path of a saved policy; see
             `ocjax.play.policies.make_policy`.
-        episodes: number of games.
-        seed: seed of the emulators and the policy.
         pictures: whether to draw the first game.
         hook: a hook, such as the name of a variation; see `ocjax.make_vec`.
         preset: replaces the settings of the training; see `ocjax.make_vec`.
-        frame_skip: emulated frames per step; overrides the settings.
         repeat_action_probability: the probability that an emulated frame repeats the previous
             action; overrides the settings.
-
-    Raises:
-        PolicyError: the policy does not exist or does not fit the game; a ValueError.
-        RomError: the ROM is missing or the wrong one; a ValueError.
-        ValueError: the preset is unknown, or a number is out of range.
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)

@@ -34,13 +34,6 @@ class HumanGame(gym.Env):
     """A game for `gymnasium.utils.play`, with REM's objects drawn over the screen.
 
     A step emulates two frames. Actions are ale-py's numbers, and observations the RAM.
-
-    Args:
-        game: the game.
-        seed: the emulator's seed.
-
-    Raises:
-        RomError: see `ocjax.emulators.start.start_emulator`.
     """
 
     # Gymnasium declares it without ClassVar.
@@ -63,7 +56,6 @@ class HumanGame(gym.Env):
         self._keep(first=True)
 
     def _keep(self, first: bool = False) -> None:
-        """Record a sample."""
         sample = {
             "rams": self.ale.getRAM(),
             "screens": self.screen,
@@ -111,12 +103,7 @@ class HumanGame(gym.Env):
 
 
 def play(human: HumanGame) -> None:
-    """Play in a window until it is closed or Escape is pressed.
-
-    Raises:
-        MissingExtraError: pygame is not installed.
-        RuntimeError: there is no display.
-    """
+    """Play in a window until it is closed or Escape is pressed."""
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about Matplotlib, which Gymnasium needs only for plots

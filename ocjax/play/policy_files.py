@@ -40,10 +40,6 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
             It may contain `mean` and `deviation` `[inputs]` and a JSON text `description`, as
             written by `SavedPolicy.write`. Without a description, the inputs are x, y, w, h in
             units of 160 pixels and the validity of each slot of the game.
-        game: the game that the policy plays.
-
-    Raises:
-        PolicyError: the file is missing, damaged, or does not fit the game.
     """
     arrays = _arrays(path)
     description = _description(path, arrays)
@@ -109,7 +105,6 @@ def _on_pixels(
     name: str,
     known: Mapping[str, Any],
 ) -> SavedPolicy:
-    """A policy on pixels."""
     _check_no_moments(path, arrays, name)
     shape = kind.space(game, "raw").shape
     assert shape is not None
@@ -147,10 +142,6 @@ def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: 
 
 
 def _count_inputs(path: str | Path, game: Game, kind: Vector, first: np.ndarray) -> int:
-    """Check the first layer's number of inputs, and return it.
-
-    The check precedes the allocation of arrays of that size.
-    """
     if kind.history > first.size:
         raise PolicyError(
             f"{path}: layer 0 has {first.size:,} weights, too few for a history of "
@@ -271,13 +262,6 @@ def _slots_entry(entry: Any) -> Slots:
 def _select(
     game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool
 ) -> tuple[Game, Selection]:
-    """The game, and the slots that the policy sees.
-
-    The game lacks its display if the policy does not see it.
-
-    Raises:
-        ValueError: the game lacks some of the slots.
-    """
     if slots is None:
         game = _with_display(game, hud)
         return game, Selection(game, slots_of(game, kind))
@@ -289,7 +273,6 @@ def _select(
 
 
 def _with_display(game: Game, hud: bool) -> Game:
-    """The game with or without its display."""
     if game.hud == hud:
         return game
     return load(game.name, hud=hud) if hud or game is load(game.name) else game.without_hud()

@@ -38,16 +38,13 @@ def rollout(
     """Play several instances of a game in parallel, and record states.
 
     A saved policy plays under the settings of its training, with unclipped rewards. Other policies
-    have three emulated frames per step and no sticky actions. Explicit arguments override both.
+    have three emulated frames per step and no sticky actions.
 
     Args:
-        game: the game.
         samples: number of states of all instances together, at least `num_envs`.
         policy: see `make_policy`.
         seed: seed of the policy and of the first instance; the other instances get the following
             seeds.
-        num_envs: number of instances.
-        frame_skip: emulated frames per step.
         after: emulated frames that each instance plays before its first sample, rounded up to whole
             steps.
         repeat_action_probability: the probability that an emulated frame repeats the previous
@@ -63,11 +60,6 @@ def rollout(
         A recording with frames, previous frames, returns, lives, resets, ends and settings: the
         samples of the first instance, then of the second, and so on. With `whole_games`, its frame
         skip is None, and `resets` marks the first sample of a game.
-
-    Raises:
-        PolicyError: the policy does not exist or does not fit the game; a ValueError.
-        RomError: the ROM is missing or the wrong one; a ValueError.
-        ValueError: an argument is out of range.
     """
     if samples < num_envs:
         raise ValueError(
@@ -136,8 +128,6 @@ def _sample_games(
 class _Sampler:
     """A uniform sample of the states of complete games of unknown length.
 
-    It uses algorithm R (Vitter, 1985), and always includes the last state.
-
     Args:
         count: the size of the sample.
         rng: the source of randomness.
@@ -184,7 +174,6 @@ class _Sampler:
 
 
 def _state(pool: AlePool, i: int) -> State:
-    """The current state of an instance."""
     return {
         "rams": pool.ram[i].copy(),
         "screens": pool.screen[i, 1].copy(),

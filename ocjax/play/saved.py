@@ -117,7 +117,6 @@ class SavedPolicy:
         return logits.argmax(axis=-1)
 
     def _observe(self, seen: Seen, memory: Any) -> tuple[Any, Any]:
-        """The observation and the new memory, as environments compute them."""
         if isinstance(self.observation, Dqn):
             return self.observation.update(
                 self.game, "raw", Snapshot(None, None, None, seen.pooled, seen.started), memory
@@ -143,7 +142,6 @@ class SavedPolicy:
         return act
 
     def _description(self) -> dict[str, Any]:
-        """The description of the policy in its file."""
         about = {
             "game": self.game.name,
             "md5": self.game.md5,

@@ -52,12 +52,6 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 
     Args:
         path: a file that `model.save` wrote.
-        game: the game that the policy plays.
-
-    Raises:
-        PolicyError: the file is missing, damaged or too large, contains another kind of model, or
-            does not fit the game.
-        MissingExtraError: PyTorch is not installed; a ModuleNotFoundError.
     """
     state = _weights(path)
     found = _architecture(path, set(state))
@@ -104,7 +98,6 @@ def _with_inputs(path: str | Path, game: Game, inputs: int) -> Game:
 
 
 def _architecture(path: str | Path, names: set[str]) -> _Architecture:
-    """The architecture, from the names of the tensors."""
     if names and all(map(_ACTOR_CRITIC.fullmatch, names)):
         prefix, head, activation, sampled = "features_extractor", ["action_net"], "mlp", True
         hidden = _numbered(names, "mlp_extractor.policy_net")
@@ -176,10 +169,6 @@ def _member(path: Path) -> bytes:
     """The bytes of the policy's weights, another zip archive.
 
     Sizes are checked before reading.
-
-    Raises:
-        ValueError: the member is missing, compressed or too large.
-        OSError: the file cannot be read.
     """
     if not path.is_file():
         raise ValueError("it is no regular file")

@@ -40,16 +40,8 @@ def compare(
     """Play complete games of the original and of variations, all with the same seeds.
 
     Args:
-        game: the game.
         policy: see `ocjax.play.games.play`.
-        names: names of the variations.
-        episodes: number of games per variation.
-        seed: seed of the emulators and the policy.
         protocol: `preset`, `frame_skip` and `repeat_action_probability` of `ocjax.play.games.play`.
-
-    Raises:
-        ValueError: a variation or the policy does not exist or is for another game, or the ROM is
-            the wrong one.
     """
     found = {name: variations.find(name, game.name) for name in names}
     played = {ORIGINAL: play(game, policy, episodes, seed=seed, **protocol)}
@@ -65,9 +57,6 @@ def chosen(game: Game, text: str) -> list[str]:
 
     The text is "all", "objects" (variations that remove or freeze categories), or names such as
     "lazy_enemy,freeze Ball".
-
-    Raises:
-        ValueError: the game has no variations, or a name is unknown.
     """
     if text == "objects":
         names = [name for name in variations.names(game.name) if not name.startswith("recolor")]

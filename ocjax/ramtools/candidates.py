@@ -1,7 +1,4 @@
-"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category.
-
-REM and the screen suggest the candidates.
-"""
+"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category."""
 
 import contextlib
 import functools
@@ -39,7 +36,6 @@ class Control(NamedTuple):
 
     Args:
         kind: "remove", "freeze" or "recolor".
-        category: its name.
         writes: the values to write before every emulated frame, by address. For "recolor", each
             value is the colour, a palette index.
         also: other categories that are recoloured.
@@ -56,14 +52,7 @@ class Control(NamedTuple):
 def candidates(
     category: str, by_rem: "ByRem", on_screen: "OnScreen", color: int
 ) -> Iterator[Control]:
-    """Candidates for a category, the more likely ones of each kind first.
-
-    Args:
-        category: its name.
-        by_rem: the effects of bytes by REM.
-        on_screen: the effects of bytes by the screen.
-        color: the new colour, a palette index.
-    """
+    """Candidates for a category, the more likely ones of each kind first."""
     for choice in range(CHOICES):
         if writes := by_rem.removal(category, choice):
             yield Control("remove", category, writes)
@@ -152,7 +141,6 @@ class ByRem:
     """The effects of bytes by REM.
 
     Args:
-        game: the game.
         rams: uint8 `[S, 128]`, states of play.
     """
 
@@ -180,12 +168,7 @@ class ByRem:
         )
 
     def removal(self, category: str, choice: int) -> dict[int, int]:
-        """Search greedily for bytes that remove all objects of a category; empty on failure.
-
-        Args:
-            category: its name.
-            choice: index among the values that are equally good.
-        """
+        """Search greedily for bytes that remove all objects of a category; empty on failure."""
         rams, writes, left = self.rams.copy(), {}, int(self.valid[:, self._slots(category)].sum())
         while left and len(writes) < MOST_BYTES:
             fewest, address, value = min(
@@ -224,10 +207,7 @@ class ByRem:
         )
 
     def colors(self, category: str, color: int) -> frozenset[int]:
-        """The bytes that hold all of the category's colours; empty if a colour is elsewhere.
-
-        All of these bytes are set to a palette index for the test.
-        """
+        """The bytes that hold all of the category's colours; empty if a colour is elsewhere."""
         own = [
             a
             for a, e in self._all_effects(category).items()
@@ -267,7 +247,6 @@ class OnScreen:
     """The effects of bytes by the screen.
 
     Args:
-        game: the game.
         color: a palette index that the screen does not have in play.
         seed: seed of the play that leads to the states.
         instances: number of emulators that share the work.

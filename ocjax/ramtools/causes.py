@@ -1,7 +1,4 @@
-"""`ocjax ram causes`: find the pixels and objects that each byte changes.
-
-The command sets every byte to every value in one state, and steps the emulator.
-"""
+"""`ocjax ram causes`: find the pixels and objects that each byte changes."""
 
 import contextlib
 import dataclasses
@@ -67,7 +64,6 @@ class Causes:
     """The causal map of one state.
 
     Args:
-        game: the game.
         screen: uint8 `[H, 160]`, the frame without a change.
         ram: uint8 `[128]` of the state.
         played: number of emulated frames from the reset to the state.
@@ -109,17 +105,11 @@ def causes(
     restarts the game and ignores all changes.
 
     Args:
-        game: the game.
         steps: agent steps (of 4 emulated frames) of random play before the state.
-        frames: emulated frames after each change. At least 2, because many games draw objects
-            computed one frame ago.
-        seed: seed of the emulator and the play.
+        frames: emulated frames after each change.
         values: number of values of each byte, 2 to 256, evenly spaced.
         num_envs: number of instances, all in the same state, that share the changes.
         game_mode: in ale-py's numbering; None for the game's default.
-
-    Raises:
-        ValueError: an argument is out of range.
     """
     if frames < 2 or not 2 <= values <= 256:
         raise ValueError(
@@ -206,8 +196,6 @@ def frames_after_writes(
     """Set each byte of a state to each value, and step the emulators.
 
     Args:
-        pool: instances that share the work.
-        saved: the state of all instances.
         tried: uint8 `[values]`.
         times: number of steps; the byte is set before each.
 

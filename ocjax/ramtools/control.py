@@ -1,7 +1,6 @@
 """`ocjax ram control`: find bytes that remove, freeze or recolour the objects of a category.
 
-Each candidate is tried in the emulator, because a game may draw from other bytes, or stop. The
-vision rules' objects in play with the writes are compared with their objects in plain play.
+Each candidate is tried in the emulator, because a game may draw from other bytes, or stop.
 """
 
 import contextlib
@@ -54,17 +53,7 @@ class _Play(NamedTuple):
 
 
 def control(game: Game, *, seed: int = 0) -> list[Control]:
-    """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
-
-    The search skips displays, and objects that rarely appear in random play.
-
-    Args:
-        game: the game.
-        seed: seed of the play.
-
-    Raises:
-        RomError: a ValueError; the ROM is missing, or the game's decoder needs another ROM.
-    """
+    """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen."""
     plain, other = _play(game, seed), _play(game, seed + ENVS, steps=MORE_STEPS)
     chosen = np.random.default_rng(seed).choice(len(plain.rams), STATES, replace=False)
     color = _rarest_color(plain.screens)
@@ -105,7 +94,6 @@ def _rarest_color(screens: np.ndarray) -> int:
 
 
 def _play(game: Game, seed: int, hook: Variation | None = None, *, steps: int = STEPS) -> _Play:
-    """Random play, with or without a variation."""
     settings = Settings(frame_skip=FRAME_SKIP, repeat_action_probability=0)
     with contextlib.closing(
         AlePool(game, ENVS, settings, screens=("screen",), hook=hook, num_workers=0)
@@ -124,7 +112,6 @@ def _play(game: Game, seed: int, hook: Variation | None = None, *, steps: int = 
 
 
 def _per_frame(game: Game, objects: Objects, category: str) -> float:
-    """Objects of a category per frame."""
     return float(objects.valid[:, game.slices[category]].sum(axis=1).mean())
 
 

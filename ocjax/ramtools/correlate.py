@@ -30,9 +30,7 @@ class Finding:
         object: name of the object: its category, plus its slot if there are several.
         category: name of its category.
         field: "x", "y", "w", "h", "value", "present" or "look".
-        samples: number of samples.
         constant: fraction of samples that the most common value gets right.
-        fits: formulas, best first.
         digits: whether the formulas are digits of one number, lowest first.
         members: whether each formula is the coordinate of another object.
     """
@@ -50,10 +48,7 @@ class Finding:
 def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
     """Explain the visible objects of a recording by its RAM.
 
-    Formulas are fitted on half of the episodes and scored on the others.
-
     Args:
-        recording: with frames.
         target: "vem" (detections of the game's vision rules) or "sprites" (drawn by the video
             chip).
 
@@ -61,9 +56,6 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
         The formulas for each field of each object if slots are identities. For other categories,
         rows of objects at a regular pitch. If there are none, bytes that always equal the
         coordinate of one of their objects.
-
-    Raises:
-        ValueError: the target is "sprites", but the recording lacks the video chip's sprites.
     """
     half = fits.halves(recording.episode)
     for t in targets.from_vem(recording) if target == "vem" else targets.from_chip(recording):

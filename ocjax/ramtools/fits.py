@@ -161,7 +161,6 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
         rams: uint8 `[n, 128]`.
         target: int `[n]`.
         half: samples to fit and to score on, from `halves`.
-        most: number of formulas, of different bytes.
 
     Returns:
         Formulas, best first.
@@ -227,7 +226,6 @@ def tables(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
         rams: uint8 `[n, 128]`.
         target: int `[n]`, 0 to 255.
         half: samples to fit and to score on, from `halves`.
-        most: number of tables.
 
     Returns:
         Tables, best first.
@@ -292,7 +290,6 @@ def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[tuple[Fit,
     Args:
         rams: uint8 `[n, 128]`.
         present: bool `[n, 256]`, the coordinates that objects have in each sample.
-        most: number of bytes.
 
     Returns:
         Formulas, best first, each with its accuracy by chance.

@@ -16,14 +16,7 @@ def moments(
     """Yield the emulator at moments of random play. Finished games restart.
 
     Args:
-        path: of the ROM.
-        count: number of moments.
-        apart: frames from one moment to the next.
-        seed: of the emulator and the actions.
         game_mode: ale-py's number of the mode; None for the game's own.
-
-    Raises:
-        ValueError: the game lacks this mode.
     """
     log_errors_only()
     ale, rng = ale_py.ALEInterface(), np.random.default_rng(seed)

@@ -28,8 +28,7 @@ def ram_class(findings: Iterable[Finding]) -> str:
     """The source of a class `Ram` with the best formula of each finding, sorted by address.
 
     Each comment gives the byte as a function of the coordinate, such as `x + 49`, and the
-    percentage of samples for which that is right. A field has several places if the same formula
-    fits several objects of a category. Rows that do not move are comments without a field.
+    percentage of samples for which that is right.
 
     Args:
         findings: results of `correlate`.
@@ -52,7 +51,6 @@ def ram_class(findings: Iterable[Finding]) -> str:
 
 
 def _entries(finding: Finding) -> Iterator[_Entry]:
-    """The fields that a finding proposes."""
     words = re.sub(r"(?<=[a-z0-9])(?=[A-Z])|\W+", "_", finding.category).lower()
     name = f"{words}_{finding.field}"
     if finding.digits:

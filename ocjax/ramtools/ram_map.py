@@ -69,7 +69,6 @@ def to_json(game: Game, found: Causes | None = None) -> list[dict[str, Any]]:
     """The RAM map as records, one for each number that the decoder reads.
 
     Args:
-        game: the game.
         found: the causal map of one of its states. With it, each record has `confirmed`: the
             categories that changed on the screen after a write to one of the bytes, while the game
             continued.

@@ -49,13 +49,7 @@ def residual(recording: Recording, category: str, field: str) -> Residual:
     """Search all RAM for causes of REM's errors against VEM in one field of a category.
 
     Args:
-        recording: with frames.
-        category: a category of the game.
         field: "x", "y", "w" or "h".
-
-    Raises:
-        ValueError: the category or field does not exist, the recording has no frames, or too few
-            objects match. The message then gives the most frequent offset of REM's positions.
     """
     n, errors = _errors(recording, category, field)
     rams, half = recording.rams[n], fits.halves(recording.episode[n])

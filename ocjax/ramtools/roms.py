@@ -16,7 +16,6 @@ class Named(NamedTuple):
     Args:
         name: as in Gymnasium's "ALE/<Name>-v5".
         rom: ale-py's name of the ROM.
-        path: of the ROM.
         game: its declaration, if it has a decoder.
     """
 
@@ -31,10 +30,6 @@ def find(name: str) -> Named:
 
     Args:
         name: as in `ocjax.load`; games without a decoder also have the names of their ROMs.
-
-    Raises:
-        UnknownGameError: a ValueError; ale-py has no such game.
-        RomError: a ValueError; the ROM is missing.
     """
     roms = {rom.replace("_", ""): rom for rom in rom_names()}
     letters = re.sub(r"^ALE/|-v\d+$|[\W_]", "", name).lower()

@@ -28,9 +28,6 @@ LOOKS = 255  # distinguished pictures; rarer ones share the last number
 class Target:
     """The numbers of one category's objects in `n` samples, to be explained by RAM.
 
-    Unlike `Detections`, a target has slots, values and looks, and records whether its slots are
-    identities.
-
     Args:
         name: name of the category.
         place: whether slots are identities. If so, each slot is explained separately. Otherwise the
@@ -81,11 +78,7 @@ def from_vem(recording: Recording) -> list[Target]:
 
 
 def from_chip(recording: Recording) -> list[Target]:
-    """The connected pixels of the video chip's sprites. This needs no vision rules.
-
-    Raises:
-        ValueError: the recording lacks the video chip's sprites.
-    """
+    """The connected pixels of the video chip's sprites. This needs no vision rules."""
     if recording.shown is None:
         raise ValueError("the recording lacks the video chip's sprites (an array 'shown')")
     categories = tuple(

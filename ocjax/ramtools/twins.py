@@ -2,9 +2,7 @@
 
 A byte is changed one or two frames before a moment of play, and the same actions are repeated. If
 the console then has the same 128 bytes but another picture, no decoder of a single state can
-distinguish the two pictures. Bytes only get values that they have in play. With the other bytes,
-however, they may form a state that the game never reaches. Check the pictures of a category before
-you trust the result.
+distinguish the two pictures. Bytes only get values that they have in play.
 """
 
 import collections
@@ -53,9 +51,7 @@ class Twins:
     """Pairs of states with equal RAM and different screens.
 
     Args:
-        game: the game.
         moment: the kind of moments; see `MOMENTS`.
-        moments: number of moments.
         tried: number of changes per moment.
         found: number of changes that led to the same RAM and another picture.
         bytes: for each category with different objects, the number of pairs by changed byte.
@@ -88,14 +84,8 @@ def twins(
     """Search for pairs of states with equal RAM and different pictures.
 
     Args:
-        game: the game.
         moment: "play", "life" (a life is lost) or "end" (of the game).
-        count: number of moments.
-        seed: seed of the emulator and the random play.
         game_mode: in ale-py's numbering; None for the game's default.
-
-    Raises:
-        ValueError: the kind of moment does not exist, or random play never reaches one.
     """
     if moment not in MOMENTS:
         raise ValueError(f"moment must be one of {', '.join(MOMENTS)}, got {moment!r}")
@@ -153,7 +143,6 @@ def _play(ale: ale_py.ALEInterface, seed: int) -> Iterator[tuple[Any, ale_py.Act
 
 
 def _moments(ale: ale_py.ALEInterface, moment: str, count: int, seed: int) -> Iterator[_Moment]:
-    """Moments of random play."""
     before: collections.deque[tuple[Any, ale_py.Action]] = collections.deque(maxlen=max(BACK))
     found, since = 0, 0
     for state, action, lost in _play(ale, seed):
@@ -187,7 +176,6 @@ def _pairs(
 
 
 def _detect(game: Game, screens: list[np.ndarray]) -> list[Objects]:
-    """VEM's objects in each screen."""
     found = by_chunks(game.vem, np.stack(screens), BATCH)
     return [jax.tree.map(lambda a, i=i: a[i], found) for i in range(len(screens))]
 

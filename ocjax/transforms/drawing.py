@@ -27,7 +27,6 @@ def category_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
 
 
 def _bright_colors(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
-    """A bright RGB colour for each name, with hues evenly spaced."""
     hues = {name: colorsys.hsv_to_rgb(i / len(names), 0.75, 1.0) for i, name in enumerate(names)}
     return {
         name: (round(255 * r), round(255 * g), round(255 * b)) for name, (r, g, b) in hues.items()
@@ -60,8 +59,6 @@ def overlay(
     numbers: bool = False,
 ) -> Image.Image:
     """Draw the boxes of the valid objects of one state over its frame.
-
-    Boxes of objects that the frame does not show are dashed.
 
     Args:
         game: the objects' game.
@@ -161,7 +158,6 @@ def _frame(
     *,
     dashed: bool,
 ) -> None:
-    """Draw the edges of a rectangle."""
     left, top, right, bottom = corners
     if not dashed:
         draw.rectangle((left, top, right, bottom), outline=color, width=width)

@@ -67,8 +67,7 @@ class GameObject:
     """One object of one state, with its position one step before, for code written for OCAtari.
 
     The class of an object is a subclass with the name of its category. Its attributes are the
-    attributes of OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. Assigning
-    to them changes only this object, and not the game or the next step's objects.
+    attributes of OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`.
 
     Args:
         slot: number of the slot within the category.
@@ -332,11 +331,7 @@ def slots(objects: Objects, before: Objects | None = None) -> list[GameObject]:
     """The objects of one state, one for each slot, with a `NoObject` in empty slots.
 
     Args:
-        objects: objects of one state.
         before: objects of the step before; None in the first state of an episode.
-
-    Raises:
-        ValueError: the objects do not know their game.
     """
     now, old = (
         [np.asarray(a).tolist() for a in jax.tree.leaves(o)]

@@ -96,7 +96,6 @@ def masks(
 
 
 def _shades(game: Declaration) -> list[int]:
-    """One shade of grey per category, evenly spaced up to white."""
     n = len(game.categories)
     return [255 * (i + 1) // n for i in range(n)]
 
@@ -167,8 +166,7 @@ def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
     """Resize by averaging over areas, like OpenCV's INTER_AREA.
 
     It maps uint8 `[..., h, w]` to uint8 `[..., *size]`. Means are exact and rounded to the nearest
-    integer, halves to the even one. Few rows are summed as slices of 16 bits. For 210 to 84 rows, a
-    matrix product takes three times as long.
+    integer, halves to the even one. For 210 to 84 rows, a matrix product takes three times as long.
     """
     if images.shape[-2:] == size:
         return images

@@ -33,9 +33,7 @@ def perturb(
     Args:
         key: a key of `jax.random`.
         objects: all slots, of any batch shape.
-        jitter: the largest movement of the left and the top edge, in pixels. The box keeps its
-            size, and its top left corner remains on the screen. This and the probabilities are
-            Python numbers.
+        jitter: the largest movement of the left and the top edge, in pixels.
         drop: probability that an object is dropped.
         swap: probability that a slot takes part in a random permutation of such slots of its
             category.
@@ -99,7 +97,6 @@ def _perturb(
 
 
 def _swapped(key: jax.Array, objects: Objects, game: Declaration, swap: jax.Array) -> Objects:
-    """Permute some of the slots of each category."""
     pick, order = jax.random.split(key)
     number = jax.random.uniform(order, objects.valid.shape)
     chosen = jax.random.uniform(pick, objects.valid.shape) < swap

@@ -25,8 +25,6 @@ def detect_blobs(
     """Find the objects of some categories.
 
     Args:
-        scene: the frames.
-        rules: each category's rule and number of slots.
         heads: whether to compute the column of each object's first pixel, too.
     """
     if not rules:
@@ -54,8 +52,7 @@ def _boards(searches: Sequence[Search]) -> list[list[int]]:
 
     All windows of a board have the width of the widest and the height of the highest one. A second
     board takes 0.6 s more to compile, but Private Eye takes 27 us per frame instead of 41, James
-    Bond 21 instead of 42, and Demon Attack 31 instead of 40. If windows differ less, a game gains
-    nothing.
+    Bond 21 instead of 42, and Demon Attack 31 instead of 40.
     """
     reaches = [search.reach for search in searches]
     widths, heights = (sorted(set(side)) for side in zip(*reaches, strict=True))

@@ -29,7 +29,6 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     """Find the boxes of several rules' regions together.
 
     Args:
-        rules: each with its regions.
         masks: for each rule its selected pixels, one bitmap `[5, H, B]` per region of all its
             `parts`.
     """
@@ -88,12 +87,10 @@ def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Read
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Find the tight boxes of the pixels of masks inside regions.
 
-    The rows of all regions are stacked in strips, so that a few kernels process all regions. Each
-    region fills an integer number of strips.
+    The rows of all regions are stacked in strips, so that a few kernels process all regions.
 
     Returns:
-        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`. Without pixels,
-        w and h are not positive.
+        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`.
     """
     groups = _groups(masks, regions)
     order = [i for group in groups for i in group]
@@ -121,7 +118,7 @@ def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
 
     Returns:
         The words of each strip's rows or-ed together, uint32 `[5, strips, B]`, and a bit for each
-        row that holds a pixel, `[strips, B]`. The top row is the most significant bit.
+        row that holds a pixel, `[strips, B]`.
     """
     words, rows, lanes = stack.shape
     in_strips = stack.reshape(words, rows // STRIP_ROWS, STRIP_ROWS, lanes)
@@ -143,10 +140,7 @@ def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]
 
 
 def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
-    """Stack the rows of regions, with the pixels outside cleared: `[5, rows, B]`.
-
-    Several regions are padded to full strips each.
-    """
+    """Stack the rows of regions, with the pixels outside cleared: `[5, rows, B]`."""
     if len(regions) == 1:
         return bm.cut(mask, regions[0])
     rows, inside = [], []

@@ -24,10 +24,7 @@ def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
 
 
 def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Detected:
-    """Find the objects of a rule in a mask `[5, H, B]`.
-
-    `anchor` is the mask of the rule's anchor, if the rule has one.
-    """
+    """Find the objects of a rule in a mask `[5, H, B]`."""
     if not rule.floats:
         return _detect(rule, mask)
     place = functools.partial(_to_own_place, rule)
@@ -59,7 +56,6 @@ def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, ja
 
 
 def _detect(rule: Cells, mask: Bitmap) -> Detected:
-    """Find the objects at the rule's own cell positions."""
     beside, above = rule.margin
     cells = _with_margin(rule, mask)
     inner = _columns(cells.shape[1], beside, beside + rule.w)
@@ -105,7 +101,6 @@ def _whole(rule: Cells, cells: jax.Array, inner: jax.Array, clear: jax.Array) ->
 
 
 def _tight(rule: Cells, cells: jax.Array, clear: jax.Array) -> Detected:
-    """Return tight boxes around the set pixels of each cell."""
     used = bm.any_of(jnp.moveaxis(cells, 1, 0)) != 0  # [h, cells, B]
     index = jnp.arange(rule.h, dtype=jnp.int32)[:, None, None]
     top = jnp.min(jnp.where(used, index, rule.h), axis=0)

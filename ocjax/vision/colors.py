@@ -8,11 +8,7 @@ Colors = int | tuple[int, ...]
 
 
 def color_set(colors: Colors) -> tuple[int, ...]:
-    """Convert one or several palette indices to a tuple.
-
-    Raises:
-        ValueError: no index, or an index that is not an integer from 0 to 255.
-    """
+    """Convert one or several palette indices to a tuple."""
     out = (colors,) if isinstance(colors, int) else colors
     if not out or not all(isinstance(c, int) and 0 <= c < 256 for c in out):
         raise ValueError(f"colors must be one or several palette indices 0-255, got {colors!r}")

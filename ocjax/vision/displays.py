@@ -47,8 +47,7 @@ class NumberDisplay:
         """Return the tight box around a number.
 
         Args:
-            shown: the number on the screen, int32, not negative. It is the box's value, unless
-                `fields` sets another one.
+            shown: the number on the screen, int32, not negative.
             fields: `valid`, `value` and `color` of the box.
         """
         place = {

@@ -33,7 +33,6 @@ def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Read
     """Read numbers; numbers with the same font and mask are read together.
 
     Args:
-        digits: the cells of each number.
         masks: the bitmap of each number, `[5, H, B]`.
     """
     groups: dict[tuple[int, Font], list[int]] = {}
@@ -46,7 +45,6 @@ def read_numbers(digits: Sequence[Digits], masks: Sequence[Bitmap]) -> list[Read
 
 
 def _read(digits: Sequence[Digits], mask: Bitmap) -> list[Reading]:
-    """Read numbers of one font and mask."""
     starts = np.cumsum([0, *(len(own.cells) for own in digits)]).tolist()
     worth = np.zeros((len(digits), starts[-1]), np.int32)
     for row, own, start in zip(worth, digits, starts, strict=False):
@@ -91,7 +89,6 @@ def _shown(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
     # A picture that several digits share is unreadable.
     read = [d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1]
     blank = (0,) * len(font.glyphs[0])
-    # Some fonts have an empty picture.
     empty = font.signs if blank in font.glyphs else (*font.signs, blank)
     known, shapes = [*read, *[EMPTY] * len(empty)], [*(font.glyphs[d] for d in read), *empty]
     same = jnp.all(

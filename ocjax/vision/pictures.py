@@ -35,12 +35,7 @@ def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
 def check_pictures(
     pictures: Sequence[Picture], sizes: Sequence[tuple[int, int] | None], gap: tuple[int, int]
 ) -> None:
-    """Check the pictures of a rule, given the largest sizes of its shapes and its `gap`.
-
-    Raises:
-        ValueError: a row is not an integer of 16 bits, a picture's top or bottom row is empty, or
-            the rule does not support pictures.
-    """
+    """Check the pictures of a rule, given the largest sizes of its shapes and its `gap`."""
     for rows in pictures:
         if (
             not rows

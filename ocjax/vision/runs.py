@@ -23,7 +23,6 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
     """Find the objects of several rules, searching all rows together.
 
     Args:
-        rules: each with its rows.
         masks: for each rule the pixels of its rows' colours, one bitmap `[5, H, B]` per row.
     """
     if not rules:
@@ -65,10 +64,7 @@ def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, ja
 
 
 class _Region(NamedTuple):
-    """A region of each row, int32 `[rows, 1, 1]` each.
-
-    In a row without further regions, no width is accepted.
-    """
+    """A region of each row, int32 `[rows, 1, 1]` each."""
 
     left: np.ndarray  # minimum first column of a run
     right: np.ndarray  # exclusive maximum

@@ -1,7 +1,6 @@
 """Steps that change the objects found by a rule, before their colours are read.
 
-A step is a function of the objects and of their `Context`. A game may define its own steps as
-subclasses of `Step`.
+A step is a function of the objects and of their `Context`.
 """
 
 import functools
@@ -50,10 +49,7 @@ class Step(ABC):
 
 @dataclass(frozen=True)
 class Tight(Step):
-    """Fit boxes tightly around their pixels, also after a component is split.
-
-    Boxes without pixels are dropped.
-    """
+    """Fit boxes tightly around their pixels, also after a component is split."""
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """Return the objects after the step."""
@@ -70,10 +66,7 @@ class Tight(Step):
 
 @dataclass(frozen=True)
 class Raised(Step):
-    """Begin boxes `rows` rows further up, but not above the screen.
-
-    This is for a player whose head has the colour of the other team's heads.
-    """
+    """Begin boxes `rows` rows further up, but not above the screen."""
 
     rows: int
 

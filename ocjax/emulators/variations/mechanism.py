@@ -37,8 +37,7 @@ class Variation:
     """A variation of a game, which is a hook.
 
     All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame, the seed
-    and the variation's name. Saved states contain the RAM, the frame, the seed and the RAM before
-    the last frame, so that a restored state continues identically.
+    and the variation's name.
 
     Args:
         game: the game's name.

@@ -114,9 +114,6 @@ def by_name(game: str, name: str) -> Variation | None:
     """The variation with a name such as "remove Enemy", "freeze Car" or "recolor Player red".
 
     It is None if the name has another form.
-
-    Raises:
-        ValueError: see `remove` and `recolor`.
     """
     kind, _, rest = name.partition(" ")
     if kind == "recolor" and rest:

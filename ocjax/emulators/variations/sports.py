@@ -12,7 +12,6 @@ _EVERY_4 = range(0, 256, 4)
 
 
 def _moved(by: int, values: range) -> dict[int, int]:
-    """The new values of a moving position, by old values."""
     return {v: v + by for v in values}
 
 

@@ -1,8 +1,4 @@
-"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring.
-
-ALE reads lengths, banks and positions without a check, so a forged state could make it write
-outside its memory.
-"""
+"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring."""
 
 import struct
 from typing import Any, NamedTuple
@@ -142,11 +138,7 @@ def check(data: bytes, good: bytes) -> None:
     """Check that bytes are a well-formed state of ALE with all fields in their ranges.
 
     Args:
-        data: the state.
         good: a state of the same game, from an emulator that has loaded the ROM.
-
-    Raises:
-        ValueError: a field is out of range; the message names it.
     """
     outer = _Reader(data, good)
     outer.read(_HEAD)

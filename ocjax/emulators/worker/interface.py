@@ -2,7 +2,6 @@
 
 The pool sends numbered commands over the socket. After a command has succeeded or failed, the
 worker records its number in `CommandArrays.finished` and replies with one byte to wake the pool up.
-It writes error messages to stderr. A repeated command has its old number and is not executed again.
 """
 
 import dataclasses
@@ -154,8 +153,6 @@ _Arrays = TypeVar("_Arrays", ObservedArrays, EmulatorArrays, CommandArrays)
 
 
 class _Place(NamedTuple):
-    """The position of an array in the shared memory."""
-
     dtype: str
     shape: tuple[int, ...]
     offset: int

@@ -23,11 +23,7 @@ class EmulatorState(NamedTuple):
 
 
 def write(state: EmulatorState, arrays: CommandArrays, i: int) -> None:
-    """Write a state to row i of the arrays.
-
-    Raises:
-        RuntimeError: ALE's state is too large.
-    """
+    """Write a state to row i of the arrays."""
     size = len(state.ale)
     if size > STATE_BYTES:
         raise RuntimeError(
@@ -73,11 +69,7 @@ def _generator(words: list[int]) -> dict[str, Any]:
 
 
 def check(state: bytes, checksum: int, good: bytes) -> None:
-    """Check that bytes are an undamaged state of ALE, with `good` as an example.
-
-    Raises:
-        ValueError: they are damaged.
-    """
+    """Check that bytes are an undamaged state of ALE, with `good` as an example."""
     found = zlib.crc32(state)
     if found != checksum:
         raise ValueError(

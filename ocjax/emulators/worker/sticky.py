@@ -2,7 +2,7 @@
 
 ALE decides by random numbers, and this module draws the same ones. Before each emulated frame ALE
 draws two numbers in [0, 1). If the first is below the probability, the frame repeats the action of
-the previous frame. The second number belongs to the other player, who does nothing.
+the previous frame.
 """
 
 import re
@@ -72,9 +72,6 @@ def generator_state(text: bytes) -> tuple[np.ndarray, int]:
 
     Returns:
         The words, uint32 `[624]`, and the number of used words.
-
-    Raises:
-        ValueError: the text is not such a state.
     """
     numbers = np.fromstring(text, np.uint64, sep=" ") if _TEXT.fullmatch(text) else np.zeros(0)
     # libstdc++ appends the number of used words; libc++ writes the words in the order of their use.

@@ -1,9 +1,8 @@
 """`ocjax ram disassemble`: the program of a game, with the beam's position and its RAM writes.
 
-`opcodes` and `registers` are tables of facts. `cartridge` knows the banks, `processor` interprets
-instructions, and `machine` is a console around it that records what the program does. `tracing`
-runs it on states of play, `code` follows the program without running it, and `listing` writes the
-result.
+`cartridge` knows the banks, `processor` interprets instructions, and `machine` is a console around
+it that records what the program does. `tracing` runs it on states of play, `code` follows the
+program without running it, and `listing` writes the result.
 """
 
 from pathlib import Path
@@ -23,13 +22,7 @@ def disassemble(
 
     Args:
         name: of the game, which needs no decoder. See `roms.find`.
-        states: number of states of random play.
-        seed: seed of the play.
         game_mode: in ale-py's numbering; None for the game's default.
-
-    Raises:
-        ValueError: the game or the mode does not exist, the ROM is missing, or its kind of
-            cartridge is not supported.
     """
     found = roms.find(name)
     rom = cartridge.read(Path(found.path).read_bytes())

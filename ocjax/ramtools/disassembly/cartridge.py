@@ -1,7 +1,7 @@
 """Cartridges: which byte of the ROM's file the processor sees at an address.
 
 The processor sees 4 KiB. Larger cartridges switch banks when the processor reads or writes certain
-addresses, the hotspots. The kinds are those of the games that ocjax supports.
+addresses, the hotspots.
 """
 
 from dataclasses import dataclass, field
@@ -30,7 +30,6 @@ class Cartridge:
 
     Args:
         kind: "2K", "4K", "F8", "F6", "E0", "FE" or "DPC".
-        data: the file.
         start: what the processor sees after the reset.
         bank: bytes that are switched together.
         hotspots: by the low 12 bits of an address, the slots of one KiB that change, with their new
@@ -69,14 +68,7 @@ class Cartridge:
 
 
 def read(data: bytes) -> Cartridge:
-    """Recognize a cartridge.
-
-    Args:
-        data: the file.
-
-    Raises:
-        ValueError: the kind of cartridge is not supported.
-    """
+    """Recognize a cartridge."""
     size = len(data)
     if size == 2 * KIB:
         return Cartridge("2K", data, (0, KIB, 0, KIB), 2 * KIB)

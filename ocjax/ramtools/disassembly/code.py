@@ -17,9 +17,7 @@ class Instruction(NamedTuple):
         offset: of its first byte in the file.
         address: of its first byte.
         slots: what the processor sees of the cartridge when it reads the instruction.
-        opcode: what it does.
         operand: the number behind the first byte; of branches, the target's address. 0 without one.
-        data: its bytes.
     """
 
     offset: int
@@ -64,11 +62,7 @@ def reachable(cartridge: Cartridge, entries: Iterable[Place]) -> dict[int, Instr
     """The instructions that can be reached, by their offsets in the file.
 
     Branches are followed both ways, and subroutines are expected to return. Jumps to addresses in
-    RAM are not followed. The first way to an instruction decides which banks it sees.
-
-    Args:
-        cartridge: the cartridge.
-        entries: places at which the program runs.
+    RAM are not followed.
     """
     found: dict[int, Instruction] = {}
     todo = list(entries)[::-1]

@@ -38,10 +38,7 @@ class Program:
     """A disassembled program.
 
     Args:
-        name: of the game.
-        cartridge: its cartridge.
         instructions: the reachable ones, by their offsets in the file.
-        trace: the execution.
         fields: names of the bytes of RAM.
     """
 
@@ -56,8 +53,6 @@ def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | N
     """Disassemble a program.
 
     Args:
-        name: of the game.
-        cartridge: its cartridge.
         trace: its execution. All executed instructions are entry points, beside the reset.
         ram: the game's names of its bytes, if it has a decoder.
     """
@@ -67,10 +62,7 @@ def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | N
 
 
 def field_names(ram: type[RamMap]) -> dict[int, str]:
-    """The names of the bytes that a game's `Ram` declares. Several names are joined by /.
-
-    Numbers of several bytes are named "score.0", "score.1", ..., the most significant byte first.
-    """
+    """The names of the bytes that a game's `Ram` declares. Several names are joined by /."""
     names: dict[int, dict[str, None]] = collections.defaultdict(dict)
     for name, field in ram.fields().items():
         for i, place in enumerate(field.places):
@@ -113,13 +105,11 @@ def lines(p: Program) -> Iterator[str]:
 
 
 def _unreached(p: Program) -> list[int]:
-    """Banks without a reachable instruction."""
     reached = {offset // p.cartridge.bank for offset in p.instructions}
     return [bank for bank in range(p.cartridge.banks) if bank not in reached]
 
 
 def _labels(p: Program) -> dict[int, str]:
-    """The names of targets, by offset."""
     out: dict[int, str] = {}
     for instruction in p.instructions.values():
         if instruction.target is not None:
@@ -196,10 +186,7 @@ def _operand(p: Program, instruction: Instruction) -> str:
 
 
 def write_table(p: Program) -> Table:
-    """For each byte of RAM, the instructions that write it, by the time of their writes.
-
-    Calls of subroutines write their return addresses to the stack; the table omits them.
-    """
+    """For each byte of RAM, the instructions that write it, by the time of their writes."""
     found: dict[int, dict[str, list[str]]] = collections.defaultdict(
         lambda: {time: [] for time in TIMES}
     )

@@ -1,7 +1,7 @@
 """A console that runs a game's program and records its execution and its RAM writes.
 
 It has the processor, the RAM, the timer and the cartridge. It draws nothing: collisions read as
-none, and the chip DPC of Pitfall II reads as 0. The switches, joysticks and paddles are inputs.
+none, and the chip DPC of Pitfall II reads as 0.
 """
 
 from dataclasses import dataclass, field
@@ -28,7 +28,6 @@ class Visit:
     """An executed instruction.
 
     Args:
-        address: its address.
         slots: what the processor saw of the cartridge.
         first, last: the earliest and the latest cycle of a scan line at which it began.
     """
@@ -59,9 +58,6 @@ class Frame:
 class Machine:
     """A console.
 
-    Args:
-        cartridge: its cartridge.
-
     Attributes:
         processor: runs the program.
         ram: 128 bytes.
@@ -89,11 +85,7 @@ class Machine:
         self.ram[:] = ram[: len(ram) - len(kept)] + kept
 
     def run_frame(self) -> Frame:
-        """Run to the end of the next vertical sync.
-
-        Raises:
-            StopError: the program reaches something that is no instruction, or no vertical sync.
-        """
+        """Run to the end of the next vertical sync."""
         frame = self._frame = Frame(self.processor.cycles)
         self._ended = False
         while not self._ended:

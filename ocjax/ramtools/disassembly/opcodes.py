@@ -7,7 +7,6 @@ class Opcode(NamedTuple):
     """An instruction with its addressing mode.
 
     Args:
-        name: the mnemonic.
         mode: a key of `LENGTHS`.
         cycles: processor cycles, without the additional ones of branches and crossed pages.
     """

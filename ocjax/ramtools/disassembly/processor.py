@@ -48,11 +48,7 @@ class Processor:
         self.pc = self._word(RESET)
 
     def step(self) -> None:
-        """Execute an instruction.
-
-        Raises:
-            StopError: the instruction is not documented.
-        """
+        """Execute an instruction."""
         pc = self.pc
         opcode = OPCODES.get(self.bus.read(pc))
         if opcode is None:

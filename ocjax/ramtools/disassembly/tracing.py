@@ -20,7 +20,6 @@ class Writes:
     """The writes of one instruction to one byte of RAM at one time of the frame.
 
     Args:
-        count: number of writes.
         first, last: scan lines, counted from the end of the vertical sync.
     """
 
@@ -51,13 +50,10 @@ def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
     """Run a program from its reset, then for one frame from each state of play.
 
     A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
-    state of play replaces the machine's. The registers stay those of the frame before. If a program
-    gets lost, the machine continues from the frames after its reset.
+    state of play replaces the machine's.
 
     Args:
-        cartridge: the cartridge.
         rams: 128 bytes each.
-        seed: of the inputs.
     """
     machine, rng = Machine(cartridge), np.random.default_rng(seed)
     out = Trace(machine.visits, {}, 0, 0)
@@ -82,7 +78,6 @@ def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
 
 
 def _count(frame: Frame, out: Trace) -> None:
-    """Add the writes of a frame."""
     out.frames += 1
     for byte, at, cycle in frame.writes:
         line = (cycle - frame.start) // LINE
@@ -92,7 +87,6 @@ def _count(frame: Frame, out: Trace) -> None:
 
 
 def _time(frame: Frame, cycle: int) -> str:
-    """One of `TIMES`."""
     if frame.first_drawn is None or frame.last_drawn is None or cycle < frame.first_drawn:
         return TIMES[0]
     return TIMES[1] if cycle <= frame.last_drawn else TIMES[2]

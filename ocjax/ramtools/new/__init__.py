@@ -1,8 +1,4 @@
-"""`ocjax ram new`: a game file that runs, for a game without a decoder.
-
-`fonts` finds digits in the ROM, `colors` describes the colours of random play, and this module
-writes the file.
-"""
+"""`ocjax ram new`: a game file that runs, for a game without a decoder."""
 
 import hashlib
 from pathlib import Path
@@ -74,13 +70,10 @@ class NewGame(NamedTuple):
     Args:
         name: as in Gymnasium's "ALE/<Name>-v5".
         rom: ale-py's name of the ROM.
-        md5: its checksum.
         height: rows of the screen.
         pal: whether it has the palette of PAL consoles.
-        modes, difficulties: in ale-py's numbering.
         frames: number of frames of the survey.
         fonts: pictures in the ROM that look like digits.
-        colors: on the screen.
         mixed: colours that touch each other.
     """
 
@@ -102,11 +95,6 @@ def describe(name: str, *, frames: int = 60, seed: int = 0) -> NewGame:
 
     Args:
         name: of the game. See `roms.find`.
-        frames: number of frames of random play to survey.
-        seed: seed of the play.
-
-    Raises:
-        ValueError: ale-py has no such game, or the ROM is missing.
     """
     found = roms.find(name)
     data = Path(found.path).read_bytes()
@@ -131,18 +119,13 @@ def describe(name: str, *, frames: int = 60, seed: int = 0) -> NewGame:
 
 
 def _is_pal(ale: ale_py.ALEInterface) -> bool:
-    """True if the colours of the screen are those of PAL consoles."""
     screen, rgb = ale.getScreen(), ale.getScreenRGB()
     wrong = [int((palette[screen] != rgb).any(axis=-1).sum()) for palette in (NTSC, PAL)]
     return wrong[1] < wrong[0]
 
 
 def source(game: NewGame) -> str:
-    """The source of a game file that runs.
-
-    Args:
-        game: facts about the game.
-    """
+    """The source of a game file that runs."""
     objects = [color for color in game.colors if not color.is_scenery]
     lines = [f"COLOR_{c.index} = {c.index}  # {_comment(game, c)}" for c in game.colors]
     numbers = [f"{'FONT' if i == 0 else f'FONT_{i + 1}'} = {f}" for i, f in enumerate(game.fonts)]
@@ -172,7 +155,6 @@ def _numbers(numbers: tuple[int, ...]) -> str:
 
 
 def _comment(game: NewGame, color: Color) -> str:
-    """The description of a colour, after the colour in words."""
     red, green, blue = (PAL if game.pal else NTSC)[color.index].tolist()
     rgb = f"({red}, {green}, {blue}), in {100 * color.seen:.0f} % of the frames"
     if color.is_scenery:

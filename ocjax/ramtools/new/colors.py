@@ -27,7 +27,6 @@ class Color:
     """The components of a colour.
 
     Args:
-        index: of the palette.
         seen: fraction of the frames that have the colour.
         most: the most components of an object's size on a frame.
         w, h: smallest and largest size of a component of an object's size; None without one.
@@ -58,7 +57,6 @@ class Mixed:
     """Colours that touch each other.
 
     Args:
-        colors: palette indices.
         count: number of such components per frame.
         size: their most frequent width and height.
     """

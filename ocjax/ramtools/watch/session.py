@@ -38,13 +38,9 @@ class Session:
     Keys are single characters, or a terminal's sequences for arrows.
 
     Args:
-        game: the game.
         policy: "keyboard", or the name of a policy for `make_policy`.
         seed: seed of the emulator and the policy.
         game_mode: in ale-py's numbering; None for the game's default.
-
-    Raises:
-        RomError, PolicyError, ValueError: a wrong ROM, policy or mode.
     """
 
     def __init__(
@@ -68,7 +64,6 @@ class Session:
         self._observe()
 
     def _observe(self) -> None:
-        """Copy RAM and screen, mark changed bytes, and extract objects."""
         before, self.ram, self.screen = self.ram, self.ale.getRAM(), self.ale.getScreen()
         self.changed = np.where(before != self.ram, GLOW, np.maximum(self.changed - 1, 0))
         found = self.game.vem(self.screen) if self.vision else self.game.rem(self.ram)
@@ -81,7 +76,6 @@ class Session:
         return held_action(self.held)
 
     def _seen(self) -> Seen:
-        """The inputs of policies. A step is one frame, without pooling."""
         gray = np.zeros((1, *self.game.screen), np.uint8)
         self.ale.getScreenGrayscale(gray[0])
         return Seen(self.ram[None], np.array([self.started]), gray)
@@ -122,7 +116,6 @@ class Session:
             self._command(key)
 
     def _command(self, key: str) -> None:
-        """Execute the command of a key."""
         match key:
             case ":":
                 self.typed = ""

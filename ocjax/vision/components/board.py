@@ -15,10 +15,6 @@ from ocjax.vision.components.layout import Layout
 def stacked(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
     """Stack all masks, with an empty row above each, and connect the parts of components.
 
-    Args:
-        layout: of the masks.
-        masks: in the order of the searches.
-
     Returns:
         uint32 `[words, rows, lanes]`.
     """

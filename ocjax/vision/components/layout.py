@@ -94,12 +94,8 @@ class Layout:
     Args:
         order: the number of the search of each mask.
         counts: slots of each mask, int32 `[masks]`.
-        gaps: of each mask.
         board: sizes of the board.
-        window: sizes of windows.
-        n_candidates: per round.
         table: the entries of each mask, int32 `[masks]` each.
-        pictures: of all searches.
         reads_pixels: for each shape of the tables, whether a search limits its pixels.
         splits: whether a search splits components.
         unlimited: whether a search accepts components of any size.
@@ -180,7 +176,7 @@ def _window_size(searches: Sequence[Search]) -> WindowSize:
     """Size windows to hold the largest component of every search.
 
     Detecting that a component continues to the left of its window takes an eighth more time than a
-    blank column there. Windows lack this column only if it would need another word.
+    blank column there.
     """
     reach_x, reach_y = (
         max(side) for side in zip(*(search.reach for search in searches), strict=True)
@@ -197,7 +193,6 @@ def _board_size(
     window: WindowSize,
     searches: Sequence[Search],
 ) -> BoardSize:
-    """Size the board for masks of these heights."""
     parts = [
         -(-(height + s.gap[1] + 1) // BLOCK_ROWS) * BLOCK_ROWS
         for height, s in zip(heights, searches, strict=True)
@@ -240,7 +235,6 @@ def _entries(
 
 
 def _limits(shape: Shape) -> Limits:
-    """Return the limits of a shape as integers."""
     pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
     return Limits(
         *shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE)

@@ -70,9 +70,7 @@ def measure(
     """Fill each candidate's component in its window.
 
     Args:
-        layout: of the board.
         board: uint32 `[words, rows, lanes]`.
-        found: candidates.
         offset: as returned by `offsets`.
         corners: words with all bits set if corners connect, or none.
 
@@ -103,9 +101,7 @@ def measure_large(
     """Fill the wanted components on the whole board, one candidate per frame at a time.
 
     Args:
-        layout: of the board.
         board: uint32 `[words, rows, lanes]`.
-        found: candidates.
         measured: their components, as returned by `measure`.
         wanted: bool `[n]`.
     """

@@ -36,10 +36,7 @@ class _Order:
         return bm.at(begins, place >> 5) + bm.popcount(bm.at(words, place >> 5) & earlier)
 
     def places(self) -> tuple[jax.Array, jax.Array]:
-        """Candidate and part of each object, int32 `[n * most]`.
-
-        The entries after the last object are in range, too.
-        """
+        """Candidate and part of each object, int32 `[n * most]`."""
         k = jnp.arange(32 * len(self._words), dtype=jnp.int32)
         word = jnp.sum(self._ends[:, None] <= k[None], axis=0, dtype=jnp.int32)
         word = jnp.minimum(word, len(self._words) - 1)
@@ -64,7 +61,6 @@ def fill_slots(
 
     Args:
         counts: slots of each mask, int32 `[masks]`.
-        found: the objects.
         totals: number of objects so far of each mask and frame, int32 `[masks, lanes]`.
         slots: boxes as words, 0 for empty slots, and heads if requested: uint32 `[slots, lanes]`
             each.
@@ -107,11 +103,9 @@ def _places(counts: np.ndarray, known: jax.Array) -> jax.Array:
     """Index of each slot's object in a round, int32 `[slots, lanes]`; negative without one.
 
     Args:
-        counts: slots of each mask.
         known: see `fill_slots`, int32 `[masks, lanes]`.
     """
     number = np.arange(counts.max(), dtype=np.int32)[None, :, None]
     known = known[:, None]
     place = jnp.where(number < known % MAX_COUNT, (known >> COUNT_BITS) + number, -1)
-    # Until here all masks have equally many slots, so that slots need no look-up of their mask.
     return place.reshape(-1, known.shape[2])[np.flatnonzero(number[..., 0] < counts[:, None])]

@@ -1,8 +1,7 @@
 """Split components of touching objects by their pictures.
 
-A component's first pixel in raster order is the first pixel of the picture drawn there, so pictures
-are tried only at this position. A picture fits if its pixels are in the component, or beyond an
-edge of the region, where they are invisible.
+A picture fits if its pixels are in the component, or beyond an edge of the region, where they are
+invisible.
 
 Windows are uint32 `[words, rows, n]` for `n` components. The first pixel of each component is in
 the first row, in column `reach`.
@@ -52,8 +51,6 @@ def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture
     Args:
         filled: windows, at least as high as the pictures and as wide to both sides of column
             `reach`.
-        reach: column of the components' first pixels.
-        edges: of each component's region.
         pictures: tried in this order; the first one that fits applies.
     """
     height, begin = max(map(len, pictures)), reach - FIRST_PIXEL_COLUMN

@@ -77,7 +77,8 @@ def record(
     A mode that never draws some objects, such as Breakout's invisible bricks, cannot be checked
     against pixels: name the other modes.
     """
-    spec = load_playable(game)
+    with errors_in_one_line():
+        spec = load_playable(game)
     known = (*RECORDINGS, *TEXTS)
     for part in parts or ():
         if part not in known:
