@@ -151,9 +151,12 @@ def observation(objects: Objects) -> Any:
     """JAXAtari's observation of a game: a named tuple of `ObjectObservation` and values.
 
     In the games of `FIELDS` it has JAXtari's fields, so that it flattens to a vector of the same
-    layout. Other games have a field per category, such as `player_missile`.
+    layout. Fields without objects in ocjax are empty. Other games have a field per category, such
+    as `player_missile`.
 
-    If JAXtari's slots differ from ocjax's, the valid objects come first.
+    In Pong and Freeway, boxes cover whole objects, even if the edge of the field covers a part.
+    Pong's ball and enemy have JAXtari's positions while they are not in play. If JAXtari's slots
+    differ from ocjax's, the valid objects come first.
 
     Args:
         objects: the result of `game.rem` or `game.vem`, of any batch shape.
@@ -356,7 +359,7 @@ class Environment:
 
     JAXAtari's wrappers `AtariWrapper` and `ObjectCentricWrapper` accept it. Sticky actions and
     episodes that end with a life are left to these wrappers. A step after the end of a game changes
-    nothing.
+    nothing. Pixels and `render` are not supported.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game` with its display.

@@ -1,12 +1,13 @@
 """Flat object tensors in the layouts of other projects.
 
 With these, their policies and logic rules read ocjax's objects. Each function takes the result of
-`game.rem` or `game.vem`, with or without display objects, of any batch shape. Slots without an
-object are zero.
+`game.rem` or `game.vem`, with or without display objects, of any batch shape. The functions are
+pure and work under `jit`, `vmap` and `scan`. Slots without an object are zero.
 
 The layouts use OCAtari's slots: its categories, in its order, with its numbers of slots. If ocjax
 has fewer slots of a category, they come first; if it has more, the valid objects move to the front.
-Categories that ocjax lacks are always missing.
+Categories that ocjax lacks are always missing. Positions are ocjax's exact boxes, and orientations
+its compass points 0-15.
 """
 
 import functools
@@ -118,6 +119,8 @@ def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str,
 def blendrl_slots(game: Declaration | str) -> dict[str, int]:
     """The number of rows of each category in `blendrl`, in their order.
 
+    BlendRL's code calls it `MAX_NB_OBJECTS` of the game.
+
     Args:
         game: the game, or its name.
 
@@ -166,7 +169,8 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
     Args:
         objects: the objects.
         hud: whether OCAtari's display objects are included; by default if the game includes its
-            display.
+            display. OCAtari counts some display objects as part of the scene, such as Seaquest's
+            OxygenBar: load these games with their display even for `hud=False`.
 
     Raises:
         TypeError: `objects` is not of type `Objects`.
@@ -204,7 +208,7 @@ def blendrl(objects: Objects) -> jax.Array:
     The rows of Kangaroo (49) and Seaquest (43) match the published agents; other games have
     OCAtari's slots without the display. The visible objects of a category come first. The rows of
     Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0); like Lives, they are missing if
-    the game is loaded without its display.
+    the game is loaded without its display. Centres are rounded down.
 
     Raises:
         TypeError: `objects` is not of type `Objects`.

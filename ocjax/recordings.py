@@ -99,6 +99,8 @@ class Recording:
     def write(self, path: str | Path) -> None:
         """Write an .npz file for `read`.
 
+        An existing file is replaced atomically; if writing fails, it stays unchanged.
+
         Raises:
             OSError: the file cannot be written.
         """

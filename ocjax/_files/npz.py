@@ -66,7 +66,8 @@ def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
     """Read arrays from a file.
 
     Args:
-        wanted: whether to read an array of this name.
+        wanted: whether to read an array of this name. For other arrays, only the zip archive's own
+            header is checked.
     """
 
     def read_all(archive: zipfile.ZipFile) -> dict[str, np.ndarray]:

@@ -1,8 +1,9 @@
 """A `vmap` over the last axis that keeps the batch in the last axis.
 
 `jax.vmap(f, in_axes=-1, out_axes=-1)` moves the batch to the front in `concatenate`, `reshape`,
-`broadcast_in_dim`, `gather` and other operations. Here every operation keeps the batch last and
-runs along thousands of states.
+`broadcast_in_dim`, `gather` and other operations. A decoder's operations then run along axes of a
+few elements, with transposes in between. Here every operation keeps the batch last and runs along
+thousands of states.
 
 Measurements against the plain `vmap` (one core, microseconds per state at batches of 4,096, jax
 0.10.2): Asteroids 0.101 instead of 0.173, Beam Rider 0.192 instead of 0.323, Carnival 0.154 instead

@@ -1,7 +1,7 @@
 """Detect forked processes: JAX may wait forever there, so extraction raises an error.
 
 JAX computes with threads. A process that is forked while they run lacks them, and a computation may
-never end.
+never end. This module also lets such processes exit.
 """
 
 import atexit

@@ -4,7 +4,8 @@ Times are microseconds per state or frame on one core of a cloud machine, at bat
 or 1,024 frames, jax 0.10.2. On platforms other than CPUs every function here is the plain
 operation.
 
-`B` is the batch size. To "materialize" a result means to compute it once and store it.
+`B` is the batch size. To "materialize" a result means to compute it once and store it. Otherwise
+the compiler computes it again at each use.
 """
 
 from collections.abc import Callable
@@ -59,7 +60,8 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int | None = None) 
     transposed frames and decoded fields computes them again. XLA does not fuse across a call that
     must not be inlined. (It removes `lax.optimization_barrier` before it fuses.) Without such
     calls, VEM takes 210 to 470 instead of 40 for Space Invaders and 210 to 540 instead of 29 to 40
-    for Ms. Pac-Man, and REM 0.33 instead of 0.12 for Space Invaders. The default is
+    for Ms. Pac-Man, and REM 0.33 instead of 0.12 for Space Invaders. Below `small` elements the
+    call costs more than it saves, and `f` is called directly. The default is
     `MIN_MATERIALIZED_ELEMENTS`.
     """
     if x[0].size < (MIN_MATERIALIZED_ELEMENTS if small is None else small) or not on_cpu():

@@ -39,8 +39,9 @@ class Collector:
     observation of a new episode.
 
     Each of the first rollouts begins with a new episode in one environment: the second rollout in
-    environment 1, the third in environment 2, and so on. Games of a fixed length therefore do not
-    begin at the same time in all environments.
+    environment 1, the third in environment 2, and so on. Otherwise games of a fixed length, such as
+    Freeway, would begin at the same time in all environments during the whole training, and every
+    rollout would show one short part of a game.
 
     Args:
         first: half of the environments.

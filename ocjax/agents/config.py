@@ -44,9 +44,13 @@ def _hyperparameter(default: float, meaning: str) -> Any:
 class Hyperparameters:
     """Hyperparameters of PPO, the same for all games.
 
+    The metadata entry `help` of each field explains it.
+
     The OCAtari paper's values (`EXPERIMENTS["paper"]`) learn more slowly per frame: after 1.3
     million frames, they reach -18.4 points in Pong, and the defaults -17.0. Learning rate, clipping
-    range and entropy coefficient fall linearly to 0 over the training.
+    range and entropy coefficient fall linearly to 0 over the training. At first the entropy bonus
+    makes the policy explore; later it would keep the policy from choosing between actions with
+    similar values.
     """
 
     num_envs: int = _hyperparameter(

@@ -54,6 +54,8 @@ class _Updated(NamedTuple):
 class Trainer:
     """A training in a folder.
 
+    It writes `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`.
+
     While the emulators play a rollout, another thread computes the update from the previous
     rollout. The acting policy is therefore always one update behind, so results do not depend on
     the speed of either.

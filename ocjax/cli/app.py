@@ -60,7 +60,7 @@ def load(name: str) -> Any:
 class Commands(Interruptible):
     """The subcommands.
 
-    A subcommand is imported when it is called.
+    A subcommand is imported when it is called. Until then, only its line of help is known.
     """
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:

@@ -19,6 +19,9 @@ EVERY = 10  # agent steps between the states to compare
 def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.ndarray:
     """The indices of the states with objects of most categories on the frame, best first.
 
+    Among equal states, states with fewer objects that the frame does not show come first, then
+    later states.
+
     Args:
         objects: of batch shape `[B]`.
         frames: uint8 `[B, H, 160]` of palette indices.

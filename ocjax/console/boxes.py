@@ -134,7 +134,8 @@ def box(
 ) -> Box:
     """Make boxes from left, top, width and height in pixels of the ALE screen.
 
-    Boxes are clipped to the screen later, and empty boxes become invalid.
+    Boxes are clipped to the screen later, and empty boxes become invalid. Fields may have any value
+    where `valid` is False.
 
     Args:
         x, y, w, h: scalars, or vectors with one entry per slot of the category.

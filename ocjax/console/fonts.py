@@ -125,7 +125,7 @@ class Digits:
         weights: value of a 1 in each cell; powers of ten by default.
         base: value of a display of zeros.
         required: whether the object is valid only if the last cell matches a picture, and the cells
-            of `free` are empty.
+            of `free` are empty. Use this if the game shows other things in the number's place.
         free: left columns of cells that are empty while the number is shown. The value is unknown
             if one of them is not empty.
         centered: whether shorter numbers leave cells on the right empty, too.

@@ -71,7 +71,8 @@ def only(chosen: jax.Array, values: _Value, axis: int | None = None) -> jax.Arra
 def extremes(seen: jax.Array, first: _Value, last: _Value) -> tuple[jax.Array, jax.Array]:
     """Return the minimum `first` and the maximum `last` of the seen entries, int32 scalars.
 
-    Without a seen entry these are `BEYOND` and 0.
+    Without a seen entry these are `BEYOND` and 0. An example is the first and last row of the
+    visible parts of an object.
     """
     return jnp.min(jnp.where(seen, first, BEYOND)), jnp.max(jnp.where(seen, last, 0))
 

@@ -5,8 +5,9 @@ upper three bits of the low nibble. The lowest bit is not used, except on PAL co
 emulator sets it in frames after a frame with an odd number of lines, and then shows each colour as
 a grey of the same brightness, like a television.
 
-The RGB values of NTSC consoles are read from the screens of ale-py 0.12.1. The RGB values of PAL
-consoles are from the emulator (Stella), checked against ale-py's screens of Pac-Man and Air Raid.
+Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are
+read from the screens of ale-py 0.12.1. The RGB values of PAL consoles are from the emulator
+(Stella), checked against ale-py's screens of Pac-Man and Air Raid.
 """
 
 import functools

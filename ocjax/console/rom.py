@@ -61,7 +61,8 @@ class Rom:
             height: number of rows.
             step: bytes from one row of a picture to the next, if the ROM holds the first rows of
                 all pictures, then all second rows.
-            top_first: whether the first byte is the top row.
+            top_first: whether the first byte is the top row. Most games store pictures with the
+                bottom row first, because their drawing loops count down.
         """
         at = np.asarray(offsets)[..., None] + step * np.arange(height)
         rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)

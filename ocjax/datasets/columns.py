@@ -168,7 +168,10 @@ def _parts(column: Any, name: str) -> list[Any]:
 
 
 def pictures(frames: np.ndarray, game: Game) -> Any:
-    """Encode frames of palette indices, uint8 `[n, H, 160]`, as a column of PNG pictures."""
+    """Encode frames of palette indices, uint8 `[n, H, 160]`, as a column of PNG pictures.
+
+    The pictures have the same indices and the game's palette.
+    """
     pa = require("pyarrow")
     table = np.asarray(game.palette).tobytes()
     return pa.StructArray.from_arrays(
@@ -258,7 +261,10 @@ def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
 
 
 def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
-    """Convert columns of lists of records to the fields of `Objects`, `[n, N, ...]`."""
+    """Convert columns of lists of records to the fields of `Objects`, `[n, N, ...]`.
+
+    This is the inverse of `objects`.
+    """
     slices = dict(game.slices)
     valued = {c.name for c in game.categories if "value" in c.attributes}
     blocks = []

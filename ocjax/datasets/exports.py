@@ -37,7 +37,8 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
     100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
-    indices, without compression), and the fields of `Objects` of both methods as infos.
+    indices, without compression), and the fields of `Objects` of both methods as infos. An episode
+    with omitted sequences becomes several episodes.
 
     Args:
         folder: folder of a complete dataset.

@@ -52,8 +52,9 @@ def generate(
 def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
     """Replace the objects of a dataset with the results of the present decoders.
 
-    The datasheet is also replaced. Each shard is replaced when its new version is complete. After
-    an interruption, a second call relabels the remaining shards.
+    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. Each
+    shard is replaced when its new version is complete. After an interruption, a second call
+    relabels the remaining shards.
 
     Args:
         folder: folder of a complete dataset.
@@ -116,7 +117,10 @@ def missing(plan: Plan, folder: Path) -> list[int]:
 
 
 def _check_data(folder: Path) -> None:
-    """Check that the folder of the shards is not a link."""
+    """Check that the folder of the shards is not a link.
+
+    The shards themselves may be links, which are replaced when they are written.
+    """
     if (folder / DATA).is_symlink():
         raise DatasetError(
             f"{folder / DATA} is a link, and shards are written to the dataset's own folder "

@@ -232,7 +232,7 @@ def plan(
         seeds: each plays an equal fraction of the states.
         policies: percentage of the states that each policy plays, by name; see
             `ocjax.play.policies.make_policy`. By default, 30 % random actions, and 70 % the trained
-            policy that ships with the game.
+            policy that ships with the game. Games without such a policy use held random actions.
         least_f1: sequences with a lower F1 of REM against VEM are dropped.
         starts: values that are written to the RAM when a game begins, by the name of a field of the
             game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
@@ -313,7 +313,10 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def code() -> str:
-    """A digest of the source of ocjax."""
+    """A digest of the source of ocjax.
+
+    Versions with equal digests extract equal objects.
+    """
     root, digest = Path(__file__).parents[1], hashlib.sha256()
     # `rglob` does not follow the link to the games
     paths = (

@@ -2,7 +2,8 @@
 
 `ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not.
 The shared memory is an unnamed file, and a worker exits when its socket closes or its parent exits,
-so the pool always cleans up.
+so the pool always cleans up. A call validates its arguments before it writes to the shared memory.
+After Ctrl-C interrupts a call, further calls are possible.
 """
 
 import dataclasses
@@ -77,8 +78,9 @@ class AlePool(EmulatorPool):
             the game's own.
         game_difficulty: ale-py's number of the game difficulty, given in the same way.
         hook: a function that is called before every emulated frame with the RAM of one emulator,
-            uint8 `[128]`. Its changes to the array are written to the console. In a sequence of
-            hooks, each hook sees the changes of the previous ones.
+            uint8 `[128]`. Its changes to the array are written to the console. Workers receive the
+            function by value, so it may refer to modules and constants, but not to variables that
+            change. In a sequence of hooks, each hook sees the changes of the previous ones.
         starts: for each emulator, a function like a hook, or None. It is called once at the start
             of every game, after the console's reset and before the no-ops.
         worker_timeout: seconds that a worker may take for a step, or for the start of one emulator,
@@ -183,7 +185,10 @@ class AlePool(EmulatorPool):
 
     @property
     def start_actions(self) -> tuple[int, ...]:
-        """The first actions of each episode."""
+        """The first actions of each episode.
+
+        They are FIRE and the next action, in games with FIRE as the second action.
+        """
         needs_fire = self.actions[1] == ale_py.Action.FIRE and len(self.actions) > 2
         return (1, 2) if self.settings.fire_reset and needs_fire else ()
 
@@ -244,7 +249,10 @@ class AlePool(EmulatorPool):
         self._ready = True
 
     def clone_state(self) -> States:
-        """Save the state of every emulator, including its random state."""
+        """Save the state of every emulator, including its random state.
+
+        All emulators must have been reset.
+        """
         self._prepare()
         self._require_ready()
         self._execute(interface.SAVE)
@@ -366,7 +374,10 @@ class AlePool(EmulatorPool):
             raise ValueError(NOT_RESET)
 
     def _prepare(self) -> None:
-        """Check that the pool can take a command now."""
+        """Check that the pool can take a command now.
+
+        Call it before writing the command's arguments to the shared memory.
+        """
         self.require_open()
         if self.pending and not self._local:
             raise AlreadyPendingCallError(
@@ -389,7 +400,10 @@ class AlePool(EmulatorPool):
             raise
 
     def _execute_here(self, block: EmulatorBlock, command: bytes) -> None:
-        """Execute a command in this process."""
+        """Execute a command in this process.
+
+        An interrupt leaves the emulators in an unknown state, and the next command must be a reset.
+        """
         ready, self._ready = self._ready, False
         try:
             block.execute(command)

@@ -31,8 +31,9 @@ _SEEDS = 2**31  # number of seeds
 class EnvpoolPool(EmulatorPool):
     """Emulators of one game that envpool steps.
 
-    Differences from `EmulatorPool`: `screen` and `rgb` are the same array, uint8 `[N, 1, 210, 160,
-    3]`, and `frame_number` excludes the no-ops at the start of a game.
+    Arrays are in the order of the environments. Differences from `EmulatorPool`: `screen` and `rgb`
+    are the same array, uint8 `[N, 1, 210, 160, 3]`, and `frame_number` excludes the no-ops at the
+    start of a game.
 
     Args:
         game: the game; its ROM is checked.

@@ -36,7 +36,10 @@ def check_memory(num_envs: int) -> None:
 
 @contextmanager
 def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
-    """Shared memory in an unnamed file: yields the file descriptor and the memory."""
+    """Shared memory in an unnamed file: yields the file descriptor and the memory.
+
+    The descriptor is closed afterwards; the memory stays.
+    """
     folder = _SHARED if _SHARED.is_dir() else Path(tempfile.gettempdir())
     with tempfile.TemporaryFile(dir=folder, buffering=0) as file:
         try:

@@ -26,7 +26,8 @@ class EmulatorPool(Uncopied, ABC):
         num_envs: N.
         settings: the emulation settings.
         actions: the action set; actions are indices into it.
-        arrays: the state of the emulators after the last call.
+        arrays: the state of the emulators after the last call. The properties below return single
+            arrays.
         shards: consecutive blocks that together contain all emulators. Blocks finish a step
             independently.
     """
@@ -57,7 +58,7 @@ class EmulatorPool(Uncopied, ABC):
                 mask, or the backend does not support the arguments.
             AlreadyPendingCallError: a step is pending.
             WorkerError: the environments are closed, or a worker failed, died or did not reply in
-                time.
+                time. The methods below also raise it.
         """
 
     @abstractmethod
@@ -89,6 +90,8 @@ class EmulatorPool(Uncopied, ABC):
 
     def wait(self) -> None:
         """Wait for the step of all emulators.
+
+        An interrupted call can be repeated.
 
         Raises:
             NoAsyncCallError: no step is pending.
@@ -190,7 +193,8 @@ class EmulatorPool(Uncopied, ABC):
     def game_over(self) -> np.ndarray:
         """True if the game ended or reached a limit in the step, bool `[N]`.
 
-        With same-step autoreset, use the array in `arrays.final`.
+        The next episode then begins a new game. With same-step autoreset, use the array in
+        `arrays.final`.
         """
         return self.arrays.game_over
 

@@ -96,7 +96,10 @@ class WorkerProcess:
             raise self._death() from error
 
     def receive(self) -> None:
-        """Read replies from the socket."""
+        """Read replies from the socket.
+
+        Replies only wake the pool up; `has_finished` reads the results.
+        """
         try:
             replies = self.link.recv(_REPLIES)
         except OSError as error:
@@ -310,7 +313,8 @@ def _module_path() -> list[str]:
 def _inherited(fd: int) -> Iterator[int]:
     """A copy of a file descriptor with a number above the standard streams.
 
-    If they are closed here, `fd` may have one of their numbers.
+    The worker replaces its standard streams. If they are closed here, `fd` may have one of their
+    numbers.
     """
     copy = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
     try:

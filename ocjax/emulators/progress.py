@@ -74,7 +74,10 @@ def progress_bar(
 
 @contextmanager
 def start_bar(num_envs: int) -> Iterator[StartReport | None]:
-    """A callback for `EmulatorPool.reset` that shows the number of started emulators."""
+    """A callback for `EmulatorPool.reset` that shows the number of started emulators.
+
+    It is None if stderr is not a terminal.
+    """
     if sys.stderr is None or sys.stderr.closed or not sys.stderr.isatty():
         yield None
         return

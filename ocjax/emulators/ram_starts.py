@@ -40,7 +40,8 @@ def describe(start: Start) -> str:
 def variation(game: Game, start: Start) -> Variation:
     """A start as a variation that writes to the RAM.
 
-    A field that occurs at several addresses is written at each of them.
+    A field that occurs at several addresses is written at each of them. Bits outside the field stay
+    unchanged.
     """
     writes: dict[int, int] = {}
     masks: dict[int, int] = {}

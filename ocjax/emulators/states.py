@@ -142,6 +142,8 @@ class States:
 
             envs.restore_state(States.concatenate([early[0], late[1]]))
 
+        The result has all states in the order of the parts.
+
         Raises:
             TypeError: a part is not of type `States`.
             ValueError: `parts` is empty, or the parts have different games or observations.
@@ -192,7 +194,10 @@ def _check_alike(first: States, other: States) -> None:
 def _described(
     description: bytes, size: int
 ) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
-    """The MD5 hash, and the dtypes and shapes of the arrays, from a description."""
+    """The MD5 hash, and the dtypes and shapes of the arrays, from a description.
+
+    The arrays take `size` bytes.
+    """
     try:
         values = json.loads(description)
         md5, listed = values["md5"], values["arrays"]
@@ -284,7 +289,10 @@ _RANGES = {
 
 
 def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -> None:
-    """Check that an array of `count` states matches the pool's array."""
+    """Check that an array of `count` states matches the pool's array.
+
+    Its dtype and shape must be equal, and its numbers within their range.
+    """
     shape = (count, *target.shape[1:])
     fits = (
         array.ndim == 2 and array.shape[1] <= STATE_BYTES

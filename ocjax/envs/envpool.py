@@ -7,6 +7,8 @@ Unsupported options and calls raise an error with the reason. envpool does not s
 - saved states, writing RAM, and hooks,
 - new seeds after the first reset, and resets of single environments,
 - autoreset modes other than next-step.
+
+`ocjax.emulators.envpool` names three settings that differ slightly.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -44,7 +46,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
     With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
     `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
-    environments in the results.
+    environments in the results. Each environment keeps the memory of its observations.
     """
 
     pool: EnvpoolPool
@@ -110,7 +112,10 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         super().step_async(actions)
 
     def async_reset(self, seed: int | Sequence[int | None] | None = None) -> None:
-        """Reset all environments without waiting for them."""
+        """Reset all environments without waiting for them.
+
+        `recv` returns the results in the order of completion.
+        """
         self.pool.async_reset(seeds_of(seed, self.num_envs))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
@@ -170,6 +175,8 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
 
     def xla(self) -> tuple[Any, XlaStep]:
         """The environments as a pure function for `jax.jit` and `jax.lax.scan`.
+
+        They start from their current state.
 
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next

@@ -28,17 +28,17 @@ class Vector(Computed):
     """Features of all slots as one flat vector, float32 `[history * n]`.
 
     n is the number of features of all slots. Entries are ordered by time (oldest state first), then
-    by slot in the game's order, then by feature in the given order. Slots that are not valid are
-    zero.
+    by slot in the game's order, then by feature in the given order. `features_of` names each entry.
+    Slots that are not valid are zero.
 
     dx and dy are the movement of the centre since the previous step. They are zero if the object
     was not valid before, or if an episode has just begun.
 
     nx, ny, mx and my measure the position relative to the object in the first slot, which is the
     player in most games. With the distance d in pixels from the player's centre to the object's
-    centre, nx and ny are tanh(d / 8), and mx and my are tanh(d / 32). nx and ny resolve positions
-    next to the player finely but are nearly constant beyond 20 pixels, where mx and my still show
-    approaching objects.
+    centre, nx and ny are tanh(d / 8), and mx and my are tanh(d / 32). They are zero while the
+    player is not valid. nx and ny resolve positions next to the player finely but are nearly
+    constant beyond 20 pixels, where mx and my still show approaching objects.
 
     In mode "vem", `ocjax.track` keeps objects in the same slots from step to step.
 
@@ -52,7 +52,9 @@ class Vector(Computed):
         history: number of states.
         normalize: whether features are scaled. Lengths become fractions of the screen's width or
             height, orientations become turns, and values v become sign(v) log(1 + |v|) / log(1 +
-            10^6). Unknown orientations, as in mode "vem", are -1, or -1/16 turns.
+            10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
+            Unknown orientations, as in mode "vem", are -1, or -1/16 turns. Values that VEM cannot
+            read are encoded as v = -1.
 
     Raises:
         ValueError: a feature is unknown or repeated, the features are empty, or the history is

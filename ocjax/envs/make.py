@@ -107,7 +107,7 @@ def make_vec(
         game_difficulty: ale-py's number of the game difficulty, given in the same way.
         continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
             deflection from 0 to 1, its angle in radians from -pi to pi, and its button from 0 to 1.
-            All 18 actions are available.
+            The deflection is also the speed of a paddle. All 18 actions are available.
         continuous_action_threshold: the deflection above which a joystick's contact closes, and the
             same for the button.
         hook: a function, or a sequence of functions, that edits the RAM of each instance before
@@ -116,7 +116,8 @@ def make_vec(
         reward_fn: a function that returns one environment's reward from the objects before a step,
             the objects after it and the action. The objects are REM's if the mode extracts them.
             JAX compiles the function for the batch. Its result is not clipped, and `info["reward"]`
-            is the game's own reward.
+            is the game's own reward. Next-step autoreset ignores the action of an episode's first
+            step; this step has reward 0.
         mode: "rem" (objects from RAM, without pixels), "vem" (objects from the screen), "both", or
             "raw" (no objects).
         obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
@@ -320,6 +321,34 @@ def make(
 
     - the game's behaviour: `preset` to `reward_fn`
     - the observation: `mode` to `render_mode`
+
+    `gymnasium.make("ocjax/Pong-v5")` makes the same environment inside Gymnasium's wrappers.
+
+    Args:
+        game: the game's name in any of the usual spellings, or a `Game`.
+        preset: a named set of settings.
+        frame_skip: see `Settings`. This option and the next eight override the preset.
+        repeat_action_probability: see `Settings`.
+        max_episode_frames: see `Settings`.
+        max_episode_steps: see `Settings`.
+        full_action_space: see `Settings`.
+        noop_max: see `Settings`.
+        fire_reset: see `Settings`.
+        clip_rewards: see `Settings`.
+        episodic_life: see `Settings`.
+        game_mode: ale-py's number of the game mode.
+        game_difficulty: ale-py's number of the game difficulty.
+        continuous: whether actions are continuous, float32 `[3]`.
+        continuous_action_threshold: the deflection above which a contact closes.
+        hook: functions or names of variations that edit the RAM before every emulated frame.
+        reward_fn: a function that returns the reward from the objects before and after a step and
+            the action.
+        mode: "rem", "vem", "both" or "raw".
+        obs: the observation, or several observations.
+        hud: whether score, lives and other display objects are included.
+        ram_info: whether `info` contains the RAM.
+        render_mode: "rgb_array" or "objects".
+        unknown: other options raise TypeError.
 
     Returns:
         The environment.

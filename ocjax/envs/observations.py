@@ -2,8 +2,8 @@
 
 The fields of each class are the options of the observation. A `Computed` observation is a pure JAX
 function of a snapshot of the environments and of a memory, which carries state from one step to the
-next. Below, B is the number of environments in a batch, and H x 160 is the size of the game's
-screen.
+next. The same code therefore works with worker processes and inside `jax.lax.scan`. Below, B is the
+number of environments in a batch, and H x 160 is the size of the game's screen.
 """
 
 from abc import ABC, abstractmethod

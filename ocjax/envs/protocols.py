@@ -21,7 +21,7 @@ _ID = re.compile(
 def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     """The preset that a game's name and the caller's arguments select.
 
-    An id of version 0 or 4 implies its preset.
+    An id of version 0 or 4 implies its preset. For any other name the default is "v5".
 
     Args:
         name: a game's name in any spelling, such as "PongNoFrameskip-v4".

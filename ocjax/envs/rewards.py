@@ -9,7 +9,8 @@ import numpy as np
 
 from ocjax.extraction.objects import Objects
 
-# (objects before a step, objects after it, action) -> reward, for one environment.
+# (objects before a step, objects after it, action) -> reward, for one environment. The objects have
+# fields [N, ...], the action is an int32 or float32 [3], the reward is a number.
 RewardFunction = Callable[[Objects, Objects, jax.Array], Any]
 BatchedReward = Callable[[Objects, Objects, np.ndarray], np.ndarray]
 
@@ -18,7 +19,8 @@ def batched(reward_fn: RewardFunction) -> BatchedReward:
     """Compile a reward function for a batch of environments.
 
     Args:
-        reward_fn: a function that JAX can trace.
+        reward_fn: a function that JAX can trace. It gets one environment's objects before and after
+            a step, and its action.
 
     Returns:
         A function of both objects, of batch shape `[B]`, and of actions, int32 `[B]` or float32

@@ -59,7 +59,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
         if compiles or mode == "vem":
             require_threads()
-        # VEM is a separate program: with its own compiler options it compiles twice as fast.
+        # VEM is a separate program: with its own compiler options it compiles twice as fast. The
+        # call returns before VEM has finished.
         vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
         return compiled({name: a for name, a in arrays.items() if name != "screen"}, vem, memory)
 
@@ -70,8 +71,9 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 class EnvShard:
     """The state of one block of environments.
 
-    They replace all old shards at once at the end of the step, so an interrupted step can be
-    repeated.
+    Extraction for a block starts as soon as its workers have finished the step. A step makes new
+    shards. They replace all old shards at once at the end of the step, so an interrupted step can
+    be repeated.
     """
 
     rows: slice  # the block's environments

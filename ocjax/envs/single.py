@@ -93,7 +93,10 @@ class ObjectEnv(Uncopied, gym.Env):
         )
 
     def render(self) -> Any:
-        """The last frame, uint8 `[H, 160, 3]`, or None without a render mode."""
+        """The last frame, uint8 `[H, 160, 3]`, or None without a render mode.
+
+        In render mode "objects" the frame is enlarged, with the objects drawn over it.
+        """
         frames = self.envs.render()
         return None if frames is None else frames[0]
 
@@ -104,6 +107,8 @@ class ObjectEnv(Uncopied, gym.Env):
     @property
     def objects(self) -> Objects | dict[str, Objects]:
         """The current objects, without a batch dimension.
+
+        In mode "both" it is a dict of both methods' objects.
 
         Raises:
             ValueError: the mode is "raw", or the environment has not been reset.
@@ -133,7 +138,10 @@ class ObjectEnv(Uncopied, gym.Env):
 
     @property
     def ale(self) -> Any:
-        """The emulator, an `ale_py.ALEInterface`, once the game has been reset."""
+        """The emulator, an `ale_py.ALEInterface`, once the game has been reset.
+
+        Wrappers for ale-py's environments use it.
+        """
         return self.envs.pool.emulator(0)
 
     def get_action_meanings(self) -> list[str]:

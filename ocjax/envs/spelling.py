@@ -17,6 +17,7 @@ SAME = {
     "max_num_frames_per_episode": "max_episode_frames",
 }
 MODES = {"ram": "rem", "vision": "vem"}  # OCAtari's names of the two methods
+# Options that only other projects have, and what to use instead.
 _INSTEAD = {
     "obs_type": "it is called obs, with 'ram' or 'pixels'",
     "obs_mode": "it is called obs, with 'objects', 'vector', 'dqn' or 'pixels'",

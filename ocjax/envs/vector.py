@@ -48,13 +48,15 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     `make_vec` makes them and explains the options.
 
-    Later steps do not overwrite returned arrays. `info` describes the current game: `lives`,
-    `frame_number` (emulated frames), `episode_return` (unclipped), `episode_length` (agent steps)
-    and, with `ram_info`, `ram`. `info` also describes the step:
+    Everything that a step returns describes the step's last emulated frame. Later steps do not
+    overwrite returned arrays. `info` describes the current game: `lives`, `frame_number` (emulated
+    frames), `episode_return` (unclipped), `episode_length` (agent steps) and, with `ram_info`,
+    `ram`. `info` also describes the step:
 
-    - `game_over`: whether the game ended or reached a limit. A lost life does not set it. -
-    `reward`: the game's unclipped reward, if rewards are clipped or computed from objects. -
-    `executed_action`: with sticky actions, the action of the last emulated frame.
+    - `game_over`: whether the game ended or reached a limit. A lost life does not set it.
+    - `reward`: the game's unclipped reward, if rewards are clipped or computed from objects.
+    - `executed_action`: with sticky actions, the action of the last emulated frame. The backend
+      envpool does not know it.
 
     With same-step autoreset, `final_obs` and `final_info` follow Gymnasium's vector environments:
     `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the terminal
@@ -73,7 +75,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     Attributes:
         objects: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
-            both methods' objects.
+            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.objects.xywh)`
+            shares them with PyTorch.
         pool: the emulators and their arrays.
     """
 
@@ -239,6 +242,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
 
     def _observation(self, shards: Sequence[EnvShard]) -> Any:
+        """The observation of shards.
+
+        It waits for all computations, so that none are left after the step.
+        """
         jax.block_until_ready([shard.carry() for shard in shards])
         return self._assemble(
             [(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards]
@@ -301,7 +308,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
-        """Mark the shards as outdated while a call changes the emulators, until `_replace`."""
+        """Mark the shards as outdated while a call changes the emulators, until `_replace`.
+
+        If the call raises an exception, the shards stay current.
+        """
         current, self._current = self._current, False
         try:
             yield
@@ -508,6 +518,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     def clone_state(self) -> States:
         """Save the state of every environment.
+
+        It includes the memory of the observations.
 
         Raises:
             ValueError: the environments have not been reset, or the backend cannot save states.

@@ -49,6 +49,7 @@ def to_csv(evaluations: Sequence[Evaluation]) -> str:
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     tables = [by_category(e) for e in evaluations]
+    # OCAtari's columns are last and may be missing.
     header = max((t.header for t in tables), key=len)
     writer.writerow(["Game", *header])
     for e, t in zip(evaluations, tables, strict=True):

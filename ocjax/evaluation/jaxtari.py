@@ -21,6 +21,8 @@ __all__ = ["Jaxtari"]
 class Jaxtari:
     """A game of JAXtari (`pip install jaxtari`), without rendering.
 
+    JAXtari's sprites need not be installed.
+
     Args:
         game: the game.
 
@@ -147,7 +149,10 @@ def _make(game: Game) -> Any:
 
 
 class _Unrendered:
-    """A renderer that accepts every call and draws nothing."""
+    """A renderer that accepts every call and draws nothing.
+
+    JAXtari's renderers read sprites, which the package does not include; few games need them.
+    """
 
     def __getattr__(self, name: str) -> "_Unrendered":
         return self

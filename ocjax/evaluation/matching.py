@@ -1,6 +1,7 @@
 """Detections as padded arrays, and the one-to-one matching of two sets of detections.
 
-`ocjax.evaluation.metrics` re-exports the public names next to the metrics.
+The functions use NumPy and process whole batches. `ocjax.evaluation.metrics` re-exports the public
+names next to the metrics.
 """
 
 import dataclasses
@@ -276,7 +277,8 @@ def _within_reach(
 def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray, widths: tuple[int, int]) -> Pairs:
     """Choose pairs greedily from sorted candidates.
 
-    One loop iteration takes all such pairs.
+    A pair that is the first candidate of both its ends is taken before any other pair of these
+    ends. One loop iteration takes all such pairs.
     """
     taken: list[Pairs] = []
     while len(frame):

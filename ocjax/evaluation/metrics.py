@@ -11,7 +11,7 @@ or VEM:
 
 The records are a list for each frame. Two objects match if they have the same category and their
 centres are within 5 pixels. Matches are one to one, nearest first, as in the OCAtari paper
-(Delfosse et al., 2024).
+(Delfosse et al., 2024). The functions use NumPy and process whole batches.
 """
 
 import dataclasses
@@ -45,7 +45,8 @@ class Agreement:
     """Counts of objects and matches, with the scores computed from them.
 
     `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. All counts
-    and scores have the same shape. Scores are nan if there is nothing to score.
+    and scores have the same shape. Scores are nan if there is nothing to score. In particular, `f1`
+    is nan only if both methods have no object.
 
     Args:
         left: objects of the first method (REM).
@@ -163,6 +164,8 @@ def intervals(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bootstrap the 95 % confidence interval of a score over episodes.
 
+    The samples are episodes, because frames of one episode are not independent.
+
     Args:
         counts: of shape `[frames, ...]`.
         episode: int `[frames]`, number of each frame's episode.
@@ -199,6 +202,9 @@ def average_precision(
     detected: Detections, truth: Detections, thresholds: Sequence[float] = THRESHOLDS
 ) -> np.ndarray:
     """Average precision as COCO defines it, with 101 levels of recall.
+
+    The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO,
+    categories that do not occur are ignored.
 
     Boxes are assigned in descending order of confidence, each to the unassigned true box of its
     category with the largest IoU. Boxes of equal confidence enter the precision-recall curve
@@ -315,7 +321,8 @@ def identity_switches(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Count how often a persistent object changes its slot in REM, by category.
 
-    `ocjax.track` on VEM's objects decides which objects persist.
+    `ocjax.track` on VEM's objects decides which objects persist. Its mistakes count as switches
+    too, so the result is an upper bound.
 
     Args:
         rem, vem: objects of successive samples, batch shape `[B]`.
@@ -361,8 +368,8 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
         lives: `[B]`, the emulator's lives.
 
     Returns:
-        Fractions by category, for the categories that have a value; nan if all samples are ignored.
-        Of several scores, the first slot counts.
+        Fractions by category, for the categories that have a value; nan if all samples are
+        ignored. Of several scores, the first slot counts. Icons of lives are ignored.
     """
     game, out = whose(rem), {}
 

@@ -8,6 +8,7 @@ ocjax. SAMPLES is an .npz file with `rams` (uint8 `[n, 128]`), `screens` (uint8 
 
 The last line of the output maps "rem" and "vem" to `objects` (for each frame a list of `[category,
 x, y, w, h]`) and `us` (microseconds of each detection), or to the `error` that stopped the method.
+Objects that OCAtari marks as absent are omitted.
 """
 
 import json
@@ -21,7 +22,10 @@ import numpy as np
 
 
 def detect(method: str, game: str, data: Any, resets: np.ndarray) -> dict[str, Any]:
-    """Return the objects and times of one method on all samples."""
+    """Return the objects and times of one method on all samples.
+
+    OCAtari's objects carry state, so each reset creates new ones.
+    """
     import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMissingImports]
     from ocatari.ram.extract_ram_info import detect_objects_ram  # pyright: ignore
     from ocatari.vision.extract_vision_info import detect_objects_vision  # pyright: ignore

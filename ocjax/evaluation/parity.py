@@ -1,5 +1,7 @@
 """Compare another implementation of a game with the real ROM.
 
+Both play the same actions, and their objects are matched frame by frame.
+
     from ocjax.evaluation import parity
     from ocjax.evaluation.jaxtari import Jaxtari
 
@@ -115,7 +117,8 @@ def compare(
         seed: of the actions and of the simulator.
         frames: number of emulated frames.
         align: whether to move objects in the real game, after its reset, to their places in the
-            simulator (see `ocjax.edit`).
+            simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
+            has separate bytes for its position.
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.
@@ -236,7 +239,10 @@ def errors(p: Parity) -> Errors:
 
 
 def to_table(runs: Sequence[Parity]) -> Table:
-    """Make a table of runs with different seeds, by field."""
+    """Make a table of runs with different seeds, by field.
+
+    It gives the objects of both sides, F1, mean differences, and the first frames that differ.
+    """
     found = [errors(p) for p in runs]
     rows: list[list[Cell]] = []
     for k, name in enumerate(runs[0].real.categories):

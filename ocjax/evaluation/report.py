@@ -77,7 +77,8 @@ def evaluate(
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: the samples.
+        recording: the samples. Frames before, rewards, lives and drawn pixels are optional; the
+            result omits the evaluations that need missing ones.
         ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
     """
     if recording.screens is None or not len(recording):
@@ -283,7 +284,10 @@ def by_category(e: Evaluation) -> Table:
 
 @functools.cache
 def by_situation(e: Evaluation) -> Table:
-    """Make a table of samples at starts and ends of episodes and just after lost lives."""
+    """Make a table of samples at starts and ends of episodes and just after lost lives.
+
+    It has one row for each kind of sample that occurs.
+    """
     header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
     rows = [
         _situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()

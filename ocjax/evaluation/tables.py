@@ -54,7 +54,10 @@ def is_number(cell: Cell) -> bool:
 
 
 def text(cell: Cell) -> str:
-    """Format a cell, with "-" for None and nan."""
+    """Format a cell, with "-" for None and nan.
+
+    Percentages have two decimals, and integers have thousands separators.
+    """
     if isinstance(cell, str):
         return cell
     if isinstance(cell, int):
@@ -63,7 +66,10 @@ def text(cell: Cell) -> str:
 
 
 def show(table: Table, console: Console) -> None:
-    """Print a table without its details."""
+    """Print a table without its details.
+
+    It may be wider than the console, because cut-off numbers would mislead.
+    """
     table = table.without_details().without_empty_columns()
     out = RichTable(title=escape(table.title), title_justify="left")
     cells = [[escape(text(c)) for c in row] for row in table.rows]

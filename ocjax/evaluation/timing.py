@@ -52,7 +52,10 @@ class Measurement:
 
 @contextlib.contextmanager
 def one_core() -> Iterator[None]:
-    """Bind this process and the threads that it starts to one core."""
+    """Bind this process and the threads that it starts to one core.
+
+    This has an effect only on systems with such bindings, such as Linux.
+    """
     if not hasattr(os, "sched_setaffinity"):
         yield
         return

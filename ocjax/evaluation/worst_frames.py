@@ -41,7 +41,7 @@ def worst_frames(
         left, right, before: as given to `evaluation.agreement`.
 
     Returns:
-        At most `COUNT` pictures, worst first.
+        At most `COUNT` pictures, worst first. Frames without a disagreement are omitted.
     """
     wrong = (counts.left - counts.confirmed + counts.right - counts.found).sum(axis=1)
     chosen: list[int] = []

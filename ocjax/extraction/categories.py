@@ -57,8 +57,10 @@ class Category:
         aliases: other names for the category in `game.slices`, `Objects.of` and
             `evaluation.from_records`.
         needs: names of categories. VEM reports objects only on frames on which it also finds an
-            object of one of these.
-        otherwise: the rule for frames on which `rule` finds nothing.
+            object of one of these. This is for screens that replace the playfield and hold shapes
+            in the objects' colours.
+        otherwise: the rule for frames on which `rule` finds nothing. This is for objects that
+            briefly have a colour that other objects may have, too.
     """
 
     name: str

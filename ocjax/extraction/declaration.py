@@ -33,7 +33,10 @@ class GameError(ValueError):
 
 
 class Slices(Mapping[str, slice]):
-    """The slots of each category by its name, in the order of the categories."""
+    """The slots of each category by its name, in the order of the categories.
+
+    Aliases are also keys, but are not listed.
+    """
 
     def __init__(self, categories: tuple[Category, ...]) -> None:
         ends = np.cumsum([c.count for c in categories]).tolist()
@@ -163,6 +166,8 @@ class Declaration:
 
     def part(self, name: str) -> "Declaration":
         """Return the declaration of one category: its slots alone, in the same game.
+
+        The same category gives the same object, so that objects of `Objects.of` are one pytree.
 
         Args:
             name: the category's name or an alias.
@@ -326,7 +331,10 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
 
 
 def check_decode(game: Declaration) -> None:
-    """Check that the decoder returns a box of the declared shape for every category."""
+    """Check that the decoder returns a box of the declared shape for every category.
+
+    The check traces the decoder, which takes up to 0.2 s.
+    """
     boxes = _trace(game)
     names = [c.name for c in game.categories]
     is_whole = set(boxes) == set(names) or (not game.hud and set(names) <= set(boxes))

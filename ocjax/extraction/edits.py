@@ -35,9 +35,10 @@ def edit(
         ram = ocjax.edit(game, envs.get_ram(), "Ball", x=80, y=100)
 
     The bytes are found by trial. The search tries every value of every byte, then of pairs of bytes
-    and so on, up to four bytes, until REM reads the wanted numbers. An edit works for numbers that
-    have separate bytes, and raises an error for others. The box of a display may change with its
-    value.
+    and so on, up to four bytes, until REM reads the wanted numbers. This takes from 0.01 to 2
+    seconds per state. An edit works for numbers that have separate bytes, and raises an error for
+    others. The box of a display may change with its value. The game itself may draw from other
+    bytes, so check the objects after a step.
 
     Args:
         game: the game.

@@ -37,7 +37,7 @@ def games(suite: str | None = None) -> tuple[str, ...]:
 
     Args:
         suite: return only the games of a suite: "atari100k", "atari5", "atari10", "atari57" or
-            "ocatari".
+            "ocatari". `ocjax.extraction.suites` has the complete lists.
 
     Raises:
         ValueError: the suite does not exist.

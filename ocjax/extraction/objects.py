@@ -26,7 +26,8 @@ class Objects:
     """The objects of one state or of a batch of states.
 
     `N` is the number of slots of the game, and `...` is any batch shape. An invalid slot is zero in
-    every field.
+    every field. `game.slices` maps each category to its slots. Length, iteration and indices apply
+    to the batch.
     """
 
     xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
@@ -166,6 +167,9 @@ class Objects:
     def of(self, category: str | Category, game: Declaration | None = None) -> "Objects":
         """Select the slots of a category: `objects.of("Ball")`.
 
+        The result keeps the game and the category, so `to_list`, `velocity` and the other functions
+        of objects work on it.
+
         Args:
             category: its name or an alias, or an entry of `game.categories`.
             game: only for objects without a reference to their game.
@@ -218,7 +222,8 @@ class Objects:
     def save(self, path: str | Path) -> None:
         """Write an .npz file, which `Objects.load` reads.
 
-        It holds the fields, and the game's name and the md5 of its ROM.
+        It holds the fields, and the game's name and the md5 of its ROM. An existing file is
+        replaced atomically; if writing fails, it stays unchanged.
 
         Raises:
             ValueError: see `to_list`.
@@ -274,7 +279,8 @@ class Objects:
         """Describe the valid objects in plain text, for people and language models.
 
         Each object is a line such as `Player 0: 4 x 16 at (140, 100)`: category, slot, width x
-        height, and left and top in pixels.
+        height, and left and top in pixels. The line ends with `, value 12` and `, facing NNE` if
+        the object has them.
 
         Returns:
             A string for one state, empty without valid objects; nested lists of strings for a
@@ -377,7 +383,8 @@ def velocity(previous: Objects, current: Objects) -> jax.Array:
     """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
 
     The velocity is zero unless the slot is valid in both states. It is meaningful only if objects
-    keep their slots: in REM, and in VEM after `track`.
+    keep their slots: in REM, and in VEM after `track`. For one category, pass the results of
+    `Objects.of` for both states.
 
     Raises:
         ValueError: the states belong to different games, or have different slots.

@@ -44,7 +44,8 @@ def load(name: str, *, hud: bool = True) -> Game:
         name: as in `ocjax.games()`; case, spaces, underscores and punctuation are ignored
             ("space_invaders", "Ms. Pac-Man"). The name of ALE's ROM and an environment's id
             ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4") also work.
-        hud: whether to include the display categories (score, lives, ...).
+        hud: whether to include the display categories (score, lives, ...). The other slots are the
+            same with and without them.
 
     Raises:
         UnknownGameError: a ValueError; no game has this name.

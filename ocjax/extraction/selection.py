@@ -52,7 +52,8 @@ class Selection:
 
     Attributes:
         slots: see the arguments.
-        game: describes the selected slots: their categories, counts and places.
+        game: describes the selected slots: their categories, counts and places. It cannot extract
+            objects.
     """
 
     def __init__(self, game: Game, slots: Sequence[Slots]) -> None:

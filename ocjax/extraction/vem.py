@@ -26,7 +26,10 @@ CHUNK = 32
 def _by_slot(
     fields: Sequence[jax.Array | None], game: Declaration, lanes: int, default: int = 0
 ) -> jax.Array:
-    """Join a field of all categories in one array `[N, B]`, int32 (boxes: uint32)."""
+    """Join a field of all categories in one array `[N, B]`, int32 (boxes: uint32).
+
+    Categories without the field get the default.
+    """
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
     pieces = []
@@ -40,7 +43,10 @@ def _by_slot(
 
 
 def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Array:
-    """Return whether each category's `needs` are met, bool `[categories, B]`."""
+    """Return whether each category's `needs` are met, bool `[categories, B]`.
+
+    The shape is `[categories, 1]` if no category has `needs`.
+    """
     needs = [c.needs for c in game.categories]
     others = sorted({names for names in needs if names})
     if not others:

@@ -176,7 +176,7 @@ def open_npy(path: Path, wanted: str | None) -> Input:
 def open_npz(path: Path, wanted: str | None) -> Input:
     """Open the arrays of an archive.
 
-    They are decompressed as a stream.
+    They are decompressed as a stream. Going back restarts the stream.
     """
     archive = zipfile.ZipFile(path)
     with _closed_on_error(archive):

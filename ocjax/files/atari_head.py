@@ -22,7 +22,8 @@ from ocjax.files.rows import InputError
 
 __all__ = ["Look", "TrialFrame", "looks", "object_at", "read_trial"]
 
-# Gaze within this many pixels of a box counts as on the object.
+# Gaze within this many pixels of a box counts as on the object. Eye trackers have an error of about
+# half a degree.
 RADIUS = 6.0
 _BATCH = 256  # frames per call of VEM
 _COLUMNS = (
@@ -171,7 +172,7 @@ def _look(game: Game, frame: TrialFrame, objects: Objects) -> Look:
 def object_at(objects: Objects, x: float, y: float, radius: float = RADIUS) -> int:
     """The slot of the object at a point; -1 if no box is within the radius.
 
-    The smallest box that contains the point wins.
+    The smallest box that contains the point wins. If no box contains it, the nearest box wins.
 
     Args:
         objects: of one state.

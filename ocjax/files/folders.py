@@ -1,4 +1,8 @@
-"""Safe access to folders from others: readers use only regular files in the folder itself."""
+"""Safe access to folders from others: readers use only regular files in the folder itself.
+
+They follow no links, because a link could bring in a file from outside the folder. They read no
+pipes, because a pipe could block for ever.
+"""
 
 import os
 import stat

@@ -1,6 +1,8 @@
 """Inputs: rows of RAM or frames in files, folders and datasets.
 
-All inputs are read in blocks of rows, so files may be larger than the memory.
+The formats are NumPy, HDF5, Zarr, Parquet, Arrow, Minari, and folders of pictures, Parquet or Arrow
+files. All inputs are read in blocks of rows, so files may be larger than the memory. The library
+for a format is imported when a file of that format is opened (extra `data`).
 """
 
 import contextlib

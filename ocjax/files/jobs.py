@@ -40,7 +40,11 @@ def claim(
 
 
 def check_contents(folder: Path, kind: str, *, error: type[ValueError] = ValueError) -> None:
-    """Check that a folder, if it exists, contains only files and folders, at any depth."""
+    """Check that a folder, if it exists, contains only files and folders, at any depth.
+
+    With links, the creator of the folder could choose which of the user's files are read and
+    overwritten.
+    """
     if os.path.lexists(folder):
         _check_entry(folder, kind, error)
         for root, folders, names in os.walk(folder):

@@ -1,4 +1,8 @@
-"""Write new Minari datasets, and copies of existing ones with objects."""
+"""Write new Minari datasets, and copies of existing ones with objects.
+
+A dataset appears when it is complete. Pictures are stored without compression, because JPEG,
+Minari's default, changes colours.
+"""
 
 import contextlib
 import shutil

@@ -13,11 +13,12 @@
   object: category, counted from 0, and the centre, width and height relative to the screen's size.
 
 All formats except MOT's also name the game, the md5 of its ROM, the method and the version of
-ocjax.
+ocjax. Equal objects give equal bytes.
 
 If rows have several dimensions, such as steps and environments, fields have these dimensions, too,
-and `.parquet` has columns row_0, row_1, ... instead of row. If the episodes are known, `.npz`, HDF5
-and `.parquet` files also have `episode` int32, the episode number of each row.
+and `.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows in C
+order. If the episodes are known, `.npz`, HDF5 and `.parquet` files also have `episode` int32, the
+episode number of each row.
 """
 
 import dataclasses

@@ -27,7 +27,11 @@ SIGNATURES = (b"\x89PNG", b"GIF8", b"RIFF", b"BM", b"II*\0", b"MM\0*")
 
 
 def read_picture(source: bytes | Path) -> np.ndarray:
-    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`."""
+    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`.
+
+    The numbers of a picture without colours are taken as palette indices. The size is checked
+    before the pixels are decoded.
+    """
     length = len(source) if isinstance(source, bytes) else source.stat().st_size
     if length > MOST_BYTES:
         raise ValueError(f"a picture must have at most {MOST_BYTES:,} bytes, got {length:,}")

@@ -41,7 +41,10 @@ Progress = Callable[[int, int], object]
 
 @dataclasses.dataclass(frozen=True)
 class ExtractionPlan:
-    """Identifies an extraction."""
+    """Identifies an extraction.
+
+    It is written to the work folder, and a resumed extraction must match it.
+    """
 
     input: str
     array: str | None
@@ -77,7 +80,8 @@ def extract(
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
     The work stays in the folder `OUT.parts` until the output is complete. After an interruption, a
-    second call resumes the extraction and writes the same output.
+    second call resumes the extraction and writes the same output. Rows are extracted in batches on
+    all local devices.
 
     Args:
         source: the input; see `open_input`.
@@ -213,7 +217,10 @@ def method_of(rows: Input, game: Game) -> str:
 
 
 def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
-    """A function that extracts the objects of any number of rows."""
+    """A function that extracts the objects of any number of rows.
+
+    It uses batches of one size that are divided among the local devices.
+    """
     devices = jax.local_devices()
     size = BATCH[method] * len(devices)
     sharding = NamedSharding(Mesh(np.array(devices), ("rows",)), PartitionSpec("rows"))
@@ -226,7 +233,11 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 
 
 def check_indices(rows: Input, game: Game) -> None:
-    """Check that pictures without colours show palette indices, not shades of grey."""
+    """Check that pictures without colours show palette indices, not shades of grey.
+
+    The function reads pictures until one has a number that no grey picture of the game has. This is
+    mostly the first picture. Other inputs are not checked.
+    """
     if not rows.pictures or len(rows.row_shape) != 2:
         return
     shades = game.palette @ [0.299, 0.587, 0.114]
@@ -320,7 +331,10 @@ def _part(folder: Path, k: int) -> Path:
 
 
 def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iterator[int]:
-    """Extract the missing blocks, and yield the number of finished rows after each block."""
+    """Extract the missing blocks, and yield the number of finished rows after each block.
+
+    A block is written while the next one is extracted.
+    """
     call = extractor(game, plan.method)
     with ThreadPoolExecutor(1) as executor:
         writing: Any = None

@@ -101,7 +101,7 @@ class Input(ABC):
 
 
 def _as_bytes(rows: np.ndarray, name: str, first: int) -> np.ndarray:
-    """Convert rows of integers to uint8; other arrays stay."""
+    """Convert rows of integers to uint8; other arrays stay. `first` is for errors."""
     if rows.dtype == np.uint8 or rows.dtype.kind not in "iu" or not rows.size:
         return rows
     if rows.min() < 0 or rows.max() > 255:
@@ -138,7 +138,8 @@ def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -
 
     Args:
         wanted: a path, or the end of several. By default, the first of `NAMES` whose rows are RAM
-            or frames.
+            or frames. The default skips groups whose names begin with `next_`, because they repeat
+            observations.
     """
     if wanted is not None and wanted in shapes:
         return [wanted]

@@ -136,7 +136,8 @@ def _check_type(name: str, kind: Any) -> None:
 def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) -> np.ndarray:
     """The rows of an Arrow column, integers `[n, ...]`.
 
-    `shape` is the shape of each row, or None if it is not known yet.
+    `name` and `first`, the number of the first row, are for errors. `shape` is the shape of each
+    row, or None if it is not known yet.
     """
     pa = require("pyarrow")
     parts = [column]

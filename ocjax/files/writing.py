@@ -44,8 +44,11 @@ def check(
 def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
     """Check that an output replaces no input.
 
+    Links are followed, and files are compared by device and inode.
+
     Args:
-        reads: the input files and folders. A folder includes every file in it.
+        reads: the input files and folders. A folder includes every file in it. None and missing
+            paths are ignored.
     """
     target = Path(os.path.realpath(out))
     places = [place.stat() if place.exists() else None for place in (target, *target.parents)]

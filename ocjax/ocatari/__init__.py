@@ -73,7 +73,8 @@ _shrink = jax.jit(lambda gray: resize(gray, _DQN_SIZE))
 class OCAtari(Uncopied, gym.Env):
     """An environment with the arguments and attributes of OCAtari 2.2.1, and ocjax's objects.
 
-    The environment is ale-py's.
+    The environment is ale-py's. `objects` has an entry for each of OCAtari's slots, in its order,
+    with a `NoObject` in empty ones. Objects without a slot in OCAtari follow.
 
     Args:
         env_name: the game, in any spelling of `ocjax.load`, or an id of ale-py's environments. As

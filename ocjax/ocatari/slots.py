@@ -11,6 +11,8 @@ from ocjax.transforms.game_objects import GameObject, NoObject, object_class, sl
 class SlotTable:
     """The slots of `OCAtari.objects` in one game.
 
+    Without a table of OCAtari, the game has ocjax's slots.
+
     Args:
         game: the game, with its HUD.
         hud: whether display objects are included.

@@ -62,8 +62,9 @@ def play(
 ) -> Played:
     """Play complete games.
 
-    A game counts from its start to its end, even if the policy was trained with episodes of one
-    life.
+    By default a policy plays under the settings of its training. A game counts from its start to
+    its end, even if the policy was trained with episodes of one life. Instances play equally many
+    games (plus or minus one), so that short games do not count more often.
 
     Args:
         policy: "random", "repeat", "trained", or the path of a saved policy; see

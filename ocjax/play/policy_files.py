@@ -142,6 +142,10 @@ def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: 
 
 
 def _count_inputs(path: str | Path, game: Game, kind: Vector, first: np.ndarray) -> int:
+    """Check the first layer's number of inputs, and return it.
+
+    The check precedes the allocation of arrays of that size.
+    """
     if kind.history > first.size:
         raise PolicyError(
             f"{path}: layer 0 has {first.size:,} weights, too few for a history of "
@@ -262,6 +266,10 @@ def _slots_entry(entry: Any) -> Slots:
 def _select(
     game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool
 ) -> tuple[Game, Selection]:
+    """The game, and the slots that the policy sees.
+
+    The game lacks its display if the policy does not see it.
+    """
     if slots is None:
         game = _with_display(game, hud)
         return game, Selection(game, slots_of(game, kind))

@@ -38,7 +38,7 @@ def rollout(
     """Play several instances of a game in parallel, and record states.
 
     A saved policy plays under the settings of its training, with unclipped rewards. Other policies
-    have three emulated frames per step and no sticky actions.
+    have three emulated frames per step and no sticky actions. Explicit arguments override both.
 
     Args:
         samples: number of states of all instances together, at least `num_envs`.
@@ -127,6 +127,8 @@ def _sample_games(
 
 class _Sampler:
     """A uniform sample of the states of complete games of unknown length.
+
+    It uses algorithm R (Vitter, 1985), and always includes the last state.
 
     Args:
         count: the size of the sample.

@@ -1,4 +1,7 @@
-"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category."""
+"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category.
+
+REM and the screen suggest the candidates.
+"""
 
 import contextlib
 import functools
@@ -207,7 +210,10 @@ class ByRem:
         )
 
     def colors(self, category: str, color: int) -> frozenset[int]:
-        """The bytes that hold all of the category's colours; empty if a colour is elsewhere."""
+        """The bytes that hold all of the category's colours; empty if a colour is elsewhere.
+
+        All of these bytes are set to a palette index for the test.
+        """
         own = [
             a
             for a, e in self._all_effects(category).items()

@@ -1,4 +1,7 @@
-"""`ocjax ram causes`: find the pixels and objects that each byte changes."""
+"""`ocjax ram causes`: find the pixels and objects that each byte changes.
+
+The command sets every byte to every value in one state, and steps the emulator.
+"""
 
 import contextlib
 import dataclasses
@@ -106,7 +109,8 @@ def causes(
 
     Args:
         steps: agent steps (of 4 emulated frames) of random play before the state.
-        frames: emulated frames after each change.
+        frames: emulated frames after each change. At least 2, because many games draw objects
+            computed one frame ago.
         values: number of values of each byte, 2 to 256, evenly spaced.
         num_envs: number of instances, all in the same state, that share the changes.
         game_mode: in ale-py's numbering; None for the game's default.

@@ -48,6 +48,8 @@ class Finding:
 def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
     """Explain the visible objects of a recording by its RAM.
 
+    Formulas are fitted on half of the episodes and scored on the others.
+
     Args:
         target: "vem" (detections of the game's vision rules) or "sprites" (drawn by the video
             chip).

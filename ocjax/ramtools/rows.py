@@ -90,7 +90,8 @@ def _order(row: Row) -> tuple[float, int, int]:
 def _pitch(present: np.ndarray) -> int | None:
     """The widest pitch that divides most distances between neighbours.
 
-    If no pitch divides the distances exactly, one pixel of remainder is allowed.
+    Boxes around different pictures begin in different rows. If no pitch divides the distances
+    exactly, one pixel of remainder is allowed.
     """
     n, at = np.nonzero(present)
     distances = np.diff(at)[n[1:] == n[:-1]]

@@ -28,6 +28,9 @@ LOOKS = 255  # distinguished pictures; rarer ones share the last number
 class Target:
     """The numbers of one category's objects in `n` samples, to be explained by RAM.
 
+    Unlike `Detections`, a target has slots, values and looks, and records whether its slots are
+    identities.
+
     Args:
         name: name of the category.
         place: whether slots are identities. If so, each slot is explained separately. Otherwise the

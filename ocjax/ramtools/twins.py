@@ -2,7 +2,9 @@
 
 A byte is changed one or two frames before a moment of play, and the same actions are repeated. If
 the console then has the same 128 bytes but another picture, no decoder of a single state can
-distinguish the two pictures. Bytes only get values that they have in play.
+distinguish the two pictures. Bytes only get values that they have in play. With the other bytes,
+however, they may form a state that the game never reaches. Check the pictures of a category before
+you trust the result.
 """
 
 import collections

@@ -60,6 +60,8 @@ def overlay(
 ) -> Image.Image:
     """Draw the boxes of the valid objects of one state over its frame.
 
+    Boxes of objects that the frame does not show are dashed.
+
     Args:
         game: the objects' game.
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.

@@ -67,7 +67,8 @@ class GameObject:
     """One object of one state, with its position one step before, for code written for OCAtari.
 
     The class of an object is a subclass with the name of its category. Its attributes are the
-    attributes of OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`.
+    attributes of OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. Assigning
+    to them changes only this object, and not the game or the next step's objects.
 
     Args:
         slot: number of the slot within the category.

@@ -166,7 +166,8 @@ def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
     """Resize by averaging over areas, like OpenCV's INTER_AREA.
 
     It maps uint8 `[..., h, w]` to uint8 `[..., *size]`. Means are exact and rounded to the nearest
-    integer, halves to the even one. For 210 to 84 rows, a matrix product takes three times as long.
+    integer, halves to the even one. Few rows are summed as slices of 16 bits. For 210 to 84 rows, a
+    matrix product takes three times as long.
     """
     if images.shape[-2:] == size:
         return images

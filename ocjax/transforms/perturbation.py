@@ -33,7 +33,9 @@ def perturb(
     Args:
         key: a key of `jax.random`.
         objects: all slots, of any batch shape.
-        jitter: the largest movement of the left and the top edge, in pixels.
+        jitter: the largest movement of the left and the top edge, in pixels. The box keeps its
+            size, and its top left corner remains on the screen. This and the probabilities are
+            Python numbers.
         drop: probability that an object is dropped.
         swap: probability that a slot takes part in a random permutation of such slots of its
             category.

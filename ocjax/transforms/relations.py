@@ -70,6 +70,8 @@ def _relations(objects: Objects, others: Objects) -> Relations:
 def relations(objects: Objects, others: Objects | None = None) -> Relations:
     """Compute the relations between all pairs of objects.
 
+    This is a jit-compiled pure function that works under `vmap` and `scan`.
+
         # bool [..., 1, N]
         near = ocjax.relations(objects.of("Player"), objects).distance < 20
 

@@ -1,7 +1,8 @@
 """Masks as bitmaps: 32 pixels per word, batch innermost.
 
 A bitmap is uint32 `[words, rows, B]`. Each word holds 32 columns, from left to right; the leftmost
-pixel is the most significant bit.
+pixel is the most significant bit. An addition carries to the left along a row, a shift of words
+moves pixels, and all operations vectorise over the batch.
 """
 
 import functools
@@ -221,7 +222,7 @@ def windows(bitmap: Bitmap, margin: int) -> jax.Array:
     """Split a bitmap into overlapping words, uint32 `[n, rows, B]`.
 
     Each word holds `32 - 2 * margin` inner columns between `margin` columns of its neighbours
-    (margin < 16).
+    (margin < 16). Pixels can therefore move `margin` columns without access to another word.
     """
     padded = _pad(bitmap, (1, 1))
     first, end = 32 - margin, 32 * (len(bitmap) + 1) - margin
@@ -309,7 +310,7 @@ def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
     its right and below.
     """
     dx, dy = gap
-    # The word to the left.
+    # The word to the left. Pixels move less than 32 columns, so no other word matters.
     before = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0)))
     n = 1
     while n <= dx:

@@ -87,10 +87,12 @@ def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Read
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Find the tight boxes of the pixels of masks inside regions.
 
-    The rows of all regions are stacked in strips, so that a few kernels process all regions.
+    The rows of all regions are stacked in strips, so that a few kernels process all regions. Each
+    region fills an integer number of strips.
 
     Returns:
-        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`.
+        x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`. Without pixels,
+        w and h are not positive.
     """
     groups = _groups(masks, regions)
     order = [i for group in groups for i in group]
@@ -118,7 +120,7 @@ def _marks(stack: Bitmap) -> tuple[jax.Array, jax.Array]:
 
     Returns:
         The words of each strip's rows or-ed together, uint32 `[5, strips, B]`, and a bit for each
-        row that holds a pixel, `[strips, B]`.
+        row that holds a pixel, `[strips, B]`. The top row is the most significant bit.
     """
     words, rows, lanes = stack.shape
     in_strips = stack.reshape(words, rows // STRIP_ROWS, STRIP_ROWS, lanes)
@@ -140,7 +142,10 @@ def _groups(masks: Sequence[Bitmap], regions: Sequence[Area]) -> list[list[int]]
 
 
 def _rows(mask: Bitmap, regions: Sequence[Area]) -> Bitmap:
-    """Stack the rows of regions, with the pixels outside cleared: `[5, rows, B]`."""
+    """Stack the rows of regions, with the pixels outside cleared: `[5, rows, B]`.
+
+    Several regions are padded to full strips each.
+    """
     if len(regions) == 1:
         return bm.cut(mask, regions[0])
     rows, inside = [], []

@@ -24,7 +24,10 @@ def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
 
 
 def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Detected:
-    """Find the objects of a rule in a mask `[5, H, B]`."""
+    """Find the objects of a rule in a mask `[5, H, B]`.
+
+    `anchor` is the mask of the rule's anchor, if the rule has one.
+    """
     if not rule.floats:
         return _detect(rule, mask)
     place = functools.partial(_to_own_place, rule)

@@ -47,7 +47,8 @@ class NumberDisplay:
         """Return the tight box around a number.
 
         Args:
-            shown: the number on the screen, int32, not negative.
+            shown: the number on the screen, int32, not negative. It is the box's value, unless
+                `fields` sets another one.
             fields: `valid`, `value` and `color` of the box.
         """
         place = {

@@ -1,7 +1,8 @@
 """Filters of vision rules: select some of the pixels that have a rule's colours.
 
 A filter is a function of a bitmap `[words, rows, B]` (`ocjax.vision.bitmap`) and of the bits of all
-colours, `[7, words, rows, B]`. It returns the selected pixels of the bitmap.
+colours, `[7, words, rows, B]`. It returns the selected pixels of the bitmap. A game may define its
+own filters. The filters here are frozen dataclasses, so that rules can be compared and printed.
 """
 
 import functools
@@ -46,8 +47,8 @@ class Searched:
         pixels: a function of a bitmap and of the search's result that returns the selected pixels
             of the bitmap.
         whole: whether the selected pixels depend only on the search's result and not on the bitmap.
-            Rules whose first filter is the same such filter select the same pixels, and are
-            searched together.
+            The rule's colours are then not searched. Rules whose first filter is the same such
+            filter select the same pixels, and are searched together.
     """
 
     search: _Search
@@ -96,6 +97,8 @@ class ShortRuns:
 class LoneRuns:
     """Select horizontal runs that touch no pixel above or below, not even at a corner.
 
+    This finds flat objects in the colour of others.
+
     Args:
         least: minimum number of pixels in a run.
     """
@@ -121,6 +124,8 @@ class LoneRuns:
 @dataclass(frozen=True)
 class NoLines:
     """Drop lines one pixel wide, upright or diagonal, of more than `most` rows.
+
+    This keeps objects that hang on lines of the same colour.
 
     Lines are followed within overlapping words, some rows at a time. Steps across the words of a
     bitmap take Tennis 35 us per frame instead of 30.
@@ -192,6 +197,8 @@ def _beside(words: jax.Array) -> jax.Array:
 @dataclass(frozen=True)
 class Lines:
     """Select lines of one colour, upright or diagonal (one column per row).
+
+    This finds thin shots in front of sprites with rows of different colours.
 
     Each step is materialized: 5 us per frame for 128 rows and 7 bits, and 30 us in one kernel,
     which repeats all steps for each row.

@@ -89,6 +89,7 @@ def _shown(digits: Sequence[Digits], rows: Bitmap, first: int) -> jax.Array:
     # A picture that several digits share is unreadable.
     read = [d for d in range(BASE) if font.glyphs.count(font.glyphs[d]) == 1]
     blank = (0,) * len(font.glyphs[0])
+    # Some fonts have an empty picture.
     empty = font.signs if blank in font.glyphs else (*font.signs, blank)
     known, shapes = [*read, *[EMPTY] * len(empty)], [*(font.glyphs[d] for d in read), *empty]
     same = jnp.all(

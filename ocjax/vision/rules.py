@@ -1,6 +1,7 @@
 """Rules with which VEM finds the objects of a category and reads their values.
 
-Colours are ALE palette indices (0-255), one or several.
+Colours are ALE palette indices (0-255), one or several. Rules with several regions accept separate
+colours for each region.
 """
 
 from collections.abc import Callable, Mapping
@@ -38,7 +39,8 @@ class Gauge:
             unknown.
         worth: value of one step.
         of: a rule for a single box, which is measured instead of the object's own box: for example
-            the filling of a bar, or a row of icons that are separate objects.
+            the filling of a bar, or a row of icons that are separate objects. The length is 0 if
+            this rule finds nothing.
     """
 
     unit: int
@@ -184,6 +186,8 @@ class Bounds:
 class Blobs:
     """Connected components of the pixels that have the colours, in raster order.
 
+    Components are ordered by their first pixels.
+
     Args:
         colors: palette indices; pixels of different colours of the rule connect.
         region: area of the screen to search; pixels outside are ignored.
@@ -197,14 +201,16 @@ class Blobs:
             The picture and the remaining pixels get tight boxes. If no picture fits, `Shape.split`
             applies. Pictures need a shape that is limited to 16 columns and their height, or more,
             and no `gap`.
-        first: colours that the object's first pixel (in raster order) must have.
+        first: colours that the object's first pixel (in raster order) must have. This separates
+            objects that share some of their colours.
         filters: applied in order to the pixels (`ocjax.vision.filters`).
         ignore: areas of the screen to ignore.
         exclude: categories of whole `Cells`; pixels of their objects are ignored.
         then: steps after the boxes are found (`ocjax.vision.steps`).
         also: further rules, without steps, whose objects also belong to the category. Their
             colours, region or filters must select other pixels.
-        frames: a search, as in filters, for the frames in which the rule applies, bool `[B]`.
+        frames: a search, as in filters, for the frames in which the rule applies, bool `[B]`. Rules
+            of different screens that read the same pixels are searched together.
     """
 
     colors: Colors
@@ -306,7 +312,7 @@ class Cells:
         whole: whether every pixel of the cell must have the colours. Otherwise any pixel is enough,
             and the box fits tightly around the matching pixels.
         margin: (columns, rows) beside, and above and below, the cell that must be free of the
-            colours.
+            colours. This separates a pellet from a wall.
         exclude: categories of `Blobs`; pixels inside their objects' boxes are ignored, except by
             rules that exclude these cells.
         floats: whether the whole grid moves up and down. The last row with matching pixels in the
@@ -314,7 +320,7 @@ class Cells:
             the last cells may be gone.
         anchor: for a grid that floats together with an object that keeps its shape: the object's
             colours, and the row below its last pixel in the cells' columns while the grid is at its
-            own position.
+            own position. The object then gives the grid's position.
     """
 
     colors: Colors

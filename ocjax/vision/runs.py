@@ -64,7 +64,10 @@ def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, ja
 
 
 class _Region(NamedTuple):
-    """A region of each row, int32 `[rows, 1, 1]` each."""
+    """A region of each row, int32 `[rows, 1, 1]` each.
+
+    In a row without further regions, no width is accepted.
+    """
 
     left: np.ndarray  # minimum first column of a run
     right: np.ndarray  # exclusive maximum

@@ -42,8 +42,8 @@ class Shades:
 class Saver:
     """The screen saver that a game shows after about 32,768 or 65,536 frames.
 
-    It shows each colour as `(color ^ key) & mask`. REM decodes it from the RAM, and VEM reads it
-    from a pixel.
+    It shows each colour as `(color ^ key) & mask`. The key changes every few seconds. REM decodes
+    it from the RAM, and VEM reads it from a pixel.
 
     Args:
         key: function of the address map that returns the key, int32; -1 while the colours are

@@ -1,6 +1,7 @@
 """Steps that change the objects found by a rule, before their colours are read.
 
-A step is a function of the objects and of their `Context`.
+A step is a function of the objects and of their `Context`. A game may define its own steps as
+subclasses of `Step`.
 """
 
 import functools
@@ -49,7 +50,10 @@ class Step(ABC):
 
 @dataclass(frozen=True)
 class Tight(Step):
-    """Fit boxes tightly around their pixels, also after a component is split."""
+    """Fit boxes tightly around their pixels, also after a component is split.
+
+    Boxes without pixels are dropped.
+    """
 
     def __call__(self, found: Detected, context: Context) -> Detected:
         """Return the objects after the step."""
@@ -66,7 +70,10 @@ class Tight(Step):
 
 @dataclass(frozen=True)
 class Raised(Step):
-    """Begin boxes `rows` rows further up, but not above the screen."""
+    """Begin boxes `rows` rows further up, but not above the screen.
+
+    This is for a player whose head has the colour of the other team's heads.
+    """
 
     rows: int
 

@@ -5,7 +5,10 @@
 
 A variation is a hook: it writes its bytes before every emulated frame. `hook=[...]` combines
 several. Addresses and values come from HackAtari 0.0.6 and from the games' decoders in
-`extractors/`; the tests check every effect on the screen.
+`extractors/`; the tests check every effect on the screen. Variations with HackAtari's effect have
+HackAtari's name. HackAtari's changes in every fifth, sixth or tenth frame happen here in every
+fourth or eighth frame of the game's own counter. Random numbers are a hash of the emulator's state;
+see `Variation`.
 
 Names also remove, freeze and recolour categories of objects: `hook="Pong:remove Enemy"`,
 `hook="Boxing:recolor Player red"`, or `hook=variations.freeze("Freeway", "Car")`.

@@ -37,7 +37,8 @@ class Variation:
     """A variation of a game, which is a hook.
 
     All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame, the seed
-    and the variation's name.
+    and the variation's name. Saved states contain the RAM, the frame, the seed and the RAM before
+    the last frame, so that a restored state continues identically.
 
     Args:
         game: the game's name.

@@ -1,4 +1,8 @@
-"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring."""
+"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring.
+
+ALE reads lengths, banks and positions without a check, so a forged state could make it write
+outside its memory.
+"""
 
 import struct
 from typing import Any, NamedTuple

@@ -166,6 +166,7 @@ class Emulator:
         ale.setFloat("repeat_action_probability", c.repeat_action_probability)
         ale.setInt("max_num_frames_per_episode", c.max_episode_frames)
         ale.setInt("frame_skip", self.frames_per_act)
+        # Derive seeds as ale-py's Gymnasium environment does: equal seeds give equal episodes.
         rng_seed, ale_seed = np.random.SeedSequence(None if seed < 0 else seed).generate_state(2)
         self.rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence(int(rng_seed))))
         ale.setInt("random_seed", int(ale_seed.astype(np.int32)))
@@ -194,7 +195,10 @@ class Emulator:
         return self.rng.bit_generator.state["state"]["inc"]
 
     def play(self, action: int, strength: float = FULL, *, visible: bool = True) -> float:
-        """Hold an action for the frames of one step, and return their reward."""
+        """Hold an action for the frames of one step, and return their reward.
+
+        Screens are copied only if `visible`.
+        """
         if self.whole_steps:
             return self.act(action, strength)
         reward, frames = 0.0, self.draw_skip()
@@ -234,7 +238,10 @@ class Emulator:
             self.ale.getScreenRGB(out)
 
     def keep_previous(self, *, shown: bool) -> None:
-        """Keep the latest frame before the next one is emulated."""
+        """Keep the latest frame before the next one is emulated.
+
+        If the arrays show the frame, copy it from there, else from the emulator.
+        """
         for name, out in self.previous.items():
             if shown:
                 out[:] = self.screens[name][-1]
@@ -250,7 +257,10 @@ class Emulator:
                 self.copy_frame(name, frames[-1])
 
     def reset(self) -> None:
-        """Show the start of the next episode."""
+        """Show the start of the next episode.
+
+        After the loss of a life it continues the game, else it is a new game.
+        """
         if self.phase is not Phase.NEXT_READY:
             self.begin_episode()
         self.change(Event.START)
@@ -316,7 +326,10 @@ class Emulator:
             )
 
     def reset_game(self) -> None:
-        """Reset the console, which releases all buttons."""
+        """Reset the console, which releases all buttons.
+
+        In the games of `PRESSING` it also draws random numbers.
+        """
         self.ale.reset_game()
         self.executed.release()
         self.executed.synchronize(console.facts(self.console_state()).random)
@@ -338,7 +351,10 @@ class Emulator:
             shown.reward[i], shown.terminated[i], shown.truncated[i] = result
 
     def next_episode_begins_game(self) -> bool:
-        """True if, after a lost life, the start of the next episode reaches the frame limit."""
+        """True if, after a lost life, the start of the next episode reaches the frame limit.
+
+        The next episode is then a new game.
+        """
         state = self.rng.bit_generator.state
         frames = sum(self.draw_skip() for _ in range(1 + len(self.config.start_actions)))
         self.rng.bit_generator.state = state
@@ -370,7 +386,10 @@ class Emulator:
         snapshot.write(self.state(), self.commands, self.i)
 
     def restore(self) -> None:
-        """Continue from the state and the RAM in the shared memory."""
+        """Continue from the state and the RAM in the shared memory.
+
+        The pool restores the other observed arrays.
+        """
         saved = snapshot.read(self.commands, self.i)
         try:
             self.restore_console(saved)
@@ -385,7 +404,9 @@ class Emulator:
     def restore_console(self, saved: EmulatorState) -> None:
         """Restore a saved state, including facts that ALE's state lacks.
 
-        The emulator gets them by emulating frames before it loads ALE's state.
+        These are the action that a sticky frame repeats, the completeness of the last frame, and
+        the pixels that the next frame does not draw. The emulator gets them by emulating frames
+        before it loads ALE's state.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         action = int(self.shown.executed[self.i])

@@ -2,6 +2,7 @@
 
 The pool sends numbered commands over the socket. After a command has succeeded or failed, the
 worker records its number in `CommandArrays.finished` and replies with one byte to wake the pool up.
+It writes error messages to stderr. A repeated command has its old number and is not executed again.
 """
 
 import dataclasses

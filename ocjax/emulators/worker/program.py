@@ -64,7 +64,10 @@ class EmulatorBlock:
         return [e for e in self.emulators if self.commands.chosen[e.i]]
 
     def reset(self) -> None:
-        """Start the next episodes of the chosen environments."""
+        """Start the next episodes of the chosen environments.
+
+        A seed makes a new emulator.
+        """
         for e in self.chosen():
             seed = int(self.commands.seed[e.i])
             if seed >= 0 or e.phase is Phase.UNLOADED:
@@ -75,7 +78,8 @@ class EmulatorBlock:
         """Step all environments.
 
         An environment with an ended episode starts the next one instead, unless autoreset is
-        disabled.
+        disabled. With same-step autoreset, this only happens after the end of an episode has been
+        restored.
         """
         ended = [e.phase is not Phase.RUNNING for e in self.emulators]
         if self.autoreset == interface.DISABLED and any(ended):
@@ -134,7 +138,8 @@ class EmulatorBlock:
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
         """Begin the next games of environments with an ended game, until interrupted.
 
-        This method runs between two commands, while the pool does not wait for the worker.
+        A new game costs as much as 16 steps. This method runs between two commands, while the pool
+        does not wait for the worker.
         """
         for e in self.emulators:
             if e.phase is Phase.GAME_OVER:
@@ -219,7 +224,10 @@ def _serve(
 
 
 def limit_stderr() -> None:
-    """Truncate a long stderr to its end."""
+    """Truncate a long stderr to its end.
+
+    stderr is a file, and messages of hooks would fill it without limit.
+    """
     size = os.fstat(_STDERR).st_size
     if size <= _MOST_STDERR:
         return

@@ -2,7 +2,7 @@
 
 ALE decides by random numbers, and this module draws the same ones. Before each emulated frame ALE
 draws two numbers in [0, 1). If the first is below the probability, the frame repeats the action of
-the previous frame.
+the previous frame. The second number belongs to the other player, who does nothing.
 """
 
 import re

@@ -1,8 +1,9 @@
 """`ocjax ram disassemble`: the program of a game, with the beam's position and its RAM writes.
 
-`cartridge` knows the banks, `processor` interprets instructions, and `machine` is a console around
-it that records what the program does. `tracing` runs it on states of play, `code` follows the
-program without running it, and `listing` writes the result.
+`opcodes` and `registers` are tables of facts. `cartridge` knows the banks, `processor` interprets
+instructions, and `machine` is a console around it that records what the program does. `tracing`
+runs it on states of play, `code` follows the program without running it, and `listing` writes the
+result.
 """
 
 from pathlib import Path

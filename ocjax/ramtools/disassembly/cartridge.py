@@ -1,7 +1,7 @@
 """Cartridges: which byte of the ROM's file the processor sees at an address.
 
 The processor sees 4 KiB. Larger cartridges switch banks when the processor reads or writes certain
-addresses, the hotspots.
+addresses, the hotspots. The kinds are those of the games that ocjax supports.
 """
 
 from dataclasses import dataclass, field

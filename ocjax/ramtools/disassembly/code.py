@@ -62,7 +62,7 @@ def reachable(cartridge: Cartridge, entries: Iterable[Place]) -> dict[int, Instr
     """The instructions that can be reached, by their offsets in the file.
 
     Branches are followed both ways, and subroutines are expected to return. Jumps to addresses in
-    RAM are not followed.
+    RAM are not followed. The first way to an instruction decides which banks it sees.
     """
     found: dict[int, Instruction] = {}
     todo = list(entries)[::-1]

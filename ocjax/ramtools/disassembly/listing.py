@@ -62,7 +62,10 @@ def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | N
 
 
 def field_names(ram: type[RamMap]) -> dict[int, str]:
-    """The names of the bytes that a game's `Ram` declares. Several names are joined by /."""
+    """The names of the bytes that a game's `Ram` declares. Several names are joined by /.
+
+    Numbers of several bytes are named "score.0", "score.1", ..., the most significant byte first.
+    """
     names: dict[int, dict[str, None]] = collections.defaultdict(dict)
     for name, field in ram.fields().items():
         for i, place in enumerate(field.places):
@@ -186,7 +189,10 @@ def _operand(p: Program, instruction: Instruction) -> str:
 
 
 def write_table(p: Program) -> Table:
-    """For each byte of RAM, the instructions that write it, by the time of their writes."""
+    """For each byte of RAM, the instructions that write it, by the time of their writes.
+
+    Calls of subroutines write their return addresses to the stack; the table omits them.
+    """
     found: dict[int, dict[str, list[str]]] = collections.defaultdict(
         lambda: {time: [] for time in TIMES}
     )

@@ -1,7 +1,7 @@
 """A console that runs a game's program and records its execution and its RAM writes.
 
 It has the processor, the RAM, the timer and the cartridge. It draws nothing: collisions read as
-none, and the chip DPC of Pitfall II reads as 0.
+none, and the chip DPC of Pitfall II reads as 0. The switches, joysticks and paddles are inputs.
 """
 
 from dataclasses import dataclass, field

@@ -50,7 +50,8 @@ def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
     """Run a program from its reset, then for one frame from each state of play.
 
     A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
-    state of play replaces the machine's.
+    state of play replaces the machine's. The registers stay those of the frame before. If a program
+    gets lost, the machine continues from the frames after its reset.
 
     Args:
         rams: 128 bytes each.

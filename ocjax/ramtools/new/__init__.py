@@ -1,4 +1,8 @@
-"""`ocjax ram new`: a game file that runs, for a game without a decoder."""
+"""`ocjax ram new`: a game file that runs, for a game without a decoder.
+
+`fonts` finds digits in the ROM, `colors` describes the colours of random play, and this module
+writes the file.
+"""
 
 import hashlib
 from pathlib import Path

@@ -76,6 +76,8 @@ class FoundFont:
 def find(rom: np.ndarray) -> list[FoundFont]:
     """Find fonts in a ROM, the most usual ones first.
 
+    A digit's rows must be adjacent, and the digits in order.
+
     Args:
         rom: uint8 `[size]`.
     """
@@ -106,7 +108,10 @@ def _all(rom: np.ndarray) -> Iterator[FoundFont]:
 
 
 def _likeness(digits: np.ndarray, top_first: bool) -> float:
-    """The correlation of ten pictures with `USUAL`, -1 to 1."""
+    """The correlation of ten pictures with `USUAL`, -1 to 1.
+
+    The pictures are scaled to the same size, all by the same factors.
+    """
     rows = digits if top_first else digits[:, ::-1]
     dots = rows[..., None] >> np.arange(7, -1, -1) & 1  # [10, rows, 8]
     used = [np.flatnonzero(dots.any(axis=(0, axis))) for axis in (2, 1)]
@@ -135,7 +140,8 @@ def _font(digits: np.ndarray, offset: int, stride: int, top_first: bool) -> Foun
 def _holes(pictures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The number of holes of pictures `[n, rows]`, and the sum of their rows' distances.
 
-    A hole is an area without dots that is connected by edges and does not reach the border.
+    A hole is an area without dots that is connected by edges and does not reach the border. The
+    second result is negative if the holes are above the middle.
     """
     n, rows = pictures.shape
     empty = np.full((n, rows + 2 * MARGIN), (1 << 8 + 2 * MARGIN) - 1, np.int32)

@@ -76,6 +76,7 @@ class Session:
         return held_action(self.held)
 
     def _seen(self) -> Seen:
+        """The inputs of policies. A step is one frame, without pooling."""
         gray = np.zeros((1, *self.game.screen), np.uint8)
         self.ale.getScreenGrayscale(gray[0])
         return Seen(self.ram[None], np.array([self.started]), gray)

@@ -136,7 +136,10 @@ def _raw_keys() -> Iterator[Callable[[], list[str]]]:
 
 
 def watch(session: Session, console: Console, frames: int | None = None) -> None:
-    """Watch in a terminal until the session is done or `frames` frames are shown."""
+    """Watch in a terminal until the session is done or `frames` frames are shown.
+
+    This also works over ssh.
+    """
     shown = 0
     with (
         _raw_keys() as keys,

@@ -2,19 +2,25 @@
 
 All masks of a game are stacked on one board and searched together. Each stage has a file:
 
-1. `board` stacks the masks and bridges gaps within components. 2. `candidates` finds pixels where
-components may begin. A component's first pixel in raster order starts a run that touches no pixel
-in the row above. Candidates are numbered by mask, by frame, and in raster order; `Index.locate`
-finds the k-th candidate. 3. `measuring` cuts out a small window of the board around each of a fixed
-number of candidates. Sweeps down and up over the window's rows fill the component, which is then
-measured. 4. `boxes` accepts components within the limits of their search, each as one object, or as
-several if the search splits components. 5. `slots` assigns objects to slots.
+1. `board` stacks the masks and bridges gaps within components.
+2. `candidates` finds pixels where components may begin. A component's first pixel in raster order
+   starts a run that touches no pixel in the row above. A few word operations find these pixels for
+   a whole batch. They test words independently, so some candidates are false positives (dropped in
+   stage 3). Candidates are numbered by mask, by frame, and in raster order; `Index.locate` finds
+   the k-th candidate.
+3. `measuring` cuts out a small window of the board around each of a fixed number of candidates.
+   Sweeps down and up over the window's rows fill the component, which is then measured. A candidate
+   that is not the first pixel of its component is dropped: a component with two horns has two
+   candidates.
+4. `boxes` accepts components within the limits of their search, each as one object, or as several
+   if the search splits components.
+5. `slots` assigns objects to slots.
 
 Stages 2 to 5 repeat until no candidate is left, so the result is exact for any mask.
 
 A component that leaves its window is larger than the `max_size` of its search, and is dropped. If a
 search has no limit, such components are filled again on the whole board, one per frame at a time
-(`measuring.measure_large`).
+(`measuring.measure_large`). This is exact for spirals too, but slower.
 
 Terms that the stages share:
 
@@ -29,10 +35,12 @@ Rejected alternatives, in microseconds per frame on one core for a game's comple
 
 - Eight candidates of every frame at a time, for as many rounds as the frame with the most
   candidates needs: 240 for Asteroids (now 29), 120 for Beam Rider (26), 100 for Battle Zone (24),
-  50 for Space Invaders (22).
-- Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids. - One
-search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each. - The words
-of a row stacked during filling: 46 instead of 33 for Asteroids.
+  50 for Space Invaders (22). One crowded frame keeps all others waiting.
+- Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids. Every word
+  of every window locates its candidate again.
+- One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each.
+- The words of a row stacked during filling: 46 instead of 33 for Asteroids. Each word repeats the
+  computation that the words share.
 """
 
 from collections.abc import Sequence

@@ -33,7 +33,7 @@ def _quotient(a: jax.Array, b: jax.Array) -> jax.Array:
     """Compute `a // b` of int32 from 0 to 2**20.
 
     XLA divides integers one at a time, and floats eight at a time: Berzerk takes 28 us per frame
-    instead of 33.
+    instead of 33. The added half keeps the quotient away from integers, so rounding is safe.
     """
     return ((a.astype(jnp.float32) + 0.5) / b.astype(jnp.float32)).astype(jnp.int32)
 

@@ -43,6 +43,7 @@ def starts(
     found = []
     for word, over, left in zip(here, above, [None, *here], strict=False):
         free = word & ~(over | (((over << 1) | (over >> 1)) & corners))
+        # The carry goes from the last pixel of a free run to the left of its first.
         total = free + (free & ~(word << 1))
         first = ((total & ~word) >> 1) | jnp.where(total < free, U(1 << 31), U(0))
         found.append(first if left is None else first & ~(left << 31))
@@ -139,7 +140,10 @@ class Index:
         return block * BLOCK_ROWS + row + 1, rest
 
     def _column(self, lane: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
-        """Find the column of the candidate that follows `rest` others in its row."""
+        """Find the column of the candidate that follows `rest` others in its row.
+
+        Only the words around the candidate are read.
+        """
         lanes, n_rows = self.layout.board.lanes, self.layout.board.rows
         word, rest = _which(
             _fields(

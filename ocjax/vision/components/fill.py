@@ -40,7 +40,8 @@ def fill(
 
         m, f = (lax.dynamic_index_in_dim(a, at(step), keepdims=False) for a in (mask, filled))
         # The loop's state carries the row before. XLA would replace a single word there in place,
-        # which it does not vectorise, so a single word is read again.
+        # which it does not vectorise, so a single word is read again. At the first step and at the
+        # turn this reads the row itself, whose neighbours are filled anyway.
         if words == 1:
             seeds = touched(
                 f,
@@ -80,7 +81,8 @@ def _depth(mask: jax.Array) -> jax.Array:
 def fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
     """Apply `fill` to the whole board, with one array for all words of a row.
 
-    This is slower, but compiles a fifth of the code.
+    This is slower, but compiles a fifth of the code. A sweep fills a run no further than into the
+    next word.
     """
     shape = 1, board.shape[1], 1
     rows = (

@@ -176,7 +176,7 @@ def _window_size(searches: Sequence[Search]) -> WindowSize:
     """Size windows to hold the largest component of every search.
 
     Detecting that a component continues to the left of its window takes an eighth more time than a
-    blank column there.
+    blank column there. Windows lack this column only if it would need another word.
     """
     reach_x, reach_y = (
         max(side) for side in zip(*(search.reach for search in searches), strict=True)

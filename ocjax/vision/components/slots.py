@@ -36,7 +36,10 @@ class _Order:
         return bm.at(begins, place >> 5) + bm.popcount(bm.at(words, place >> 5) & earlier)
 
     def places(self) -> tuple[jax.Array, jax.Array]:
-        """Candidate and part of each object, int32 `[n * most]`."""
+        """Candidate and part of each object, int32 `[n * most]`.
+
+        The entries after the last object are in range, too.
+        """
         k = jnp.arange(32 * len(self._words), dtype=jnp.int32)
         word = jnp.sum(self._ends[:, None] <= k[None], axis=0, dtype=jnp.int32)
         word = jnp.minimum(word, len(self._words) - 1)
@@ -108,4 +111,5 @@ def _places(counts: np.ndarray, known: jax.Array) -> jax.Array:
     number = np.arange(counts.max(), dtype=np.int32)[None, :, None]
     known = known[:, None]
     place = jnp.where(number < known % MAX_COUNT, (known >> COUNT_BITS) + number, -1)
+    # Until here all masks have equally many slots, so that slots need no look-up of their mask.
     return place.reshape(-1, known.shape[2])[np.flatnonzero(number[..., 0] < counts[:, None])]

@@ -1,7 +1,8 @@
 """Split components of touching objects by their pictures.
 
-A picture fits if its pixels are in the component, or beyond an edge of the region, where they are
-invisible.
+A component's first pixel in raster order is the first pixel of the picture drawn there, so pictures
+are tried only at this position. A picture fits if its pixels are in the component, or beyond an
+edge of the region, where they are invisible.
 
 Windows are uint32 `[words, rows, n]` for `n` components. The first pixel of each component is in
 the first row, in column `reach`.
