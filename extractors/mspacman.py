@@ -238,13 +238,12 @@ def _pills(m: Ram) -> jax.Array:
 def _fruit_boxes(m: Ram) -> Box:
     """The fruit in the maze, and the level's fruit below it."""
     fruit_x, fruit_y = _fruit_before(m)
-    shown = (m.fruit_x > 0) & ~_dying(m)
-    look = FIRST_FRUIT + m.fruit
+    # Two boxes side by side: with `Box.stacked`, the game takes 1.5 times as long.
+    x = jnp.stack([larger_part(fruit_x - 12, 8), jnp.int32(126)])
+    y = jnp.stack([fruit_y + 1, jnp.int32(173)])
+    there = jnp.stack([(m.fruit_x > 0) & ~_dying(m), m.ghosts == 3])
     color = pick(m.fruit, FRUIT_COLORS)
-    x = larger_part(fruit_x - 12, 8)
-    in_maze = _picture(look, x, fruit_y + 1, valid=shown, color=color)
-    below = _picture(look, jnp.int32(126), jnp.int32(173), valid=m.ghosts == 3, color=color)
-    return Box.stacked(in_maze, below)
+    return _picture(FIRST_FRUIT + m.fruit, x, y, valid=there, color=color)
 
 
 def _picture(index: jax.Array, x: jax.Array, y: jax.Array, **fields: Any) -> Box:
