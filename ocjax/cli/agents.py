@@ -40,7 +40,7 @@ def train(
     frames: Annotated[
         int,
         count_option(
-            "Emulated frames to train for, such as 20M, counted from the start of the training."
+            "Emulated frames to train for, counted from the start of the training.", "20M"
         ),
     ] = 20_000_000,
     seed: Annotated[

@@ -59,6 +59,7 @@ def gaze(
     folder = trial.with_suffix("") if frames is None else frames
     with errors_in_one_line():
         known = registry.load(game)
+        _check_inputs(trial, folder)
         reads = [trial, *PictureFolder(folder).reads]
         writing.check(out, suffixes=(".csv",), reads=reads)
         writing.check(picture, suffixes=(".png",), reads=reads)
@@ -70,6 +71,18 @@ def gaze(
             write_picture(picture, _drawn(known, folder, _first_look(found)))
     if not any(look.objects.valid.any() for look in found):
         warn(f"no object of {known.name} is in {folder}: are these pictures of another game?")
+
+
+def _check_inputs(trial: Path, folder: Path) -> None:
+    """Check that the trial and the folder of its pictures exist.
+
+    Raises:
+        FileNotFoundError: one of them does not exist.
+    """
+    if not trial.exists():
+        raise FileNotFoundError(f"no trial {trial}")
+    if not folder.exists():
+        raise FileNotFoundError(f"no folder {folder} of the trial's pictures: give it (--frames)")
 
 
 def _first_look(found: list[Look]) -> Look:

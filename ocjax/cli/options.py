@@ -12,9 +12,9 @@ import typer
 _UNITS = {"": 1, "k": 1_000, "M": 1_000_000}
 
 
-def count_option(help_text: str) -> Any:
-    """An option for a number that `count` reads."""
-    return typer.Option(parser=count, metavar="NUMBER", help=help_text)
+def count_option(help_text: str, default: str) -> Any:
+    """An option for a number that `count` reads, with the text of its default."""
+    return typer.Option(parser=count, metavar="NUMBER", help=help_text, show_default=default)
 
 
 def count(text: str) -> int:

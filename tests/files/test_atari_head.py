@@ -98,6 +98,16 @@ def test_pictures_of_another_game_give_a_warning(trial, tmp_path):
     assert "Warning: no object of Skiing is in " in " ".join(result.output.split())
 
 
+def test_missing_inputs(trial, tmp_path):
+    options = ("--game", "Pong", "--out", tmp_path / "looks.csv")
+    result = run("gaze", tmp_path / "none.txt", *options)
+    assert result.exit_code == 2
+    assert f"no trial {tmp_path / 'none.txt'}" in result.output.replace("\n", "")
+    result = run("gaze", trial, *options, "--frames", tmp_path / "none")
+    assert result.exit_code == 2
+    assert "of the trial's pictures: give it (--frames)" in " ".join(result.output.split())
+
+
 def test_files_that_are_no_texts(tmp_path):
     (tmp_path / "trial.txt").write_bytes(b"\xff")
     with pytest.raises(InputError, match="not a text file in UTF-8"):
