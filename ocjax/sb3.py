@@ -140,6 +140,9 @@ class ObjectVecEnv(VecEnv):
         self._instances = [_Instance(envs, i) for i in range(envs.num_envs)]
         super().__init__(envs.num_envs, envs.single_observation_space, envs.single_action_space)
 
+    def __repr__(self) -> str:
+        return f"ObjectVecEnv({self.envs!r})"
+
     def reset(self) -> Any:
         """Start new games in all environments, and return the observations.
 

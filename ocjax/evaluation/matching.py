@@ -20,7 +20,7 @@ RADIUS = 5.0  # pixels between centres, as in the OCAtari paper
 PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Detections:
     """Labelled boxes of a batch of frames, from any detector: the input of the metrics.
 
@@ -43,6 +43,10 @@ class Detections:
     label: np.ndarray
     categories: tuple[str, ...]
     score: np.ndarray | None = None
+
+    def __repr__(self) -> str:
+        boxes = int(np.sum(self.label >= 0))
+        return f"Detections of {boxes:,} boxes in {len(self.xywh):,} frames"
 
     def __post_init__(self) -> None:
         if self.xywh.ndim != 3 or self.xywh.shape[2] != 4:

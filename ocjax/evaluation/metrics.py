@@ -40,7 +40,7 @@ def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
     return np.divide(part, whole, out=np.full(whole.shape, np.nan), where=whole > 0)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Agreement:
     """Counts of objects and matches, with the scores computed from them.
 
@@ -64,6 +64,13 @@ class Agreement:
     found: np.ndarray
     exact: np.ndarray
     overlap: np.ndarray
+
+    def __repr__(self) -> str:
+        total = self.sum()
+        return (
+            f"Agreement of {int(total.left):,} and {int(total.right):,} objects, "
+            f"shape {list(np.shape(self.left))}: F1 {float(total.f1):.3f}"
+        )
 
     def map(self, f: Callable[[np.ndarray], np.ndarray]) -> "Agreement":
         """Apply a function to each count."""

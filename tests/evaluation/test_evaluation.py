@@ -360,3 +360,12 @@ def test_average_precision_is_that_of_pycocotools():
     expected = run.eval["precision"][:, :, :, 0, -1].mean(axis=1).T
     assert 0.05 < expected.mean() < 0.95
     assert np.allclose(metrics.average_precision(mine, truth), expected, atol=1e-12)
+
+
+def test_reprs_are_short():
+    left = detections([[(0, 0, 2, 4), None], [None, None]])
+    right = detections([[(0, 0, 2, 4), None], [(90, 90, 4, 4), None]])
+    assert repr(right) == "Detections of 2 boxes in 2 frames"
+    counts = metrics.agreement(left, right)
+    assert repr(counts) == "Agreement of 1 and 2 objects, shape [2, 1]: F1 0.667"
+    assert repr(counts.sum()) == "Agreement of 1 and 2 objects, shape []: F1 0.667"
