@@ -5,6 +5,7 @@ from collections import Counter, defaultdict
 
 import pytest
 
+import ocjax
 from tests.support.states import ROOT
 
 COLUMNS = 100  # of a line at most
@@ -14,9 +15,19 @@ CUSTOMARY = ("Box", "Game", "Rom")  # classes beside `box`, which makes one, `GA
 FILES = sorted((ROOT / "extractors").rglob("*.py"))
 
 
-@pytest.fixture(params=FILES, ids=lambda path: path.relative_to(ROOT / "extractors").as_posix())
-def path(request):
-    return request.param
+def pytest_generate_tests(metafunc):
+    """Every test with the argument `path` runs on every file, or on those of `--game`."""
+    if "path" in metafunc.fixturenames:
+        names = metafunc.config.getoption("--game")
+        modules = {ocjax.load(name).name.lower() for name in names or ()}
+        files = [file for file in FILES if not names or _place(file).parts[0] in modules]
+        metafunc.parametrize("path", files, ids=lambda path: _place(path).as_posix())
+
+
+def _place(path):
+    """The path in extractors/, with the name of a game's module as its first part."""
+    inside = path.relative_to(ROOT / "extractors")
+    return inside.with_suffix("") if len(inside.parts) == 1 else inside
 
 
 @pytest.fixture
