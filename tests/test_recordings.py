@@ -359,7 +359,7 @@ def test_wrong_use_of_record(tape, tmp_path, monkeypatch):
         (("Pung",), "did you mean Pong"),
         (
             ("Pong", "sampels"),
-            "a part must be samples, ends, modes, limits, expected, got 'sampels'",
+            "a part must be samples, ends, modes, limits, edits, expected, got 'sampels'",
         ),
         (("Pong", "samples", "--mode", 99), "Pong has no mode 99"),
         (("Pong", "samples", "--difficulty", 9), "Pong has no difficulty 9"),
