@@ -211,7 +211,8 @@ def test_pictures_that_may_be_grey_are_refused(tmp_path):
         InputError, message, write_pictures(tmp_path / "Asteroids", [picture]), tmp_path / "out.npz"
     )
     picture[0, 0] = 2  # no shade of grey
-    files.extract(write_pictures(tmp_path / "asteroids", [picture]), tmp_path / "out.npz")
+    with pytest.warns(UserWarning, match="no object of Asteroids"):
+        files.extract(write_pictures(tmp_path / "asteroids", [picture]), tmp_path / "out.npz")
 
 
 def test_arrays_of_grey_frames_are_refused(tmp_path, pong):

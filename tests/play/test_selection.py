@@ -11,6 +11,7 @@ import pytest
 import ocjax
 from ocjax.console.boxes import box
 from ocjax.extraction.categories import Category
+from ocjax.extraction.checks import Checks
 from ocjax.play import policies, policy_files
 from ocjax.play.policies import PolicyError
 from ocjax.play.rollouts import rollout
@@ -103,6 +104,7 @@ def with_other_names(game):
     return game.replaced(
         categories=tuple(categories),
         decode=lambda m: {names[name]: found for name, found in game.decode(m).items()},
+        checks=Checks(),
     )
 
 
