@@ -14,10 +14,11 @@ from ocjax.datasets.generation import open_dataset
 from ocjax.datasets.plans import Plan
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
-from ocjax.files import writing
+from ocjax.files import outputs, writing
+from ocjax.files.outputs import YOLO
 from ocjax.files.pipeline import Progress
 
-COCO, YOLO = "coco:", "yolo:"  # before the folder of an export
+COCO = "coco:"  # before the folder of an export
 TRAINING, VALIDATION = "train", "val"
 EPISODES = 10  # every tenth episode of a game is for validation
 COLUMNS = ("index", "seed", "policy", "instance", "episode", "image", "vem")
@@ -74,11 +75,7 @@ def _new_folder(out: str) -> Path:
     """The folder of an output."""
     if not out.startswith((COCO, YOLO)):
         raise ValueError(f"the output must be {COCO}FOLDER or {YOLO}FOLDER, got {out}")
-    path = Path(out.partition(":")[2])
-    if path.exists():
-        raise FileExistsError(f"{path} exists already: delete it, or name a new folder")
-    writing.check(path)
-    return path
+    return outputs.new_folder(out)
 
 
 def _categories(games: Sequence[Game]) -> dict[str, int]:

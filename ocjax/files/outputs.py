@@ -262,12 +262,12 @@ def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
 
 
 def new_folder(name: str) -> Path:
-    """The folder for labels in YOLO's format.
+    """The folder of an output such as "yolo:FOLDER".
 
     Args:
-        name: its path after "yolo:".
+        name: its path after the format and a colon.
     """
-    path = Path(name.removeprefix(YOLO))
+    path = Path(name.partition(":")[2])
     if path.exists():
         raise FileExistsError(f"{path} exists already: delete it, or name a new folder")
     writing.check(path)
