@@ -105,7 +105,7 @@ def shares(game: str) -> dict[str, float]:
     spec = ocjax.load(game, hud=False)
     (inputs,), n = vector.space(spec, "rem").shape, h.num_envs  # pyright: ignore[reportGeneralTypeIssues]
     num_actions = 6
-    network = networks.shared(config.groups, num_actions)
+    network = networks.deep_sets(config.groups, num_actions)
     learner = ppo.init(network, h, 1, 0)
     act, update = (
         ppo.make_act(network, standardize=False),

@@ -29,7 +29,7 @@ MOST = 2**31 - 1  # limit of seeds and hyperparameters
 MOST_HISTORY = 1_000
 
 Inputs = Literal["objects", "pixels"]
-ObjectNetwork = Literal["shared", "mlp"]
+ObjectNetwork = Literal["deep_sets", "mlp"]
 
 
 class TrainingError(ValueError):
@@ -116,7 +116,7 @@ class Config:
             "objects".
         grid_features: the features of slots of fixed grids; with None, the same as for others.
         history: number of states that the policy sees; for "objects".
-        network: "shared" (the slots of a category share weights; it takes one state) or "mlp" (a
+        network: "deep_sets" (the slots of a category share weights; it takes one state) or "mlp" (a
             multilayer perceptron); for "objects".
         variations: names of variations of the game, which apply together; see
             `ocjax.emulators.variations`.
@@ -135,7 +135,7 @@ class Config:
     features: tuple[str, ...] = FEATURES
     grid_features: tuple[str, ...] | None = GRID_FEATURES
     history: int = 1
-    network: ObjectNetwork = "shared"
+    network: ObjectNetwork = "deep_sets"
     variations: tuple[str, ...] = ()
     game_mode: int | None = None
     game_difficulty: int | None = None
@@ -201,10 +201,10 @@ class Config:
 
     @property
     def groups(self) -> Groups:
-        """The groups of the observation, for the network "shared"."""
+        """The groups of the observation, for the network "deep_sets"."""
         return (
             groups_of(load(self.game).without_hud(), self.vector)
-            if self.network == "shared"
+            if self.network == "deep_sets"
             else ()
         )
 

@@ -7,14 +7,14 @@ import jax
 import jax.numpy as jnp
 from jax.nn.initializers import orthogonal
 
-from ocjax.play import networks
 from ocjax.play.networks import (
     CONVOLUTION_OUTPUT,
     CONVOLUTIONS,
-    ENCODER,
     Groups,
     Layers,
     convolved,
+    encoded,
+    encoder_sizes,
     perceptron,
 )
 
@@ -76,36 +76,31 @@ def mlp(num_inputs: int, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Ne
     return Network(init, apply)
 
 
-def shared(groups: Groups, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
-    """Separate networks `ocjax.play.networks.shared` for actor and critic.
+def deep_sets(groups: Groups, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
+    """Perceptrons with tanh for actor and critic on the codes of `ocjax.play.networks.encoded`.
 
-    They take float32 `[B, num_inputs]`.
+    They share the encoders, and take float32 `[B, num_inputs]`.
     """
     pooled = [group for group in groups if group.pooled]
     width = sum(group.width for group in groups)
 
-    def layers(key: jax.Array, outputs: int, gain: float) -> list[dict[str, jax.Array]]:
-        *keys, last = jax.random.split(key, len(pooled) + 1)
+    def init(key: jax.Array) -> Params:
+        *keys, actor, critic = jax.random.split(key, len(pooled) + 2)
         encoders = [
-            _dense_layers(k, (len(group.features), *ENCODER), GAIN)
+            _dense_layers(k, encoder_sizes(group, "deep_sets"), GAIN)
             for k, group in zip(keys, pooled, strict=True)
         ]
-        return [layer for encoder in encoders for layer in encoder] + _dense_layers(
-            last, (width, *hidden, outputs), gain
-        )
-
-    def init(key: jax.Array) -> Params:
-        actor, critic = jax.random.split(key)
         return {
-            "actor": layers(actor, num_actions, ACTOR_GAIN),
-            "critic": layers(critic, 1, CRITIC_GAIN),
+            "encoders": [layer for encoder in encoders for layer in encoder],
+            "actor": _dense_layers(actor, (width, *hidden, num_actions), ACTOR_GAIN),
+            "critic": _dense_layers(critic, (width, *hidden, 1), CRITIC_GAIN),
         }
 
     def apply(params: Params, x: jax.Array) -> tuple[jax.Array, jax.Array]:
-        logits, values = (
-            networks.shared(_pairs(params[name]), x, groups) for name in ("actor", "critic")
-        )
-        return logits, values[:, 0]
+        codes = encoded(_pairs(params["encoders"]), x, groups)
+        return _dense(params["actor"], codes, jnp.tanh), _dense(params["critic"], codes, jnp.tanh)[
+            :, 0
+        ]
 
     return Network(init, apply)
 

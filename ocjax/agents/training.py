@@ -126,8 +126,8 @@ class Trainer:
         """Actor and critic; only networks on objects use `inputs`."""
         if not self._objects:
             return networks.nature_cnn(STACK, self.num_actions)
-        if self.config.network == "shared":
-            return networks.shared(self.config.groups, self.num_actions)
+        if self.config.network == "deep_sets":
+            return networks.deep_sets(self.config.groups, self.num_actions)
         return networks.mlp(inputs, self.num_actions)
 
     def run(self, frames: int, console: Console) -> None:
@@ -180,11 +180,11 @@ class Trainer:
     def policy(self) -> SavedPolicy:
         """The current policy."""
         learner = self._pending.result().learner
-        parts = ("actor",) if self._objects else ("torso", "dense", "actor")
+        parts = ("torso", "dense", "encoders", "actor")
         layers = [
             (np.asarray(layer["w"]), np.asarray(layer["b"]))
             for part in parts
-            for layer in learner.params[part]
+            for layer in learner.params.get(part, [])
         ]
         known = {
             "sampled": True,

@@ -21,9 +21,12 @@ from ocjax.extraction.game import Game
 # Channels, kernel size and stride, as in Mnih et al. (2015).
 CONVOLUTIONS = ((32, 8, 4), (64, 4, 2), (64, 3, 1))
 CONVOLUTION_OUTPUT = 64 * 7 * 7
-ENCODER = (32, 32)  # sizes of the layers that encode a slot
-# The center and the unit of each input feature of the network "shared": pixels of a 160 x 210
-# screen, and compass points.
+PERCEPTRON_LAYERS = 3
+CODE = 32  # values that encode a slot
+# Layers that encode a slot, by network.
+ENCODER_LAYERS = {"deep_sets": 1, "shared": 2}
+# The center and the unit of each input feature of these networks: pixels of a 160 x 210 screen, and
+# compass points.
 SCALES = {
     "x": (80.0, 40.0),
     "y": (105.0, 50.0),
@@ -57,7 +60,7 @@ class Group(NamedTuple):
     @property
     def width(self) -> int:
         """The number of values that represent the slots, float32 `[B, width]`."""
-        return 2 * ENCODER[-1] if self.pooled else self.slots * len(self.features)
+        return 2 * CODE if self.pooled else self.slots * len(self.features)
 
 
 Groups = tuple[Group, ...]
@@ -67,11 +70,11 @@ def groups_of(game: Game, vector: Vector) -> Groups:
     """The groups of an observation, one per category.
 
     Raises:
-        ValueError: the network "shared" does not support the observation.
+        ValueError: networks with groups do not support the observation.
     """
     if vector.history > 1 or vector.normalize:
         raise ValueError(
-            f"the network shared takes one state, with lengths in pixels, got {vector.history} "
+            f"networks with groups take one state, with lengths in pixels, got {vector.history} "
             "or normalised lengths"
         )
     names, groups, first = vector.features_of(game), [], 0
@@ -79,7 +82,7 @@ def groups_of(game: Game, vector: Vector) -> Groups:
         features = tuple(f for _, name, i, f in names if name == category.name and i == 0)
         if "valid" not in features or not set(features) <= set(SCALES):
             raise ValueError(
-                f"the network shared takes the feature valid and any of {', '.join(SCALES)}, got "
+                f"networks with groups take the feature valid and any of {', '.join(SCALES)}, got "
                 f"{', '.join(features)}"
             )
         groups.append(Group(first, category.count, features))
@@ -138,26 +141,38 @@ def nature_cnn(layers: Layers, frames: jax.Array, groups: Groups = ()) -> jax.Ar
 
 
 @functools.partial(jax.jit, static_argnums=2)
-def shared(layers: Layers, x: jax.Array, groups: Groups) -> jax.Array:
-    """A perceptron with tanh on codes of the categories, as in Deep Sets (Zaheer et al., 2017).
+def deep_sets(layers: Layers, x: jax.Array, groups: Groups) -> jax.Array:
+    """A perceptron with tanh on the codes of the categories.
 
-    The inputs are float32 `[B, n]`. The slots of a category share an encoder, a perceptron with
-    relu. The mean and the maximum of the valid slots' codes represent the category. `layers`
-    contains the encoders in the order of the groups, then the perceptron.
+    The inputs are float32 `[B, n]`. `layers` contains the encoders of `encoded`, then the three
+    layers of the perceptron.
     """
-    codes, layers = [], list(layers)
+    encoders, last = layers[:-PERCEPTRON_LAYERS], layers[-PERCEPTRON_LAYERS:]
+    return perceptron(last, encoded(encoders, x, groups), jnp.tanh)
+
+
+def encoded(encoders: Layers, x: jax.Array, groups: Groups) -> jax.Array:
+    """The codes of the categories, as in Deep Sets (Zaheer et al., 2017).
+
+    The inputs are float32 `[B, n]`, the codes `[B, sum of the groups' widths]`. The slots of a
+    category share an encoder, a perceptron with relu. The mean and the maximum of the valid slots'
+    codes represent the category. `encoders` contains the layers in the order of the groups, the
+    same number for each.
+    """
+    codes, layers = [], iter(encoders)
+    depth = len(encoders) // max(1, sum(group.pooled for group in groups))
     for group in groups:
         slots, valid = _scaled(x, group)
         if group.pooled:
-            encoder, layers = layers[: len(ENCODER)], layers[len(ENCODER) :]
-            encoded = jax.nn.relu(
+            encoder = list(itertools.islice(layers, depth))
+            code = jax.nn.relu(
                 perceptron(encoder, slots.reshape(-1, len(group.features)), jax.nn.relu)
             )
-            encoded = encoded.reshape(len(x), group.slots, -1) * valid
-            codes += [encoded.mean(axis=1), encoded.max(axis=1)]
+            code = code.reshape(len(x), group.slots, -1) * valid
+            codes += [code.mean(axis=1), code.max(axis=1)]
         else:
             codes.append(slots.reshape(len(x), -1))
-    return perceptron(layers, jnp.concatenate(codes, axis=1), jnp.tanh)
+    return jnp.concatenate(codes, axis=1)
 
 
 def _scaled(x: jax.Array, group: Group) -> tuple[jax.Array, jax.Array]:
@@ -188,12 +203,19 @@ def _of_nature_cnn(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> lis
     return torso + _of_perceptron((CONVOLUTION_OUTPUT,), groups, given[len(torso) :] or [(0, 0)])
 
 
-def _of_shared(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Shape]:
+def encoder_sizes(group: Group, network: str) -> Shape:
+    """The sizes of the inputs and of each layer of a pooled group's encoder."""
+    return (len(group.features), *[CODE] * ENCODER_LAYERS[network])
+
+
+def _of_deep_sets(
+    network: str, inputs: Shape, groups: Groups, given: Sequence[Shape]
+) -> list[Shape]:
     encoders = [
         shape
         for group in groups
         if group.pooled
-        for shape in itertools.pairwise((len(group.features), *ENCODER))
+        for shape in itertools.pairwise(encoder_sizes(group, network))
     ]
     width = sum(group.width for group in groups)
     return encoders + _of_perceptron((width,), groups, given[len(encoders) :] or [(0, 0)])
@@ -202,6 +224,9 @@ def _of_shared(inputs: Shape, groups: Groups, given: Sequence[Shape]) -> list[Sh
 NETWORKS: Mapping[str, Network] = {
     "mlp": Network(mlp, _of_perceptron, standardized=True),
     "relu_mlp": Network(relu_mlp, _of_perceptron, standardized=True),
-    "shared": Network(shared, _of_shared, grouped=True),
+    **{
+        name: Network(deep_sets, functools.partial(_of_deep_sets, name), grouped=True)
+        for name in ENCODER_LAYERS
+    },
     "nature_cnn": Network(nature_cnn, _of_nature_cnn, pixels=True),
 }

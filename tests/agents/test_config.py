@@ -40,7 +40,7 @@ WRONG = {
     ],
     "history": [(0, "at least 1"), (10**6, "at most"), ("2", "'2'"), (2.0, "2.0"), (None, "None")],
     "network": [
-        ("cnn", "network must be shared or mlp, got 'cnn'"),
+        ("cnn", "network must be deep_sets or mlp, got 'cnn'"),
         (None, "None"),
         (["mlp"], "got ['mlp']"),
     ],

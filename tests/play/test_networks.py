@@ -1,4 +1,4 @@
-"""The network with weights shared by slots."""
+"""The networks with weights shared by slots."""
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +10,7 @@ from ocjax.agents import networks
 from ocjax.agents.config import Config
 from ocjax.envs import Vector, settings
 from ocjax.play import policies
-from ocjax.play.networks import ENCODER, NETWORKS, SCALES, groups_of
+from ocjax.play.networks import ENCODER_LAYERS, NETWORKS, SCALES, groups_of
 from ocjax.play.policies import PolicyError, SavedPolicy
 from tests.support.policies import changed
 
@@ -19,27 +19,35 @@ CONFIG = Config("SpaceInvaders")
 ACTIONS = 6
 
 
-@pytest.fixture(scope="module")
-def layers():
-    """Initial weights of an actor, without biases of zero."""
-    params = networks.shared(CONFIG.groups, ACTIONS).init(jax.random.key(0))["actor"]
+@pytest.fixture(params=ENCODER_LAYERS)
+def network(request):
+    return request.param
+
+
+@pytest.fixture
+def layers(network):
+    """Random weights of an actor."""
+    inputs = CONFIG.vector.space(GAME, "rem").shape
+    encoders = NETWORKS[network].shapes(inputs, CONFIG.groups, [])[:-1]
+    width = sum(group.width for group in CONFIG.groups)
     rng = np.random.default_rng(0)
+    shapes = [*encoders, (width, 64), (64, 64), (64, ACTIONS)]
     return [
         (
-            np.float32(np.float16(layer["w"])),
-            np.float32(np.float16(rng.normal(size=layer["b"].shape))),
+            rng.normal(scale=n**-0.5, size=(n, m)).astype(np.float16).astype(np.float32),
+            rng.normal(size=m).astype(np.float16).astype(np.float32),
         )
-        for layer in params
+        for n, m in shapes
     ]
 
 
 @pytest.fixture
-def path(layers, tmp_path):
+def path(network, layers, tmp_path):
     known = {
         "settings": settings("dqn", clip_rewards=False),
         "preset": "dqn",
         "sampled": True,
-        "network": "shared",
+        "network": network,
     }
     SavedPolicy(GAME, layers, CONFIG.vector, **known).write(tmp_path / "policy.npz")
     return tmp_path / "policy.npz"
@@ -59,11 +67,11 @@ def observations(count, seed=0):
     return np.concatenate(parts, axis=1)
 
 
-def by_slots(layers, observed, groups):
+def by_slots(network, layers, observed, groups):
     """The logits of one observation, slot by slot."""
     layers, codes = list(layers), []
     for group in groups:
-        encoder = [layers.pop(0) for _ in ENCODER] if group.pooled else []
+        encoder = [layers.pop(0) for _ in range(ENCODER_LAYERS[network])] if group.pooled else []
         encoded = []
         for i in range(group.slots):
             start = group.first + i * len(group.features)
@@ -86,34 +94,34 @@ def by_slots(layers, observed, groups):
     return x @ layers[-1][0] + layers[-1][1]
 
 
-def test_slots_share_an_encoder(layers):
+def test_slots_share_an_encoder(network, layers):
     """The network equals its definition in the docstring for every slot."""
     x = observations(5)
-    logits = NETWORKS["shared"].apply(layers, x, CONFIG.groups)
+    logits = NETWORKS[network].apply(layers, x, CONFIG.groups)
     assert np.allclose(
-        logits, [by_slots(layers, own, CONFIG.groups) for own in x], rtol=1e-4, atol=1e-4
+        logits, [by_slots(network, layers, own, CONFIG.groups) for own in x], rtol=1e-4, atol=1e-4
     )
 
 
-def test_the_order_of_slots_does_not_matter(layers):
+def test_the_order_of_slots_does_not_matter(network, layers):
     x = observations(5)
     group = next(g for g in CONFIG.groups if g.pooled)
     columns = slice(group.first, group.first + group.slots * len(group.features))
     y = x.copy()
     y[:, columns] = x[:, columns].reshape(5, group.slots, -1)[:, ::-1].reshape(5, -1)
     assert not np.array_equal(x, y)
-    apply = NETWORKS["shared"].apply
+    apply = NETWORKS[network].apply
     assert np.allclose(
         apply(layers, x, CONFIG.groups), apply(layers, y, CONFIG.groups), rtol=1e-5, atol=1e-5
     )
 
 
-def test_a_file_gives_the_same_actions(layers, path):
+def test_a_file_gives_the_same_actions(network, layers, path):
     policy = policies.read(path, ocjax.load("SpaceInvaders"))
     x = observations(20)
     assert policy.groups == CONFIG.groups
     assert policy.mean is None
-    logits = np.asarray(NETWORKS["shared"].apply(layers, x, CONFIG.groups))
+    logits = np.asarray(NETWORKS[network].apply(layers, x, CONFIG.groups))
     assert np.array_equal(policy.logits(x), logits)
     act = policies.make_policy(str(path), ocjax.load("SpaceInvaders"), ACTIONS, 3, 0)
     assert act(policies.Seen(jnp.zeros((3, 128), jnp.uint8), np.ones(3, bool))).shape == (3,)
@@ -133,15 +141,16 @@ def test_observations_that_it_cannot_take(vector, message):
         groups_of(GAME, vector)
 
 
+@pytest.mark.parametrize("network", ["deep_sets"], indirect=True)
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"mean": np.zeros(3)}, "mean must be absent"),
         ({"w0": np.zeros((9, 32))}, r"w0 \[10, n\].*got \[9, 32\]"),
-        ({"w1": np.zeros((32, 31))}, "w1"),
-        ({"w6": np.zeros((221, 64))}, r"w6 \[222, n\]"),
-        ({"w6": None}, "w6"),
-        ({"w8": np.zeros((64, 5)), "b8": np.zeros(5)}, "must have 6 outputs"),
+        ({"w1": np.zeros((9, 32))}, "w1"),
+        ({"w3": np.zeros((221, 64))}, r"w3 \[222, n\]"),
+        ({"w3": None}, "w3"),
+        ({"w5": np.zeros((64, 5)), "b5": np.zeros(5)}, "must have 6 outputs"),
         ({"history": 2**53}, "one state"),
         ({"normalize": True}, "one state"),
         ({"features": ["x", "y"]}, "the feature valid"),
@@ -152,3 +161,18 @@ def test_files_that_are_no_policies(path, tmp_path, change, message):
     changed(path, tmp_path / "p.npz", change)
     with pytest.raises(PolicyError, match=message):
         policies.make_policy(str(tmp_path / "p.npz"), ocjax.load("SpaceInvaders"), ACTIONS, 1, 0)
+
+
+def test_trained_actor_and_critic_share_encoders():
+    """A change of an encoder's weights changes logits and values."""
+    network = networks.deep_sets(CONFIG.groups, ACTIONS)
+    params = network.init(jax.random.key(0))
+    x = jnp.asarray(observations(5))
+    changed_params = params | {
+        "encoders": [{"w": layer["w"] + 1, "b": layer["b"]} for layer in params["encoders"]]
+    }
+    before, after = network.apply(params, x), network.apply(changed_params, x)
+    assert all(not np.allclose(b, a) for b, a in zip(before, after, strict=True))
+    actor = [(layer["w"], layer["b"]) for layer in (*params["encoders"], *params["actor"])]
+    played = NETWORKS["deep_sets"].apply(actor, x, CONFIG.groups)
+    assert np.allclose(played, before[0], rtol=1e-5, atol=1e-6)

@@ -112,7 +112,7 @@ def test_other_policies_need_no_screens():
         ({"mean": np.zeros(3)}, "mean must be absent"),
         (
             {"network": "resnet"},
-            "network must be one of mlp, relu_mlp, shared, nature_cnn, got 'resnet'",
+            "network must be one of mlp, relu_mlp, deep_sets, shared, nature_cnn, got 'resnet'",
         ),
         ({"network": ["mlp"]}, "network must be one of"),
         ({"network": "mlp"}, "KeyError"),
