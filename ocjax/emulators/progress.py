@@ -41,7 +41,7 @@ def progress(items: Sequence[_Item], action: str) -> Iterator[_Item]:
 def progress_bar(
     action: str, unit: str, console: Console | None = None, *, transient: bool = False
 ) -> Iterator[Callable[..., None]]:
-    """A progress bar that appears with the first report.
+    """A progress bar that appears with the first report; a notebook shows none.
 
     Args:
         action: the activity, such as "extracting".
@@ -54,6 +54,10 @@ def progress_bar(
         A function to call with the numbers of finished and of all units, and with further numbers
         by name.
     """
+    console = console or Console()
+    if console.is_jupyter:  # rich needs ipywidgets there, and warns without them
+        yield lambda *_, **__: None
+        return
     columns = (
         TextColumn(action),
         BarColumn(),

@@ -18,7 +18,7 @@ COLORS: Mapping[str, int] = {"black": 0x00, "white": 0x0C, "red": 0x30, "blue": 
 """Colours by name, as palette indices of NTSC consoles."""
 
 _DOCS = {
-    "remove": "There is no {0}.",
+    "remove": "The screen shows no {0}.",
     "freeze": "Each {0} stays where it is written to.",
     "recolor": "Each {0} has another colour{1}.",
 }
@@ -52,7 +52,9 @@ def names(game: str) -> tuple[str, ...]:
 
 
 def remove(game: str, category: str) -> Variation:
-    """The variation without a category of objects.
+    """The variation without a category's objects on the screen.
+
+    In some games, removed objects still move and collide.
 
     Args:
         game: the game's name in any of the usual spellings.
