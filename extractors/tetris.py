@@ -6,7 +6,7 @@ Screen: the whole picture is one row lower on every other frame. The green bar, 
 the grey well are scenery. The color of a block depends on its row.
 
 Slots: Block has the places of the well row by row from the top left. The blocks of the falling
-piece count.
+piece count, too.
 
 RAM: the ROM's code. After drawing, the game takes the piece out of the well, moves it by the
 joystick, lets it fall or removes full rows, and puts it back. `_as_drawn` reverts the moves. They
@@ -47,7 +47,7 @@ from ocjax.authoring import (
     box,
     byte,
     display,
-    lookup,
+    match,
     pick,
     when,
 )
@@ -55,27 +55,26 @@ from ocjax.authoring import (
 ROM = Rom("tetris", "b0e1ee07fbc73493eac5651a52f90f00")
 FONT = ROM.font(0x74B, rows=5, dots=3, shift=5, dot=(4, 8), pitch=16, top_first=True)
 
-ROWS = 22
-COLUMNS = 10
+WELL_ROWS = 22
+WELL_COLUMNS = 10
 PITCH = (4, 8)  # from a block to the next
 BLOCK = (3, 7)
 WELL = (24, 28, 63, 204)  # its blocks on all frames
 WITH_GAPS = (24, 28, 64, 205)  # the well and the gaps right of its blocks and below them
 YELLOW = 30
-COLORS = tuple((46 + 16 * row) % 256 for row in range(ROWS))  # of blocks, top row first
+ROW_COLORS = tuple((46 + 16 * row) % 256 for row in range(WELL_ROWS))  # of blocks, top row first
 SCORE = NumberDisplay(FONT, right=156, top=27, digits=4, leading_zeros=True)
 SCORE_AREA = (96, 27, 160, 68)  # on all frames
 WORDS = (96, 99, 160, 204)  # area of all messages
 # ONE, TWO, and the drawings for three and four rows, by `word`
-WORD_WIDTHS = np.zeros(256, np.int32)
-WORD_WIDTHS[[0x07, 0x0E, 0x6B, 0xC0]] = (44, 48, 60, 64)
+WORD_WIDTHS = {0x07: 44, 0x0E: 48, 0x6B: 60, 0xC0: 64}
 
-TOP_ROW = ROWS - 1  # `piece_row` of a new piece, which counts from the bottom
+TOP_ROW = WELL_ROWS - 1  # `piece_row` of a new piece, which counts from the bottom
 NEW_COLUMN = 6  # `piece_column` of a new piece
 FALLS = 16  # `clock` on the frame after the piece has fallen
 MOVES = 2  # lowest two bits of `clock` on the frame after the joystick has moved the piece
 FIRST_MOVE = 14  # `clock` on the frame after the first move
-OVER = 128  # least `message_clock` after the end of the game
+GAME_OVER = 128  # least `message_clock` after the end of the game
 ROWS_REMOVED = 30  # `message_clock` on the frame after whose drawing rows were removed
 NEW_PIECE = 0x57  # `last_call` if the frame's last step was a new piece
 # bits of the columns in `left` and `right`
@@ -91,8 +90,8 @@ FIRST_COLUMN = PIECE_COLUMNS.min(axis=1)
 FIRST_DEPTH = PIECE_DEPTHS.min(axis=1)
 PIECE_WIDTHS = np.ptp(PIECE_COLUMNS, axis=1) + 1
 PIECE_HEIGHTS = np.ptp(PIECE_DEPTHS, axis=1) + 1
-SLOT_OFFSETS = (PIECE_DEPTHS * COLUMNS + PIECE_COLUMNS).T  # of each block, by kind and turn
-BLOCK_SLOTS = np.arange(ROWS * COLUMNS)[None]
+SLOT_OFFSETS = (PIECE_DEPTHS * WELL_COLUMNS + PIECE_COLUMNS).T  # of each block, by kind and turn
+BLOCK_SLOTS = np.arange(WELL_ROWS * WELL_COLUMNS)[None]
 
 
 class Ram(RamMap):
@@ -102,7 +101,6 @@ class Ram(RamMap):
     block_row = byte(*range(92, 96))  # of the piece's blocks, from the bottom
     block_left = byte(*range(96, 100))  # their bits in `left`; all are 0 without a piece
     block_right = byte(*range(100, 104))  # in `right`
-    removed = byte(104)  # number of rows on the frame after their removal
     piece_row = byte(105)  # from the bottom
     piece_column = byte(106)  # 3 for the first column
     piece = byte(107)  # offset in PIECES
@@ -128,9 +126,9 @@ def decode(m: Ram) -> dict[str, Box]:
     drawn = _as_drawn(m)
     return {
         "Player": _piece_box(m, drawn),
-        "Block": _blocks(m, drawn),
-        "Score": _score(m),
-        "Message": _message(m),
+        "Block": _block_boxes(m, drawn),
+        "Score": _score_box(m),
+        "Message": _message_box(m),
     }
 
 
@@ -157,7 +155,7 @@ def _as_drawn(m: Ram) -> Drawn:
 
 
 def _has_piece(m: Ram) -> jax.Array:
-    return jnp.any((m.block_left | m.block_right) != 0) & (m.message_clock < OVER)
+    return jnp.any((m.block_left | m.block_right) != 0) & (m.message_clock < GAME_OVER)
 
 
 def _piece_box(m: Ram, drawn: Drawn) -> Box:
@@ -168,11 +166,11 @@ def _piece_box(m: Ram, drawn: Drawn) -> Box:
     top = WELL[1] + PITCH[1] * row + m.lower
     width = PITCH[0] * pick(kind, PIECE_WIDTHS) - 1
     height = PITCH[1] * pick(kind, PIECE_HEIGHTS) - 1
-    piece = box(left, top, width, height, drawn.valid, color=pick(row, COLORS))
+    piece = box(left, top, width, height, drawn.valid, color=pick(row, ROW_COLORS))
     return piece.clip(*WELL)
 
 
-def _blocks(m: Ram, drawn: Drawn) -> Box:
+def _block_boxes(m: Ram, drawn: Drawn) -> Box:
     """The blocks of the well, with the piece where it was drawn."""
     in_well = _has_piece(m)
     left = m.left ^ when(in_well, _piece_bits(m, m.block_left))
@@ -185,7 +183,7 @@ def _blocks(m: Ram, drawn: Drawn) -> Box:
 def _falling(drawn: Drawn) -> jax.Array:
     """True for the slots of the piece's blocks."""
     kind = drawn.piece >> 2
-    first = (TOP_ROW - drawn.row) * COLUMNS + drawn.column - 3
+    first = (TOP_ROW - drawn.row) * WELL_COLUMNS + drawn.column - 3
     slots = [first + pick(kind, offsets) for offsets in SLOT_OFFSETS]
     return jnp.any(jnp.stack(slots)[:, None] == BLOCK_SLOTS, axis=0) & drawn.valid
 
@@ -197,41 +195,46 @@ def _piece_bits(m: Ram, mask: jax.Array) -> jax.Array:
     return functools.reduce(jnp.bitwise_or, blocks)
 
 
-def _score(m: Ram) -> Box:
+def _score_box(m: Ram) -> Box:
     return box(SCORE.lefts[0], SCORE.top + m.lower, 60, FONT.height, value=m.score)
 
 
-def _message(m: Ram) -> Box:
-    over = m.message_clock >= OVER
+def _message_box(m: Ram) -> Box:
+    over = m.message_clock >= GAME_OVER
     shown = (m.message_clock > 0) & (m.message_clock != ROWS_REMOVED) & ~_just_ended(m)
-    width = jnp.where(over, 64, lookup(WORD_WIDTHS, m.word))
+    widths = [(m.word == word, width) for word, width in WORD_WIDTHS.items()]
+    width = match((over, 64), *widths, otherwise=0)
     top = jnp.where(over, WORDS[1], 123) + m.lower
     return box(WORDS[0], top, width, jnp.where(over, 88, 40), shown)
 
 
 def _just_ended(m: Ram) -> jax.Array:
-    return (m.message_clock >= OVER) & (m.last_call == NEW_PIECE)
+    return (m.message_clock >= GAME_OVER) & (m.last_call == NEW_PIECE)
 
 
-BLOCK_X = np.tile(WELL[0] + PITCH[0] * np.arange(COLUMNS), ROWS)
-BLOCK_Y = np.repeat(WELL[1] + PITCH[1] * np.arange(ROWS), COLUMNS)
-BLOCK_RGB = tuple(np.repeat(NTSC[list(COLORS)], COLUMNS, axis=0))
+BLOCK_X = np.tile(WELL[0] + PITCH[0] * np.arange(WELL_COLUMNS), WELL_ROWS)
+BLOCK_Y = np.repeat(WELL[1] + PITCH[1] * np.arange(WELL_ROWS), WELL_COLUMNS)
+BLOCK_RGB = tuple(np.repeat(NTSC[list(ROW_COLORS)], WELL_COLUMNS, axis=0))
+
+
+DOT_BITS = np.array([4, 2, 1], np.int32)[None, None, None]
+GLYPHS = np.array(FONT.glyphs, np.int32).T[None, :, None]
+WEIGHTS = np.array([1000, 100, 10, 1], np.int32)[None, :, None]
 
 
 def _read_score(colors: jax.Array, frames: jax.Array) -> jax.Array:
     """The score from a pixel of each dot that is its own on all frames."""
-    rows = SCORE.top + 4 + FONT.dot[1] * np.arange(5)
-    columns = np.array(SCORE.lefts)[:, None] + FONT.dot[0] * np.arange(FONT.dots)
-    dots = frames[:, rows[:, None, None], columns] == YELLOW  # frames, rows, digits, dots
-    shown = jnp.sum(dots * np.array([4, 2, 1]), axis=-1)
-    same = jnp.all(shown[..., None] == np.array(FONT.glyphs).T[:, None], axis=1)
-    digits = jnp.sum(same * np.arange(10), axis=-1)
-    number = jnp.sum(digits * np.array([1000, 100, 10, 1]), axis=-1)
-    known = jnp.all(jnp.any(same, axis=-1), axis=-1)
-    return jnp.where(known, number, UNKNOWN_VALUE)[None].astype(jnp.int32)
+    middles = SCORE.top + 4 + FONT.dot[1] * np.arange(5)
+    dots = np.array(SCORE.lefts)[:, None] + FONT.dot[0] * np.arange(FONT.dots)[None]
+    is_lit = frames[:, middles[:, None, None], dots[None]] == YELLOW  # frame, row, digit, dot
+    pictures = jnp.sum(jnp.where(is_lit, DOT_BITS, 0), axis=-1)
+    same = jnp.all(pictures[..., None] == GLYPHS, axis=1)  # frame, digit of the score, 0 to 9
+    number = jnp.sum(jnp.where(same, np.arange(10)[None, None] * WEIGHTS, 0), axis=(-2, -1))
+    is_known = jnp.all(jnp.any(same, axis=-1), axis=-1)
+    return jnp.where(is_known, number, UNKNOWN_VALUE)[None].astype(jnp.int32)
 
 
-BLOCK_COLORS = tuple(dict.fromkeys(COLORS))
+BLOCK_COLORS = tuple(dict.fromkeys(ROW_COLORS))
 # Sizes of pieces: columns and rows of blocks.
 PIECE_SIZES = sorted(set(zip(PIECE_WIDTHS.tolist(), PIECE_HEIGHTS.tolist(), strict=True)))
 FOUR_BLOCKS = 4 * PITCH[0] * PITCH[1]  # pixels, with the gaps right of the blocks and below them
@@ -261,7 +264,7 @@ GAME = Game(
                 *PITCH,
                 whole=False,
             ),
-            count=ROWS * COLUMNS,
+            count=WELL_ROWS * WELL_COLUMNS,
             rgb=BLOCK_RGB,
             doc="filled places of the well",
         ),
