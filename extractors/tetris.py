@@ -3,7 +3,7 @@
 Picture: docs/games/Tetris.png
 
 Screen: the whole picture is one row lower on every other frame. The green bar, the dots in it and
-the grey well are scenery. The color of a block depends on its row.
+the grey well are scenery. The colour of a block depends on its row.
 
 Slots: Block has the places of the well row by row from the top left. The blocks of the falling
 piece count, too.
