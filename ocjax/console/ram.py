@@ -207,7 +207,8 @@ def high(*places: Place) -> Field:
 def bcd(*places: Place) -> Field:
     """Declare binary-coded decimals, two digits per byte.
 
-    Nibbles above 9 count as 10 to 15, so that every state has a value.
+    A tuple of addresses is one number, highest digits first. Nibbles above 9 count as 10 to 15, so
+    that every state has a value.
     """
 
     def read(parts: tuple[jax.Array, ...]) -> jax.Array:
