@@ -24,9 +24,10 @@ class Shape:
 
     Args:
         w, h: width and height in pixels.
-        pixels: number of pixels, including those that `Blobs.gap` bridges from the left and from
-            above. This separates pictures of the same size. None: any number. Without a gap, a
-            component has at most `w` times `h` pixels.
+        pixels: number of pixels; it separates pictures of the same size. With `Blobs.gap` of (dx,
+            dy), the dx columns right of each pixel and the dy rows below it count, too, also at the
+            object's edge. None: any number. Without a gap, a component has at most `w` times `h`
+            pixels.
         split: (width, height) of one object, for objects that touch. A larger component is split
             into as many objects as cover it (4 at most), evenly spaced from edge to edge. `w` and
             `h` then limit the whole component.
