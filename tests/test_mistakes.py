@@ -40,7 +40,7 @@ def names():
 MISTAKES = (
     # The name of a game.
     ("ocjax.load('Pongg')", ValueError, "did you mean Pong"),
-    ("ocjax.load('Tetris')", ValueError, "ALE has this game, but ocjax does not support it"),
+    ("ocjax.load('Othello')", ValueError, "ALE has this game, but ocjax does not support it"),
     ("ocjax.load('Chess')", ValueError, "no game 'Chess': there are Adventure, AirRaid, Alien"),
     ("ocjax.load(3)", TypeError, "a game's name must be a string such as 'Pong', got 3"),
     ("gymnasium.make('ocjax/Pongg-v5')", gymnasium.error.NameNotFound, "Did you mean: `Pong`"),
