@@ -142,7 +142,7 @@ def _as_drawn(m: Ram) -> Drawn:
     fell = (m.clock == FALLS) | is_move & pulled
     by_joystick = is_move & ~fell
     row = m.piece_row + when(fell, 1)
-    # The joystick has not moved a piece yet whose column is not the one of the last move.
+    # The last move ended in another column, so the joystick has not moved this piece yet.
     elsewhere = jnp.abs(m.column_before - NEW_COLUMN) > 1
     unmoved = fell & (m.piece_column == NEW_COLUMN) & elsewhere
     is_new = (row == TOP_ROW) & ((m.clock == FIRST_MOVE) | unmoved)

@@ -116,10 +116,21 @@ def test_readable_records_of_the_readme():
         assert record.get("value", 0) == own.value[slot]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
+NOTEBOOKS = pytest.mark.parametrize(
     "notebook", sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")), ids=lambda path: path.stem
 )
+
+
+@NOTEBOOKS
+def test_stored_outputs_have_no_warnings(notebook):
+    """Nor paths of the machine that ran the notebook."""
+    text = notebook.read_text("utf-8")
+    assert not re.search(r"Warning|Traceback|site-packages|/home/|/root/|/tmp/", text)
+    assert '"name": "stderr"' not in text
+
+
+@pytest.mark.slow
+@NOTEBOOKS
 def test_notebooks_run(notebook, tmp_path):
     """The code of a notebook runs in a fresh process."""
     cells = json.loads(notebook.read_text("utf-8"))["cells"]

@@ -2,9 +2,9 @@
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sized
 from contextlib import ExitStack, contextmanager
-from typing import Any, TypeVar
+from typing import Any, TextIO, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn, track
@@ -16,24 +16,37 @@ SECONDS = 20.0  # from one line of progress to the next, if there is no terminal
 _Item = TypeVar("_Item")
 
 
-def progress(items: Sequence[_Item], action: str) -> Iterator[_Item]:
+def _takes_bars(stream: TextIO | None) -> bool:
+    """True on a terminal.
+
+    Notebooks are no terminals, whatever their streams say: there, rich needs ipywidgets for bars,
+    and warns without them.
+    """
+    is_terminal = stream is not None and not stream.closed and stream.isatty()
+    return is_terminal and not Console().is_jupyter
+
+
+def progress(items: Iterable[_Item], action: str, total: int | None = None) -> Iterator[_Item]:
     """Yield the items, and show the progress.
 
-    On a terminal this is a bar on the standard output. Otherwise it is a line on the standard error
-    every `SECONDS`, so work that takes less shows nothing.
+    On a terminal this is a bar on the standard output. Otherwise, and in notebooks, it is a line on
+    the standard error every `SECONDS`, so work that takes less shows nothing.
 
     Args:
         action: the activity, such as "changing Pong's RAM".
+        total: the number of items, for iterables without a length.
     """
-    if sys.stdout is not None and not sys.stdout.closed and sys.stdout.isatty():
-        yield from track(items, description=action, transient=True)
+    total = len(items) if isinstance(items, Sized) else total
+    assert total is not None
+    if _takes_bars(sys.stdout):
+        yield from track(items, description=action, total=total, transient=True)
         return
     shown = time.monotonic()
     for i, item in enumerate(items):
         yield item
         if sys.stderr is not None and time.monotonic() >= shown + SECONDS:
             shown = time.monotonic()
-            percent = 100 * (i + 1) // len(items)
+            percent = 100 * (i + 1) // total
             print(f"{action}: {percent} %", file=sys.stderr, flush=True)  # noqa: T201
 
 
@@ -55,7 +68,7 @@ def progress_bar(
         by name.
     """
     console = console or Console()
-    if console.is_jupyter:  # rich needs ipywidgets there, and warns without them
+    if console.is_jupyter:
         yield lambda *_, **__: None
         return
     columns = (
@@ -80,9 +93,9 @@ def progress_bar(
 def start_bar(num_envs: int) -> Iterator[StartReport | None]:
     """A callback for `EmulatorPool.reset` that shows the number of started emulators.
 
-    It is None if stderr is not a terminal.
+    It is None if stderr is not a terminal, and in notebooks.
     """
-    if sys.stderr is None or sys.stderr.closed or not sys.stderr.isatty():
+    if not _takes_bars(sys.stderr):
         yield None
         return
     with progress_bar("starting", "emulators", Console(stderr=True), transient=True) as report:

@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from PIL import Image
-from rich.progress import track
 
 from ocjax.emulators.hooks import Hooks
-from ocjax.emulators.progress import progress_bar
+from ocjax.emulators.progress import progress, progress_bar
 from ocjax.emulators.settings import settings
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
@@ -104,9 +103,7 @@ def play(
                 if all(len(own) == most for own, most in zip(played, quota, strict=True)):
                     break
     returns, frames = zip(*(one for own in played for one in own), strict=True)
-    drawn = [
-        _picture(game, moment) for moment in track(seen, f"drawing {game.name}", transient=True)
-    ]
+    drawn = [_picture(game, moment) for moment in progress(seen, f"drawing {game.name}")]
     return Played(np.array(returns), np.array(frames), chosen, drawn)
 
 

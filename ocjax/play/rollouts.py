@@ -6,9 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from rich.progress import track
 
-from ocjax.emulators.progress import progress_bar, start_bar
+from ocjax.emulators.progress import progress, progress_bar, start_bar
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.play.policies import BUILT_IN, Policy, make_policy, needs
@@ -100,7 +99,7 @@ def rollout(
 def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[list[State]]:
     """Successive states of each instance of a freshly reset pool, after some skipped steps."""
     states: list[list[State]] = [[] for _ in range(pool.num_envs)]
-    turns = track(range(-skipped, count), description=f"playing {pool.game.name}", transient=True)
+    turns = progress(range(-skipped, count), f"playing {pool.game.name}")
     for t, _ in zip(turns, steps(pool, act), strict=False):
         if t >= 0:
             for i, own in enumerate(states):

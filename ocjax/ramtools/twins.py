@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 import ale_py
 import jax
 import numpy as np
-from rich.progress import track
 
 from ocjax._xla.batches import by_chunks
+from ocjax.emulators.progress import progress
 from ocjax.emulators.start import start_emulator
 from ocjax.evaluation.tables import Cell, Table
 from ocjax.extraction.game import Game
@@ -95,9 +95,7 @@ def twins(
     moments: list[_Moment] = []
     changes, pairs = _changes(game, seed, game_mode), list[Twin]()
     description = f"changing {game.name}'s RAM"
-    for k, at in enumerate(
-        track(_moments(ale, moment, count, seed), description, total=count, transient=True)
-    ):
+    for k, at in enumerate(progress(_moments(ale, moment, count, seed), description, count)):
         moments.append(at)
         here = ale.cloneSystemState()
         pairs += (Twin(address, k, screen) for address, screen in _pairs(ale, at, changes))
