@@ -10,7 +10,8 @@ piece count, too.
 
 RAM: the ROM's code. After drawing, the game takes the piece out of the well, moves it by the
 joystick, lets it fall or removes full rows, and puts it back. `_as_drawn` reverts the moves. They
-leave the row, the column or the turn before in two bytes.
+leave the row, the column or the turn before in two bytes. The two frames after a reset show the
+last picture before it, which is always the same: the emulator plays 60 frames and then resets.
 
 Covered: landed pieces, full rows, the words for them, the end of the game. The game has one mode
 and one difficulty.
@@ -18,7 +19,7 @@ and one difficulty.
 Not exact: the RAM lacks these facts, each for a single frame: the places of full rows that have
 just been removed; the piece that has just landed, which counts as blocks; whether the joystick
 pulled the piece down or turned it, if both leave the same bytes; whether a piece in the highest row
-is new. After a reset, two frames are older than the RAM.
+is new. The third frame after a reset shows the score a row lower.
 
 VEM: it misses a piece that touches other blocks, and takes four blocks that stand alone for one.
 """
@@ -77,6 +78,9 @@ FIRST_MOVE = 14  # `clock` on the frame after the first move
 GAME_OVER = 128  # least `message_clock` after the end of the game
 ROWS_REMOVED = 30  # `message_clock` on the frame after whose drawing rows were removed
 NEW_PIECE = 0x57  # `last_call` if the frame's last step was a new piece
+NO_CALL = 0  # `last_call` after a reset
+NEW_CLOCK = 16  # `clock` on the second frame after a reset
+RESET_ROW = 18  # `piece_row` before a reset
 # bits of the columns in `left` and `right`
 LEFT_BITS = np.arange(5, -1, -1)[None]
 RIGHT_BITS = np.arange(4)[None]
@@ -114,26 +118,27 @@ class Ram(RamMap):
 
 
 class Drawn(NamedTuple):
-    """The falling piece on the frame."""
+    """The frame's falling piece and place."""
 
     row: jax.Array  # from the bottom
     column: jax.Array
     piece: jax.Array
     valid: jax.Array
+    lower: jax.Array  # 1 if the picture is one row lower
 
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = _as_drawn(m)
     return {
-        "Player": _piece_box(m, drawn),
+        "Player": _piece_box(drawn),
         "Block": _block_boxes(m, drawn),
-        "Score": _score_box(m),
-        "Message": _message_box(m),
+        "Score": _score_box(m, drawn),
+        "Message": _message_box(m, drawn),
     }
 
 
 def _as_drawn(m: Ram) -> Drawn:
-    """The piece before its last move."""
+    """The piece before its last move, or before a reset."""
     is_move = (m.clock & 3) == MOVES
     turned = (m.piece & 0xF0) | ((m.piece - 4) & 15)
     keeps_turn = (m.before == m.piece) | (m.before == turned)
@@ -146,11 +151,13 @@ def _as_drawn(m: Ram) -> Drawn:
     elsewhere = jnp.abs(m.column_before - NEW_COLUMN) > 1
     unmoved = fell & (m.piece_column == NEW_COLUMN) & elsewhere
     is_new = (row == TOP_ROW) & ((m.clock == FIRST_MOVE) | unmoved)
+    was_reset = m.last_call == NO_CALL
     return Drawn(
-        row,
-        jnp.where(by_joystick, m.column_before, m.piece_column),
-        jnp.where(by_joystick, m.before, m.piece),
-        _has_piece(m) & ~is_new,
+        jnp.where(was_reset, RESET_ROW, row),
+        match((was_reset, NEW_COLUMN), (by_joystick, m.column_before), otherwise=m.piece_column),
+        match((was_reset, 0), (by_joystick, m.before), otherwise=m.piece),
+        was_reset | _has_piece(m) & ~is_new,
+        jnp.where(was_reset, (m.clock == NEW_CLOCK).astype(jnp.int32), m.lower),
     )
 
 
@@ -158,12 +165,12 @@ def _has_piece(m: Ram) -> jax.Array:
     return jnp.any((m.block_left | m.block_right) != 0) & (m.message_clock < GAME_OVER)
 
 
-def _piece_box(m: Ram, drawn: Drawn) -> Box:
+def _piece_box(drawn: Drawn) -> Box:
     kind = drawn.piece >> 2
     column = drawn.column - 3 + pick(kind, FIRST_COLUMN)
     row = TOP_ROW - drawn.row + pick(kind, FIRST_DEPTH)
     left = WELL[0] + PITCH[0] * column
-    top = WELL[1] + PITCH[1] * row + m.lower
+    top = WELL[1] + PITCH[1] * row + drawn.lower
     width = PITCH[0] * pick(kind, PIECE_WIDTHS) - 1
     height = PITCH[1] * pick(kind, PIECE_HEIGHTS) - 1
     piece = box(left, top, width, height, drawn.valid, color=pick(row, ROW_COLORS))
@@ -177,7 +184,7 @@ def _block_boxes(m: Ram, drawn: Drawn) -> Box:
     right = m.right ^ when(in_well, _piece_bits(m, m.block_right))
     columns = [left[:, None] >> LEFT_BITS, right[:, None] >> RIGHT_BITS]
     settled = (jnp.concatenate(columns, axis=1).ravel() & 1) == 1
-    return box(BLOCK_X, BLOCK_Y + m.lower, *BLOCK, settled | _falling(drawn))
+    return box(BLOCK_X, BLOCK_Y + drawn.lower, *BLOCK, settled | _falling(drawn))
 
 
 def _falling(drawn: Drawn) -> jax.Array:
@@ -195,16 +202,16 @@ def _piece_bits(m: Ram, mask: jax.Array) -> jax.Array:
     return functools.reduce(jnp.bitwise_or, blocks)
 
 
-def _score_box(m: Ram) -> Box:
-    return box(SCORE.lefts[0], SCORE.top + m.lower, 60, FONT.height, value=m.score)
+def _score_box(m: Ram, drawn: Drawn) -> Box:
+    return box(SCORE.lefts[0], SCORE.top + drawn.lower, 60, FONT.height, value=m.score)
 
 
-def _message_box(m: Ram) -> Box:
+def _message_box(m: Ram, drawn: Drawn) -> Box:
     over = m.message_clock >= GAME_OVER
     shown = (m.message_clock > 0) & (m.message_clock != ROWS_REMOVED) & ~_just_ended(m)
     widths = [(m.word == word, width) for word, width in WORD_WIDTHS.items()]
     width = match((over, 64), *widths, otherwise=0)
-    top = jnp.where(over, WORDS[1], 123) + m.lower
+    top = jnp.where(over, WORDS[1], 123) + drawn.lower
     return box(WORDS[0], top, width, jnp.where(over, 88, 40), shown)
 
 
