@@ -21,7 +21,6 @@ from ocjax.extraction.game import Game
 # Channels, kernel size and stride, as in Mnih et al. (2015).
 CONVOLUTIONS = ((32, 8, 4), (64, 4, 2), (64, 3, 1))
 CONVOLUTION_OUTPUT = 64 * 7 * 7
-PERCEPTRON_LAYERS = 3
 CODE = 32  # values that encode a slot
 # Layers that encode a slot, by network.
 ENCODER_LAYERS = {"deep_sets": 1, "shared": 2}
@@ -140,15 +139,15 @@ def nature_cnn(layers: Layers, frames: jax.Array, groups: Groups = ()) -> jax.Ar
     return perceptron(layers[n:], convolved(layers[:n], frames), jax.nn.relu)
 
 
-@functools.partial(jax.jit, static_argnums=2)
-def deep_sets(layers: Layers, x: jax.Array, groups: Groups) -> jax.Array:
+@functools.partial(jax.jit, static_argnames=("groups", "depth"))
+def deep_sets(layers: Layers, x: jax.Array, groups: Groups, *, depth: int) -> jax.Array:
     """A perceptron with tanh on the codes of the categories.
 
-    The inputs are float32 `[B, n]`. `layers` contains the encoders of `encoded`, then the three
-    layers of the perceptron.
+    The inputs are float32 `[B, n]`. `layers` contains the encoders of `encoded` with `depth` layers
+    each, then the perceptron.
     """
-    encoders, last = layers[:-PERCEPTRON_LAYERS], layers[-PERCEPTRON_LAYERS:]
-    return perceptron(last, encoded(encoders, x, groups), jnp.tanh)
+    count = depth * sum(group.pooled for group in groups)
+    return perceptron(layers[count:], encoded(layers[:count], x, groups), jnp.tanh)
 
 
 def encoded(encoders: Layers, x: jax.Array, groups: Groups) -> jax.Array:
@@ -225,8 +224,12 @@ NETWORKS: Mapping[str, Network] = {
     "mlp": Network(mlp, _of_perceptron, standardized=True),
     "relu_mlp": Network(relu_mlp, _of_perceptron, standardized=True),
     **{
-        name: Network(deep_sets, functools.partial(_of_deep_sets, name), grouped=True)
-        for name in ENCODER_LAYERS
+        name: Network(
+            functools.partial(deep_sets, depth=depth),
+            functools.partial(_of_deep_sets, name),
+            grouped=True,
+        )
+        for name, depth in ENCODER_LAYERS.items()
     },
     "nature_cnn": Network(nature_cnn, _of_nature_cnn, pixels=True),
 }

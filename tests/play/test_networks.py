@@ -103,6 +103,15 @@ def test_slots_share_an_encoder(network, layers):
     )
 
 
+def test_perceptrons_of_any_depth(network, layers):
+    """Files may have other numbers of hidden layers than `ocjax train`."""
+    x = observations(5)
+    shallow = [*layers[:-2], layers[-1]]
+    logits = NETWORKS[network].apply(shallow, x, CONFIG.groups)
+    slow = [by_slots(network, shallow, own, CONFIG.groups) for own in x]
+    assert np.allclose(logits, slow, rtol=1e-4, atol=1e-4)
+
+
 def test_the_order_of_slots_does_not_matter(network, layers):
     x = observations(5)
     group = next(g for g in CONFIG.groups if g.pooled)
