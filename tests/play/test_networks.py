@@ -27,7 +27,7 @@ def network(request):
 @pytest.fixture
 def layers(network):
     """Random weights of an actor."""
-    inputs = CONFIG.vector.space(GAME, "rem").shape
+    inputs = (len(CONFIG.vector.features_of(GAME)),)
     encoders = NETWORKS[network].shapes(inputs, CONFIG.groups, [])[:-1]
     width = sum(group.width for group in CONFIG.groups)
     rng = np.random.default_rng(0)
