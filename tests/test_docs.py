@@ -125,7 +125,7 @@ NOTEBOOKS = pytest.mark.parametrize(
 def test_stored_outputs_have_no_warnings(notebook):
     """Nor paths of the machine that ran the notebook."""
     text = notebook.read_text("utf-8")
-    assert not re.search(r"Warning|Traceback|site-packages|/home/|/root/|/tmp/", text)
+    assert not re.search(r"Warning|Traceback|site-packages|\.py:\d", text)
     assert '"name": "stderr"' not in text
 
 
