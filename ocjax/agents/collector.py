@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-import jax
 import numpy as np
 
 from ocjax.agents.ppo import Rollout
@@ -105,7 +104,8 @@ class Collector:
     def _begin(self, half: _Half, out: Rollout, i: int, act: Act) -> None:
         """Choose actions and start step i of a rollout."""
         start = time.perf_counter()
-        action, log_prob = jax.tree.map(np.asarray, act(half.obs, self.steps))
+        chosen, chosen_log_prob = act(half.obs, self.steps)
+        action, log_prob = np.asarray(chosen), np.asarray(chosen_log_prob)
         self.seconds["policy"] += time.perf_counter() - start
         self.steps += 1
         half.envs.step_async(action)

@@ -141,7 +141,7 @@ class Trainer:
             while self.updates < total:
                 start, acting = time.monotonic(), self._acting
                 rollout = self._collector.collect(
-                    lambda obs, t, own=acting: self._act(*own, obs, self._key, jnp.int32(t))
+                    lambda obs, t, own=acting: self._act(*own, obs, self._key, np.int32(t))
                 )
                 previous = self._pending.result()
                 self._acting = _Acting(previous.learner.params, previous.learner.inputs)
