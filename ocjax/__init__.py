@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ocjax.extraction.registry import load
     from ocjax.transforms.perturbation import perturb
     from ocjax.transforms.relations import Relations, relations
+    from ocjax.transforms.segmentation import segment
     from ocjax.transforms.tracking import merge_frames, track
 
 __version__ = "0.2.0"
@@ -40,6 +41,7 @@ __all__ = [
     "perturb",
     "relations",
     "retain_freed_memory",
+    "segment",
     "track",
     "use_compilation_cache",
     "velocity",
@@ -74,6 +76,7 @@ _MODULE_OF = {
     "perturb": "transforms.perturbation",
     "relations": "transforms.relations",
     "retain_freed_memory": "_xla.process",
+    "segment": "transforms.segmentation",
     "track": "transforms.tracking",
     "use_compilation_cache": "_xla.process",
     "velocity": "extraction.objects",

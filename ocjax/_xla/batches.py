@@ -205,27 +205,28 @@ def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
     return jax.tree.map(lambda *arrays: np.concatenate(arrays), *parts)
 
 
-def in_chunks(f: Callable[[jax.Array], Any], x: jax.Array, size: int) -> Any:
-    """Apply `f` to `size` elements at a time, to keep intermediate results in the cache.
+def in_chunks(f: Callable[[Any], Any], x: Any, size: int) -> Any:
+    """Apply `f` to `size` elements of a pytree at a time, to keep its results in the cache.
 
     In one piece, VEM of 512 frames takes 130 instead of 72 for Space Invaders and 95 instead of 34
     for Pong. Chunks are written in place: `lax.map` stacks results, which copies them once more,
     and REM of 65,536 states takes 1.8 instead of 1.5 for Ms. Pac-Man.
     """
-    n = x.shape[0]
+    n = jax.tree.leaves(x)[0].shape[0]
     if not on_cpu() or n <= size:
         return f(x)
     one = jax.jit(f)  # traced once
-    shapes = jax.eval_shape(one, jax.ShapeDtypeStruct((size, *x.shape[1:]), x.dtype))
+    chunk = jax.tree.map(lambda a: jax.ShapeDtypeStruct((size, *a.shape[1:]), a.dtype), x)
+    shapes = jax.eval_shape(one, chunk)
     whole = jax.tree.map(lambda a: lax.empty((n, *a.shape[1:]), a.dtype), shapes)
 
     def step(i: jax.Array, whole: Any) -> Any:
         # If the batch is no multiple, the last chunk overlaps the one before: a smaller chunk would
         # need a second program.
         start = jnp.minimum(i * size, n - size)
-        part = one(lax.dynamic_slice_in_dim(x, start, size))
+        part = one(jax.tree.map(lambda a: lax.dynamic_slice_in_dim(a, start, size), x))
         return jax.tree.map(
             lambda a, b: lax.dynamic_update_slice_in_dim(a, b, start, 0), whole, part
         )
 
-    return lax.fori_loop(0, -(-n // size), step, varying(whole, x))
+    return lax.fori_loop(0, -(-n // size), step, varying(whole, jax.tree.leaves(x)[0]))

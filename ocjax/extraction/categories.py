@@ -9,6 +9,7 @@ import numpy as np
 
 from ocjax.console import palette
 from ocjax.extraction.html import table
+from ocjax.vision.colors import Colors, color_set
 from ocjax.vision.rules import Bounds, Cells, Rule
 
 __all__ = ["ATTRIBUTES", "HEADER", "ROLES", "Category", "display", "names_by_alias", "with_role"]
@@ -61,6 +62,10 @@ class Category:
             in the objects' colours.
         otherwise: the rule for frames on which `rule` finds nothing. This is for objects that
             briefly have a colour that other objects may have, too.
+        colors: the palette indices of the objects' own pixels in their boxes (`ocjax.segment`), for
+            all slots, or a tuple with one entry per slot; the rules' colours by default.
+        background: instead of `colors`: the palette indices of all pixels in the boxes that do not
+            belong to the objects.
     """
 
     name: str
@@ -77,6 +82,8 @@ class Category:
     aliases: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     otherwise: Rule | None = None
+    colors: Colors | tuple[Colors, ...] | None = None
+    background: Colors | None = None
 
     def __repr__(self) -> str:
         return (
@@ -115,6 +122,28 @@ class Category:
         return self.rgb is None and any(
             _has_colors(rule) for rule in (self.rule, self.otherwise) if rule is not None
         )
+
+    @property
+    def has_background(self) -> bool:
+        """True if `slot_colors` are the background's, and all other pixels are the objects'."""
+        inverse = isinstance(self.rule, Bounds) and self.rule.inverse
+        return self.background is not None or (inverse and self.colors is None)
+
+    def slot_colors(self) -> tuple[tuple[int, ...], ...]:
+        """The palette indices of each slot's pixels, or of the background in its box."""
+        colors = self.colors if self.background is None else self.background
+        if colors is None:
+            return self._rule_colors()
+        if isinstance(colors, tuple) and any(isinstance(c, tuple) for c in colors):
+            return tuple(color_set(own) for own in colors)
+        return (color_set(colors),) * self.count  # pyright: ignore[reportArgumentType]
+
+    def _rule_colors(self) -> tuple[tuple[int, ...], ...]:
+        """The palette indices with which the rules find the object of each slot."""
+        rule, other = self.rule, () if self.otherwise is None else self.otherwise.palette
+        if isinstance(rule, Bounds) and rule.slot_count == self.count:
+            return tuple(tuple(dict.fromkeys((*colors, *other))) for _, colors in rule.slots)
+        return (tuple(dict.fromkeys((*rule.palette, *other))),) * self.count
 
     def slot_rgb(self, table: np.ndarray = palette.NTSC) -> np.ndarray:
         """Return the colour of each slot, uint8 `[count, 3]`.

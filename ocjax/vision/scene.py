@@ -18,11 +18,11 @@ from ocjax.console.ops import pick
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.cells import cell_pixels
-from ocjax.vision.colors import EVEN, color_set
+from ocjax.vision.colors import color_set
 from ocjax.vision.detected import Detected
 from ocjax.vision.filters import Lines, Searched
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs
-from ocjax.vision.shades import Shades
+from ocjax.vision.shades import Shades, level_of
 from ocjax.vision.steps import Context, Step
 
 # Regions. If at most this many regions have the same colours, each computes its own rows of the
@@ -242,8 +242,6 @@ def _shade_bits(shades: Shades, frames: jax.Array) -> jax.Array:
 
     A word is all ones or zero.
     """
-    x, y = shades.pixel
-    key = frames[:, y, x].astype(jnp.int32) & EVEN
-    level = sum((jnp.where(key == k, i, 0) for i, k in enumerate(shades.keys)), jnp.zeros_like(key))
+    level = level_of(shades, frames)
     colors = jnp.stack([pick(level, of_levels) for of_levels in zip(*shades.levels, strict=True)])
     return (-(colors[:, None] >> np.arange(8)[None, :, None] & 1)).astype(U)

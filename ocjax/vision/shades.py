@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 
 from ocjax.console.boxes import check_area
-from ocjax.vision.colors import Colors, color_set
+from ocjax.vision.colors import EVEN, Colors, color_set
 
-__all__ = ["Saver", "Shades"]
+__all__ = ["Saver", "Shades", "level_of"]
 
 
 @dataclass(frozen=True)
@@ -79,3 +80,10 @@ class Saver:
             raise ValueError(f"mask must be the bits of a palette index, got {self.mask}")
         if self.beside is not None and self.mask == 0xFF:
             raise ValueError("beside is useful only if mask drops a bit")
+
+
+def level_of(shades: Shades, frames: jax.Array) -> jax.Array:
+    """The index of each frame's level, int32 `[B]`, from uint8 `[B, H, 160]`."""
+    x, y = shades.pixel
+    key = frames[:, y, x].astype(jnp.int32) & EVEN
+    return sum((jnp.where(key == k, i, 0) for i, k in enumerate(shades.keys)), jnp.zeros_like(key))
