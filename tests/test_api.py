@@ -48,6 +48,7 @@ MODULES = (
     "ocjax.transforms.masks",
     "ocjax.transforms.perturbation",
     "ocjax.transforms.relations",
+    "ocjax.transforms.segmentation",
     "ocjax.transforms.tracking",
     "ocjax.vision.colors",
     "ocjax.vision.displays",
@@ -89,7 +90,7 @@ def test_all_names_the_public_definitions(module):
 
 def test_the_package_exports_these_names():
     names = "games load make make_vec Game Objects Relations velocity track merge_frames relations"
-    others = "perturb edit use_compilation_cache retain_freed_memory"
+    others = "perturb segment edit use_compilation_cache retain_freed_memory"
     assert set(ocjax.__all__) == {*names.split(), *others.split()}
     exported = [name for name in dir(ocjax) if importlib.util.find_spec(f"ocjax.{name}") is None]
     assert set(exported) == {*ocjax.__all__, "__version__"}

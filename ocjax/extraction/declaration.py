@@ -151,6 +151,12 @@ class Declaration:
         return tuple(sorted({color for rule in rules for color in rule.palette}))
 
     @functools.cached_property
+    def pixel_colors(self) -> tuple[int, ...]:
+        """The palette indices of all rules and of all objects' pixels, in ascending order."""
+        own = (color for c in self.categories for colors in c.slot_colors() for color in colors)
+        return tuple(sorted({*self.colors, *own}))
+
+    @functools.cached_property
     def slot_rgb(self) -> np.ndarray:
         """The default colour of each slot, uint8 `[N, 3]`."""
         return np.concatenate([c.slot_rgb(self.palette) for c in self.categories])
