@@ -7,6 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ocjax.datasets import columns, shards
@@ -14,13 +16,16 @@ from ocjax.datasets.generation import open_dataset
 from ocjax.datasets.plans import Plan
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
+from ocjax.extraction.objects import Objects
 from ocjax.files import outputs, writing
 from ocjax.files.outputs import YOLO
 from ocjax.files.pipeline import Progress
+from ocjax.transforms.segmentation import NOBODY, segment
 
 COCO = "coco:"  # before the folder of an export
 TRAINING, VALIDATION = "train", "val"
 EPISODES = 10  # every tenth episode of a game is for validation
+CHUNK = 64  # frames whose owners are computed at a time
 COLUMNS = ("index", "seed", "policy", "instance", "episode", "image", "vem")
 
 
@@ -32,6 +37,9 @@ class Example(NamedTuple):
     png: bytes
     size: tuple[int, int]  # width and height in pixels
     objects: Sequence[dict[str, Any]]
+    # int16 [height, width], the object's number in `objects` that owns each pixel, or -1; None
+    # without masks
+    owners: np.ndarray | None
 
 
 def export_boxes(
@@ -41,8 +49,8 @@ def export_boxes(
 
     The boxes are those of VEM, the objects on the picture. Categories with the same name are one
     category. Every tenth episode of a dataset is for validation, beginning with the second. COCO's
-    folder has `images/train`, `images/val` and `annotations/train.json`, `annotations/val.json`;
-    YOLO's has `labels/` instead, and `data.yaml`.
+    folder has `images/train`, `images/val` and `annotations/train.json`, `annotations/val.json`,
+    with the mask of each object as run lengths; YOLO's has `labels/` instead, and `data.yaml`.
 
     Args:
         folders: folders of complete datasets.
@@ -63,9 +71,10 @@ def export_boxes(
     unfinished = path.with_name(f".{path.name}.tmp")
     writing.new_folder(unfinished)
     names = _categories([registry.load(game) for game in games])
-    write = _write_coco if out.startswith(COCO) else _write_yolo
+    masks = out.startswith(COCO)
+    write = _write_coco if masks else _write_yolo
     try:
-        write(unfinished, names, _reported(_examples(plans), plans, report))
+        write(unfinished, names, _reported(_examples(plans, masks=masks), plans, report))
         unfinished.replace(path)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
@@ -84,28 +93,59 @@ def _categories(games: Sequence[Game]) -> dict[str, int]:
     return {name: number for number, name in enumerate(names)}
 
 
-def _examples(plans: Sequence[tuple[Path, Plan]]) -> Iterator[Example]:
+def _examples(plans: Sequence[tuple[Path, Plan]], *, masks: bool) -> Iterator[Example]:
     """All examples, game by game."""
     for folder, plan in plans:
         height, width = registry.load(plan.game).screen
         episodes: dict[tuple[Any, ...], int] = {}
-        for row in _rows(folder, plan):
+        for row in _rows(folder, plan, masks=masks):
             episode = tuple(row[name] for name in ("seed", "policy", "instance", "episode"))
             number = episodes.setdefault(episode, len(episodes))
             split = VALIDATION if number % EPISODES == 1 else TRAINING
             name = f"{plan.game}-{row['index']:07}.png"
-            yield Example(split, name, row["image"]["bytes"], (width, height), row["vem"])
+            picture = row["image"]["bytes"]
+            yield Example(split, name, picture, (width, height), row["vem"], row["owners"])
 
 
-def _rows(folder: Path, plan: Plan) -> Iterator[dict[str, Any]]:
-    """The rows of a dataset, with checked pictures."""
+def _rows(folder: Path, plan: Plan, *, masks: bool) -> Iterator[dict[str, Any]]:
+    """The rows of a dataset, with checked pictures; with `masks`, the owners of their pixels."""
     game = registry.load(plan.game)
     for shard in plan.shards:
         path = folder / plan.file(shard)
         for table in shards.rows(path, COLUMNS):
             with shards.reading(path):
-                columns.frames(table["image"], game)
-            yield from table.to_pylist()
+                frames = columns.frames(table["image"], game)
+                owners = _owners(table["vem"], frames, game) if masks else itertools.repeat(None)
+            for row, own in zip(table.to_pylist(), owners, strict=False):
+                yield row | {"owners": own}
+
+
+def _owners(lists: Any, frames: np.ndarray, game: Game) -> Iterator[np.ndarray]:
+    """The owners of the pixels of each frame; see `Example`."""
+    fields = {name: jnp.asarray(a) for name, a in columns.padded([lists], game).items()}
+    objects = Objects(**fields, game=game)
+    for start in range(0, len(frames), CHUNK):
+        last = len(frames) - 1
+        chunk = np.minimum(np.arange(start, start + CHUNK), last)
+        part = jax.tree.map(lambda field, chunk=chunk: field[chunk], objects)
+        slots = np.asarray(segment(part, frames[chunk]))
+        for i in range(min(CHUNK, len(frames) - start)):
+            yield _numbers(slots[i], lists[start + i].as_py(), game)
+
+
+def _numbers(slots: np.ndarray, objects: Sequence[dict[str, Any]], game: Game) -> np.ndarray:
+    """Replace slots by numbers in a list of objects."""
+    number_of = np.full(game.num_slots + 1, NOBODY, np.int16)
+    for number, o in enumerate(objects):
+        number_of[game.slices[o["category"]].start + o["index"]] = number
+    return number_of[slots]
+
+
+def _run_lengths(mask: np.ndarray) -> list[int]:
+    """COCO's run lengths of a mask, bool `[height, width]`, column by column from a run of 0."""
+    bits = np.concatenate([[False], mask.T.ravel(), [not mask[-1, -1]]])
+    ends = np.flatnonzero(bits[1:] != bits[:-1])
+    return np.diff(ends, prepend=0).tolist()
 
 
 def _reported(
@@ -139,14 +179,17 @@ def _write_coco(folder: Path, names: dict[str, int], examples: Iterator[Example]
         pictures[example.split].append(
             {"id": number, "file_name": example.name, "width": width, "height": height}
         )
-        for o in example.objects:
+        assert example.owners is not None
+        for i, o in enumerate(example.objects):
+            mask = example.owners == i
             boxes[example.split].append(
                 {
                     "id": len(boxes[example.split]) + 1,
                     "image_id": number,
                     "category_id": names[o["category"]] + 1,
                     "bbox": [o["x"], o["y"], o["w"], o["h"]],
-                    "area": o["w"] * o["h"],
+                    "area": int(mask.sum()),
+                    "segmentation": {"size": [height, width], "counts": _run_lengths(mask)},
                     "iscrowd": 0,
                 }
             )
