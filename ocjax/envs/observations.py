@@ -9,7 +9,7 @@ number of environments in a batch, and H x 160 is the size of the game's screen.
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import gymnasium as gym
 import jax
@@ -31,6 +31,8 @@ class Snapshot(NamedTuple):
     gray: jax.Array | None  # uint8 [B, H, 160], the last emulated frame
     pooled: jax.Array | None  # uint8 [B, H, 160], the pixelwise maximum of the step's last two
     started: jax.Array  # bool [B], whether an episode has just begun
+    # uint8 [B, H, 160] of palette indices, or [B, H, 160, 3] of RGB, the last emulated frame
+    screen: jax.Array | None = None
 
     @property
     def objects(self) -> Objects:
@@ -191,7 +193,7 @@ class Masks(Computed):
     Args:
         kind: the kind of mask.
         size: (height, width), or None for the size of the screen.
-        draw: "output" or "screen".
+        draw: "output", "screen" or "pixels".
         pixels: whether the grey frame is appended as a plane.
         stack: number of steps, the latest last; all are the same at the start of an episode.
 
@@ -204,21 +206,22 @@ class Masks(Computed):
     kind: masks.MaskKind = "object"
     _: KW_ONLY
     size: tuple[int, int] | None = (84, 84)
-    draw: Literal["output", "screen"] = "output"
+    draw: masks.Draw = "output"
     pixels: bool = False
     stack: int = 4
 
     def __post_init__(self) -> None:
-        if self.kind not in masks.KINDS or self.draw not in ("output", "screen") or self.stack < 1:
+        if self.kind not in masks.KINDS or self.draw not in masks.DRAWS or self.stack < 1:
             raise ValueError(
-                f"kind must be one of {masks.KINDS}, draw 'output' or 'screen', stack at least "
+                f"kind must be one of {masks.KINDS}, draw one of {masks.DRAWS}, stack at least "
                 f"1, got {self}"
             )
 
     @property
     def screens(self) -> tuple[str, ...]:
         """The required pixel arrays."""
-        return ("gray",) if self.pixels or self.kind == "object" else ()
+        gray = ("gray",) if self.pixels or self.kind == "object" else ()
+        return (*gray, "screen") if self.draw == "pixels" else gray
 
     def _shape(self, game: Game) -> tuple[int, ...]:
         return (
@@ -242,6 +245,7 @@ class Masks(Computed):
             snapshot.objects,
             self.kind,
             gray=snapshot.gray,
+            frames=snapshot.screen,
             size=self.size,
             draw=self.draw,
             pixels=self.pixels,

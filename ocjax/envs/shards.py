@@ -43,7 +43,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 
     def compute(arrays: Mapping[str, Any], vem: Objects | None, memory: dict[str, Any]) -> Observed:
         rem = game.rem(arrays["ram"]) if mode in ("rem", "both") else None
-        snapshot = Snapshot(rem, vem, arrays.get("gray"), arrays.get("pooled"), arrays["started"])
+        gray, pooled, screen = (arrays.get(name) for name in ("gray", "pooled", "screen"))
+        snapshot = Snapshot(rem, vem, gray, pooled, arrays["started"], screen)
         computed, new_memory = {}, dict(memory)
         for name, kind in computed_kinds.items():
             computed[name], new_memory[name] = kind.update(game, mode, snapshot, memory[name])
@@ -53,6 +54,7 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
             {name: o for name, o in (("rem", rem), ("vem", vem)) if o is not None},
         )
 
+    used = {"ram", "started", *(name for kind in computed_kinds.values() for name in kind.screens)}
     compiles = bool(computed_kinds) or mode in ("rem", "both")
     compiled = jax.jit(compute) if compiles else compute
 
@@ -62,7 +64,7 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
         # VEM is a separate program: with its own compiler options it compiles twice as fast. The
         # call returns before VEM has finished.
         vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
-        return compiled({name: a for name, a in arrays.items() if name != "screen"}, vem, memory)
+        return compiled({name: a for name, a in arrays.items() if name in used}, vem, memory)
 
     return observe
 

@@ -5,6 +5,7 @@ Source: Blüml et al., "Deep Reinforcement Learning via Object-Centric Attention
 
 import functools
 import math
+from collections.abc import Iterable
 from typing import Literal
 
 import jax
@@ -14,11 +15,14 @@ from jax import lax
 
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects, whose
+from ocjax.transforms.segmentation import segment
 
-__all__ = ["KINDS", "MaskKind", "area_weights", "masks", "num_planes", "resize"]
+__all__ = ["DRAWS", "KINDS", "Draw", "MaskKind", "area_weights", "masks", "num_planes", "resize"]
 
 MaskKind = Literal["object", "binary", "class", "planes"]
 KINDS = ("object", "binary", "class", "planes")
+Draw = Literal["output", "screen", "pixels"]
+DRAWS = ("output", "screen", "pixels")
 _DIRECT = 8  # largest row count of a pattern for which sums of slices beat a matrix product
 _WORD = 32  # bits, one per column of the output
 
@@ -36,8 +40,9 @@ def masks(
     kind: MaskKind,
     *,
     gray: jax.Array | None = None,
+    frames: jax.Array | None = None,
     size: tuple[int, int] | None = (84, 84),
-    draw: Literal["output", "screen"] = "output",
+    draw: Draw = "output",
     pixels: bool = False,
 ) -> jax.Array:
     """Draw objects as masks; a pure function that works under `jit`.
@@ -48,32 +53,42 @@ def masks(
             "class" (one shade of grey per category, from dark to bright; in overlaps, the brighter
             one wins) or "planes" (one binary mask per category).
         gray: the grey screen, uint8 `[B, H, 160]`; required for "object" and for `pixels`.
+        frames: palette indices, uint8 `[B, H, 160]`, or RGB; required to draw "pixels".
         size: (height, width) of the masks; None for the screen's size.
         draw: "output" scales boxes to the output, rounds them outwards to integer pixels and fills
             them. "screen" fills them at the screen's size and resizes by averaging over areas.
+            "pixels" draws the objects' own pixels (`ocjax.segment`) instead of boxes, and resizes
+            in the same way.
         pixels: whether to add the grey screen as the last plane.
 
     Returns:
         uint8 `[B, P, height, width]`, with P from `num_planes`.
 
     Raises:
-        ValueError: `kind` or `draw` is unknown, or `gray` is missing.
+        ValueError: `kind` or `draw` is unknown, or `gray` or `frames` is missing.
     """
     game = whose(objects)
-    if kind not in KINDS or draw not in ("output", "screen"):
+    if kind not in KINDS or draw not in DRAWS:
         raise ValueError(
-            f"kind must be one of {KINDS} and draw 'output' or 'screen', got {kind!r} and {draw!r}"
+            f"kind must be one of {KINDS} and draw one of {DRAWS}, got {kind!r} and {draw!r}"
         )
     if gray is None and (kind == "object" or pixels):
         raise ValueError("kind 'object' and pixels need the grey screen: give gray")
+    if frames is None and draw == "pixels":
+        raise ValueError("draw 'pixels' needs the frames that show the objects: give frames")
     screen, out = game.screen, size or game.screen
-    grid = screen if draw == "screen" else out
+    at_once = draw == "output"
     white, shades = jnp.uint8(255), _shades(game)
-    slices = game.slices.values() if kind in ("class", "planes") else [slice(None)]
-    planes = [_covered(objects.xywh[:, s], objects.valid[:, s], screen, grid) for s in slices]
+    slices = game.slices.values() if kind in ("class", "planes") else [slice(0, game.num_slots)]
+    if draw == "pixels":
+        assert frames is not None  # checked above
+        planes = _owned(segment(objects, frames), slices)
+    else:
+        grid = out if at_once else screen
+        planes = [_covered(objects.xywh[:, s], objects.valid[:, s], screen, grid) for s in slices]
     if kind == "object":
         assert gray is not None  # checked above
-        shown = gray if draw == "screen" else resize(gray, out)
+        shown = resize(gray, out) if at_once else gray
         drawn = [jnp.where(planes[0], shown, jnp.uint8(0))]
     elif kind == "class":
         drawn = [
@@ -87,12 +102,17 @@ def masks(
         ]
     else:
         drawn = [jnp.where(p, white, jnp.uint8(0)) for p in planes]
-    if draw == "screen":
+    if not at_once:
         drawn = [resize(p, out) for p in drawn]
     if pixels:
         assert gray is not None  # checked above
         drawn.append(resize(gray, out))
     return jnp.stack(drawn, axis=1)
+
+
+def _owned(owners: jax.Array, slices: Iterable[slice]) -> list[jax.Array]:
+    """Mark the pixels that slots own, bool `[B, H, 160]` for each slice of slots."""
+    return [(owners >= s.start) & (owners < s.stop) for s in slices]
 
 
 def _shades(game: Declaration) -> list[int]:

@@ -120,6 +120,36 @@ def test_masks_drawn_at_screen_size(pong, objects, gray):
     assert np.array_equal(full, masks.masks(objects, "object", gray=gray, size=None))
 
 
+def test_masks_of_own_pixels():
+    game, play = ocjax.load("MsPacman"), excerpt("MsPacman")
+    objects, frames = game.rem(play["rams"][:4]), play["screens"][:4]
+    gray, owners = frames.copy(), np.asarray(ocjax.segment(objects, frames))
+    own = {"gray": gray, "frames": frames, "draw": "pixels", "size": None}
+    planes = np.asarray(masks.masks(objects, "planes", **own))
+    for plane, slots in zip(planes.swapaxes(0, 1), game.slices.values(), strict=True):
+        wanted = np.isin(owners, np.arange(slots.start, slots.stop))
+        assert np.array_equal(plane > 0, wanted)
+    seen = np.asarray(masks.masks(objects, "object", **own))[:, 0]
+    assert np.array_equal(seen, np.where(owners >= 0, gray, 0))
+    small = masks.masks(objects, "planes", **own | {"size": (84, 84)})
+    assert np.array_equal(small, masks.resize(jax.numpy.asarray(planes), (84, 84)))
+    with pytest.raises(ValueError, match="give frames"):
+        masks.masks(objects, "binary", draw="pixels")
+
+
+@pytest.mark.parametrize("mode", ["rem", "vem"])
+def test_masks_of_own_pixels_in_environments(mode):
+    kinds = {"pixels": Masks("class", size=None, draw="pixels", stack=1), "rgb": "pixels"}
+    envs = ocjax.make_vec("MsPacman", num_envs=2, mode=mode, obs=kinds, num_workers=0)
+    observed, _ = envs.reset(seed=0)
+    for _ in range(3):
+        observed, *_ = envs.step(np.zeros(2, int))
+    wanted = masks.masks(envs.objects, "class", frames=observed["rgb"], size=None, draw="pixels")
+    assert np.array_equal(observed["pixels"], wanted)
+    assert observed["pixels"].any()
+    envs.close()
+
+
 def test_empty_masks_and_wrong_options(pong, objects, gray):
     empty = jax.tree.map(np.zeros_like, objects)
     assert not np.asarray(masks.masks(empty, "object", gray=gray)).any()
