@@ -21,7 +21,7 @@ from ocjax.envs import variations
 from ocjax.extraction.game import Game
 from ocjax.play.policies import SHIPPED
 from ocjax.play.rollouts import rollout
-from ocjax.transforms.drawing import overlay, sheet
+from ocjax.transforms.drawing import overlay, pixels, sheet
 
 ROOT = Path(__file__).parent.parent
 PLAYED = {"MsPacman": 330, "Seaquest": 260}  # frames skipped before
@@ -112,12 +112,13 @@ def draw_play(name: str, after: int) -> list[list[Image.Image]]:
 
 
 def draw_game(game: Game) -> Image.Image:
-    """REM's objects in the recorded state with most kinds of objects on the screen."""
+    """REM's objects, and their pixels, in the recorded state with most kinds of objects."""
     tape = recordings.read(ROOT / "tests" / "data" / f"{game.name}.npz", game.name)
     screens = np.asarray(tape.screens)
     objects = jax.tree.map(np.asarray, game.rem(np.asarray(tape.rams)))
     at = int(richest(game, objects, screens, 1)[0])
-    return overlay(game, screens[at], objects[at], scale=2)
+    boxes = overlay(game, screens[at], objects[at], scale=2)
+    return sheet([[boxes, pixels(game, screens[at], objects[at], scale=2)]], ())
 
 
 def draw_variations() -> Image.Image:

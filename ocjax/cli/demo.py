@@ -23,7 +23,7 @@ from ocjax.evaluation.tables import Table
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files import writing
-from ocjax.transforms.drawing import HIDDEN, overlay, sheet
+from ocjax.transforms.drawing import HIDDEN, overlay, pixels, sheet
 
 FRAME_SKIP = 4  # emulated frames per agent step
 ROWS = 3  # instances in the picture
@@ -50,7 +50,9 @@ def demo(
         + ", ".join(f"{name} {s:.2f} s" for name, s in result.first_call.items())
     )
     with errors_in_one_line():
-        write_picture(out, picture(result), "Objects on the last frames, REM beside VEM")
+        write_picture(
+            out, picture(result), "Objects on the last frames, REM beside VEM, and their pixels"
+        )
 
 
 @dataclasses.dataclass(frozen=True)
@@ -148,15 +150,20 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
 
 
 def picture(shown: Demonstration) -> Image.Image:
-    """Draw the objects of both methods over the last frames, REM on the left.
+    """Draw the objects of both methods over the last frames, and REM's objects' own pixels.
 
     It shows the instances with most kinds of objects.
     """
-    instances = richest(
-        shown.game, shown.objects["REM"], shown.frames, min(ROWS, len(shown.frames))
-    )
+    game, frames = shown.game, shown.frames
+    rem, vem = shown.objects["REM"], shown.objects["VEM"]
     rows = [
-        [overlay(shown.game, shown.frames[i], shown.objects[name][i]) for name in ("REM", "VEM")]
-        for i in instances
+        [
+            overlay(game, frames[i], rem[i]),
+            overlay(game, frames[i], vem[i]),
+            pixels(game, frames[i], rem[i]),
+        ]
+        for i in richest(game, rem, frames, min(ROWS, len(frames)))
     ]
-    return sheet(rows, [f"{shown.game.name}: REM (from RAM; {HIDDEN})", "VEM (from pixels)"])
+    return sheet(
+        rows, [f"{game.name}: REM (from RAM; {HIDDEN})", "VEM (from pixels)", "Pixels of objects"]
+    )

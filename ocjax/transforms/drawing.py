@@ -10,8 +10,9 @@ from PIL import Image, ImageDraw, ImageFont
 from ocjax.console.compass import POINTS
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
+from ocjax.transforms.segmentation import NOBODY, segment
 
-__all__ = ["HIDDEN", "boxes_over", "category_colors", "drawn", "overlay", "sheet"]
+__all__ = ["HIDDEN", "boxes_over", "category_colors", "drawn", "overlay", "pixels", "sheet"]
 
 HIDDEN = "dashed: not on this frame"  # the legend of boxes
 
@@ -102,6 +103,25 @@ def overlay(
             place = r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy
             _label(draw, font, r["category"] + attributes, place, image.size, colors[r["category"]])
     return image
+
+
+def pixels(
+    game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3
+) -> Image.Image:
+    """Draw the own pixels of the valid objects of one state (`ocjax.segment`) over its dark frame.
+
+    Args:
+        game: the objects' game.
+        frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
+        objects: of one state.
+        scale: see `overlay`.
+    """
+    rgb = game.palette[frame] if frame.ndim == 2 else frame
+    colors = np.array(list(category_colors(game).values()), np.uint8)
+    owners = np.asarray(segment(objects, frame))
+    painted = np.where((owners == NOBODY)[..., None], rgb // 3, colors[game.slot_category][owners])
+    image = Image.fromarray(painted)
+    return image.resize((2 * scale * image.width, scale * image.height), Image.Resampling.NEAREST)
 
 
 def boxes_over(

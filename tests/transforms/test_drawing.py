@@ -40,3 +40,18 @@ def test_objects_that_the_frame_does_not_show_are_dashed():
 
     assert edge(frame) == 1
     assert edge(hidden) > 1
+
+
+def test_pixels_have_the_color_of_their_category():
+    game, data = ocjax.load("MsPacman"), excerpt("MsPacman")
+    frame, objects = data["screens"][7], game.rem(data["rams"][7])
+    owners = np.asarray(ocjax.segment(objects, frame))
+    image = np.asarray(drawing.pixels(game, frame, objects, scale=1))
+    assert image.shape == (210, 320, 3)
+    np.testing.assert_array_equal(image[:, ::2], image[:, 1::2])
+    np.testing.assert_array_equal(image[:, ::2][owners < 0], game.palette[frame][owners < 0] // 3)
+    colors = drawing.category_colors(game)
+    for name, slots in game.slices.items():
+        own = (owners >= slots.start) & (owners < slots.stop)
+        assert (image[:, ::2][own] == colors[name]).all()
+    assert (owners >= 0).any()
