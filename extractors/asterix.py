@@ -66,6 +66,7 @@ WIDE_DEATHS = range(79, 126)  # `death` while the hero is drawn twice as wide
 
 YELLOW = 24
 PINK = 74
+RED = 68
 REWARD = 8
 BORDERS = (88, 120, 216, 56, 40, 152, 136, 72, 50, 104)  # around the digits of rewards
 EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # except the rows in the hero's or the rewards' colours
@@ -176,7 +177,7 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", HERO, role="player", doc="Asterix, later Obelix"),
-        thing("Enemy", LYRE, doc="lyres, by lane"),
+        thing("Enemy", LYRE, colors=(PINK, RED), doc="lyres, by lane"),
         thing("Consumable", FOOD, doc="what to eat, by lane"),
         thing("Reward", POINTS, rgb=(170, 170, 170), doc="points given, by lane"),
         display("Score", SCORE, role="score", doc="points"),

@@ -551,7 +551,14 @@ GAME = Game(
         lives=(LivesAsIcons(("Life",)),),
     ),
     categories=(
-        on_plain("Player", HULL.rule(), rgb=(26, 102, 26), role="player", doc="the player's tank"),
+        on_plain(
+            "Player",
+            HULL.rule(),
+            rgb=(26, 102, 26),
+            role="player",
+            colors=(2, 4, 192, 194),
+            doc="the player's tank",
+        ),
         Category("Crosshair", CROSSHAIR, doc="yellow when an enemy is in it"),
         *FOES.categories,
         on_plain(

@@ -75,6 +75,7 @@ SHIPS = IconRow(left=17, top=188, width=3, height=5, pitch=8)
 MOST_SHIPS = 6  # shown at most
 SHIPS_AREA = (16, 188, 66, 193)  # of that many
 PURPLE = 86
+PINK = 110
 SHOT = 110
 MISSILE = 78
 YELLOW = 44
@@ -467,7 +468,13 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     categories=(
-        Category("Player", Bounds(PURPLE, (0, 174, 160, GROUND)), role="player", doc="the ship"),
+        Category(
+            "Player",
+            Bounds(PURPLE, (0, 174, 160, GROUND)),
+            role="player",
+            colors=(PURPLE, PINK),
+            doc="the ship",
+        ),
         Category(
             "Enemy",
             DEMONS,

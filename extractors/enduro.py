@@ -140,6 +140,7 @@ ODOMETER_AREA = (64, 164, 104, 173)
 
 GRAY = 10
 BLACK = 0
+PLATE = 40  # around the black digits, which are gaps in it
 CAR_COLORS = tuple(range(22, 256, 16))
 
 
@@ -310,12 +311,14 @@ GAME = Game(
         display(
             "NumberOfCars",
             NUMBER_OF_CARS,
+            colors=PLATE,
             doc="cars that are left to pass on this day",
         ),
-        display("Level", DAY_NUMBER, doc="day"),
+        display("Level", DAY_NUMBER, colors=PLATE, doc="day"),
         display(
             "Odometer",
             DISTANCE,
+            colors=PLATE,
             aliases=("PlayerScore",),
             doc="distance, without the last digit, which rolls",
         ),

@@ -72,6 +72,7 @@ BLACK = 0
 YELLOW = 28
 RED = 66
 GREEN = 198
+SURFACE = 128  # of a line that enters the water
 LINE_TOP = 39
 STEPS = 49  # of the drawing loop, down to the lowest depth
 STEPS_ABOVE = 17  # of a line above depth 0
@@ -312,9 +313,18 @@ GAME = Game(
         facing_category("Fish", SEA, count=6, doc="one a row, from the top"),
         facing_category("Shark", SHARKS, doc="between the surface and the fish"),
         facing_category(
-            "PlayerOneHook", LEFT_LINE, role="player", doc="the left line, from pole to hook"
+            "PlayerOneHook",
+            LEFT_LINE,
+            colors=(GREEN, YELLOW, SURFACE),
+            role="player",
+            doc="the left line, from pole to hook",
         ),
-        facing_category("PlayerTwoHook", RIGHT_LINE, doc="the right line, from pole to hook"),
+        facing_category(
+            "PlayerTwoHook",
+            RIGHT_LINE,
+            colors=(BLACK, SURFACE),
+            doc="the right line, from pole to hook",
+        ),
         Category("PlayerOnePole", Bounds(BLACK, POLES[0]), doc="the left pole"),
         Category("PlayerTwoPole", Bounds(BLACK, POLES[1]), doc="the right pole"),
         display(

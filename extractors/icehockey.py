@@ -277,7 +277,13 @@ GAME = Game(
     decode=decode,
     categories=(
         Category(
-            "Player", BLUE_TEAM, count=2, rgb=BLUE_RGB, role="player", doc="upper player, lower one"
+            "Player",
+            BLUE_TEAM,
+            count=2,
+            rgb=BLUE_RGB,
+            colors=(BLUE, RED, HEAD),
+            role="player",
+            doc="upper player, lower one",
         ),
         Category("Enemy", YELLOW_TEAM, count=2, rgb=YELLOW_RGB, doc="upper player, lower one"),
         Category("Ball", Bounds(BLACK, ICE, ignore=GOALS), doc="the puck"),

@@ -442,6 +442,7 @@ GAME = Game(
             PASSAGES,
             count=2,
             rgb=((66, 72, 200), (134, 134, 29)),
+            colors=((*ALLEY, 98, 116), WOODS),
             doc="to an alley, into the woods",
         ),
         *(
@@ -449,7 +450,7 @@ GAME = Game(
             for name, rule in RULES.items()
         ),
         *(Category(name, _item_rule(name), count=2, doc="in a scene, carried") for name in ITEMS),
-        Category("Police_Sign", sign(0), doc="at the police station"),
+        Category("Police_Sign", sign(0), colors=(0, WHITE), doc="at the police station"),
         Category("Bank_Sign", sign(212), doc="at the bank"),
         Category("Gun_Sign", sign(142), doc="at the gun shop"),
         Category("Shop_Sign", sign((48, 72, 94, 78, 86, 14)), doc="at other shops"),

@@ -383,7 +383,9 @@ GAME = Game(
         agreement={"last": 0.93, "lost": 0.96},  # VEM misses Score before a black sky
     ),
     categories=(
-        Category("Player_Crosshair", SIGHT_RULE, role="player", doc="the sight"),
+        Category(
+            "Player_Crosshair", SIGHT_RULE, role="player", colors=(WHITE, 136), doc="the sight"
+        ),
         _in_view("PlayerShot", SHADOW_RULE, doc="the shadow of the player's shell"),
         _in_view("EnemyTank", TANK, doc="the enemy"),
         _in_view("EnemyShot", MISSILE, doc="the enemy's shot"),

@@ -74,6 +74,7 @@ WHITE = 14
 GREEN = 180
 ORANGE = 34
 BOARD = 12
+SQUARE = 50  # on the board
 NET = 22
 YELLOW = 30
 CLOCK_COLORS = (12, 4)  # with a shot clock, without
@@ -202,6 +203,10 @@ FIGURE_SEARCH = Figures(
 )
 
 
+GREEN_COLORS = (GREEN, SKIN, WHITE)
+STRIPED = (WHITE, *(color for _, color in STRIPES))
+
+
 def _player(name: str, color: int) -> Bounds:
     return Bounds(color, COURT, filters=(Searched(FIGURE_SEARCH, InBox(name)),))
 
@@ -231,20 +236,34 @@ GAME = Game(
         Category(
             "Player_Big",
             _player("Player_Big", GREEN),
+            colors=GREEN_COLORS,
             role="player",
             doc="green, tall",
         ),
-        Category("Opponent_Big", _player("Opponent_Big", WHITE), doc="white, tall"),
+        Category(
+            "Opponent_Big",
+            _player("Opponent_Big", WHITE),
+            colors=(*STRIPED, WHITE_BIG_SKIN),
+            doc="white, tall",
+        ),
         Category(
             "Player_Small",
             _player("Player_Small", GREEN),
+            colors=(*GREEN_COLORS, ORANGE),
             role="player",
             doc="green, short",
         ),
-        Category("Opponent_Small", _player("Opponent_Small", WHITE), doc="white, short"),
+        Category(
+            "Opponent_Small",
+            _player("Opponent_Small", WHITE),
+            colors=(*STRIPED, SKIN, ORANGE),
+            doc="white, short",
+        ),
         Category("Ball", BALL_RULE, doc="the ball"),
         Category("Basket", Bounds(NET, (68, 40, 92, 56)), doc="the net"),
-        Category("Backboard", Bounds(BOARD, (60, 24, 100, 45)), doc="the board"),
+        Category(
+            "Backboard", Bounds(BOARD, (60, 24, 100, 45)), colors=(BOARD, SQUARE), doc="the board"
+        ),
         display("Limit", LIMIT.rule(YELLOW), doc="points that win the game"),
         display(
             "Shot_Clock", SHOT_CLOCK.rule(CLOCK_COLORS), role="time", doc="seconds left for a shot"

@@ -64,6 +64,7 @@ from ocjax.extractors.galaxian.divers import (
 from ocjax.extractors.galaxian.formation import (
     FORMATION_TOP,
     ROW_COLORS,
+    SHIP_COLORS,
     formation_boxes,
 )
 from ocjax.extractors.galaxian.ram import BANK, ROM, Death, Kind, NewLife, Ram, Release, Turn
@@ -211,7 +212,13 @@ GAME = Game(
     decode=decode,
     categories=(
         Category("Player", SHIP, role="player", doc="the ship"),
-        Category("EnemyShip", SHIPS, count=42, doc="in the formation: row * 7 + column"),
+        Category(
+            "EnemyShip",
+            SHIPS,
+            count=42,
+            colors=SHIP_COLORS,
+            doc="in the formation: row * 7 + column",
+        ),
         Category("DivingEnemy", DIVING, count=8, doc="five records, three escorts"),
         Category("PlayerMissile", MISSILE, doc="the ship's shot"),
         Category("EnemyMissile", BOMBS, count=8, doc="bombs"),

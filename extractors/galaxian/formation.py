@@ -8,9 +8,12 @@ from ocjax.extractors.galaxian.divers import ROW_LINES, Divers
 from ocjax.extractors.galaxian.ram import ROM, NewFormation, Ram, Turn
 
 ROW_COLORS = np.array((14, 68, 86, 10, 10, 10))  # of the ships' upper parts
+LOWER_COLORS = np.array((14, 56, 136, 214, 214, 214))  # of their lower parts
+YELLOW = 252  # of the line between them
 RANKS = np.arange(6)
 SHIP_ROW = np.arange(42) // 7  # by slot
 SHIP_COLUMN = np.arange(42) % 7  # by slot
+SHIP_COLORS = tuple((int(ROW_COLORS[row]), int(LOWER_COLORS[row]), YELLOW) for row in SHIP_ROW)
 COLUMN_BIT = 6 - SHIP_COLUMN
 LEFTMOST = 64  # the bit of the first column
 FORMATION_TOP = 19

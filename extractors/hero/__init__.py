@@ -364,6 +364,7 @@ figures = functools.partial(Blobs, gap=(1, 1))
 suit = functools.partial(Blobs, (152, WHITE, YELLOW), gap=(2, 5))  # except his face
 FEET = suit((8, 20, 160, 31), shapes=Shape(w=(1, 3), h=(1, 10)))
 PLAYER = suit(VISIBLE, shapes=Shape(w=(4, 12), h=(2, 26)), also=(FEET,))
+SUIT_AND_PACK = (*PLAYER.palette, 30, 68, 70)
 MINERS_AT = ((24, 85, 34, 98), (127, 85, 138, 98))
 below = functools.partial(figures, region=(8, 61, 160, 139), ignore=MINERS_AT)
 MONSTER = below((*range(36, 46, 2), 4, 6, 8, 170), shapes=Shape(w=(4, 8), h=(3, 13)))
@@ -392,6 +393,7 @@ GAME = Game(
             PLAYER,
             attributes=("orientation",),
             rgb=(84, 138, 210),
+            colors=SUIT_AND_PACK,
             role="player",
             doc="the man",
         ),
@@ -403,7 +405,7 @@ GAME = Game(
         Category("LaserBeam", BEAM, doc="beam"),
         Category("EndNPC", MINER, rgb=(170, 170, 170), doc="the miner to be saved"),
         Category("Platform", Bounds(YELLOW, (8, 136, 160, 137), min_size=(8, 1)), doc="a raft"),
-        Category("Wall", ROCKS, count=18, doc="rock"),
+        Category("Wall", ROCKS, count=18, colors=(*ROCKS.palette, 32, 192), doc="rock"),
         Category("LavaWall", LAVA, count=6, doc="lava"),
         display("PowerBar", POWER_BAR, doc="power left"),
         display("Life", LIVES, rgb=(45, 87, 176), role="lives", doc="one more than the men"),

@@ -323,7 +323,13 @@ GAME = Game(
             role="player",
             doc="Keystone Kelly",
         ),
-        Category("Krook", KROOK_RULE, attributes=("orientation",), doc="Harry Hooligan"),
+        Category(
+            "Krook",
+            KROOK_RULE,
+            attributes=("orientation",),
+            colors=(CHARCOAL, WHITE, SKIN),
+            doc="Harry Hooligan",
+        ),
         Category("Ball", BALL_RULE, count=2, doc="beach balls"),
         Category("Biplane", BIPLANE_RULE, rgb=(238, 209, 128), doc="toy plane"),
         Category("Cart", CART_RULE, count=4, rgb=(214, 214, 214), doc="shopping carts"),
@@ -341,9 +347,19 @@ GAME = Game(
             color_row=3,
             doc="doors, from the ground floor up",
         ),
-        Category("Escalator", ESCALATOR_RULE, count=2, rgb=(52, 0, 128), doc="the upper one first"),
         Category(
-            "SecuritySystem", Bounds(RADAR_COLORS, (36, 188, 124, 206)), doc="map of the building"
+            "Escalator",
+            ESCALATOR_RULE,
+            count=2,
+            rgb=(52, 0, 128),
+            colors=(VIOLET, WHITE),
+            doc="the upper one first",
+        ),
+        Category(
+            "SecuritySystem",
+            Bounds(RADAR_COLORS, (36, 188, 124, 206)),
+            colors=(BLACK, 8, BRIGHT),  # the marks; the stripes are floors
+            doc="map of the building",
         ),
         display(
             "BonusKops",

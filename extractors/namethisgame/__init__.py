@@ -381,7 +381,13 @@ GAME = Game(
         Category(
             "Oxygen_Boat", BOAT, rgb=MAUVE_RGB, attributes=("orientation",), doc="on the surface"
         ),
-        Category("Oxygen_Pipe", Runs(PIPES, most=1), rgb=GRAY_RGB, doc="hangs from the boat"),
+        Category(
+            "Oxygen_Pipe",
+            Runs(PIPES, most=1),
+            rgb=GRAY_RGB,
+            colors=(VIOLET, GRAY),
+            doc="hangs from the boat",
+        ),
         Category("Treasure", HEAP, attributes=("value",), doc="a heap; value: lives"),
         display("Oxygen_Meter", _meter(ORANGE, METER_ROWS), doc="oxygen, 0-16"),
         display("Timer", _meter(DARK_GREEN, TIMER_ROWS), role="time", doc="rest of the wave, 0-16"),

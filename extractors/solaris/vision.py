@@ -149,6 +149,7 @@ class WithDarkEdges(Step):
 
 SHIP = Bounds(SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
 GROUND_SHIP = Bounds(GROUND_SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
+PLAYER_COLORS = (*SHIP_COLORS, *GROUND_SHIP_COLORS, 64, 132, 160, 162)
 SHOTS = _everywhere(SHOT, Shape((1, 8), (1, 8)), gap=(3, 3))
 ENEMY_SHOTS = _everywhere(ENEMY_SHOT, Shape((1, 5), (1, 7)), gap=(1, 1))
 
@@ -183,6 +184,7 @@ FIGHTERS = _space(FIGHTER, Shape((1, 8), (1, 12)), also=(GROUND_FIGHTERS,))
 GROUND_PIRATE_SHAPES = (Shape(8, 10, (32, 34)), Shape(6, 8, (22, 24)), Shape(4, 5, 10))
 GROUND_PIRATES = _ground(JUMPER_OR_PIRATE, GROUND_PIRATE_SHAPES)
 PIRATES = _space(PIRATE, Shape((1, 8), (1, 9)), gap=(2, 2), also=(GROUND_PIRATES,))
+ALL_PIRATE_COLORS = (*PIRATES.palette, 18)
 WARPS = _space(WARP, Shape(8, 8, 18), gap=(1, 1))
 DARTERS = _space(DARTER_OR_RAIDER, (Shape(2, 1), Shape(5, 5, 13), Shape(3, 3, 5)))
 RAIDERS = _ground(DARTER_OR_RAIDER, _pictures((7, 8, 30), (3, 5, 12)))
