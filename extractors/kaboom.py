@@ -1,0 +1,275 @@
+"""Kaboom!: the Mad Bomber drops bombs, which the player catches with up to three buckets.
+
+Picture: docs/games/Kaboom.png
+
+Screen: Player is a bucket, and Bomber walks on the wall. The number of buckets is the number of
+tries: a missed bomb costs one, and every thousand points bring one back. Then all bombs explode
+from the lowest up, and the sky, the ground and the score flash. The fires of exploding bombs, the
+splash above a bucket and the maker's name are scenery.
+
+Slots: Player has the buckets from the top. The Bomber drops bombs one after the other, and Bomb
+has slot n modulo 9 for the n-th bomb of a group.
+
+RAM: ALE's source (score) and the ROM's code. A bomb's record moves on by one whenever the bomb has
+fallen 18 rows; the count of dropped bombs gives n. Everything moves before the frame is drawn,
+except for the buckets: after the drawing, they go half of the way to the paddle, rounded to the
+left. `as_drawn` takes them back.
+
+Covered: groups 1 to 7, caught and missed bombs, explosions, the end of the game. The game has one
+mode and one difficulty.
+
+Not exact: two positions of the buckets lead to the same position by the same paddle, and REM takes
+the more frequent one, which is one column off at times while they move. When a thousand points
+bring a bucket back, the RAM lacks the number of buckets before, for a single frame.
+
+VEM: it knows a bomb by its fuse, and the Bomber by his skin.
+"""
+
+import functools
+import operator
+from dataclasses import replace
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.authoring import (
+    NTSC,
+    Bitmap,
+    Blobs,
+    Bounds,
+    Box,
+    Category,
+    Context,
+    Detected,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Saver,
+    Shape,
+    Step,
+    among,
+    bcd,
+    box,
+    boxes,
+    byte,
+    display,
+    lookup,
+    match,
+    mod,
+    only,
+    packed_position,
+    signed,
+    when,
+)
+
+ROM = Rom("kaboom", "5428cdfada281c569c74c7308c7f2c26")
+FONT = ROM.font(0x728, rows=8)
+BOMBS = ROM.pictures(range(0x700, 0x800), 16)  # by the low byte of their addresses
+GROUP_SIZES = ROM.bytes(0x6F3, 8)  # bombs of a group, less one
+
+FIELD = (8, 7, 160, 189)
+SKIN = (58, 56)  # of the Bomber
+FUSE = 8
+SPARK = 78
+IRON = 6  # most of a bomb
+WOOD = (22, 20, 18)  # of a bucket, most of it first
+STRIPES = 12  # of the Bomber's shirt
+YELLOW = 26  # of the score
+SKY = 6
+LOGO = 136
+SCORE = NumberDisplay(FONT, right=99, top=8, digits=6)
+
+BOMBER_SIZE = (7, 30)
+BOMBER_TOP = 19
+BUCKET_SIZE = (14, 8)
+BUCKET_TOPS = np.array((148, 164, 180))
+BODY = (5, 8)  # of a bomb without its fuse
+RECORDS = np.arange(9)  # of bombs, the highest first
+ROWS_APART = 18
+# Pixels from the buckets to the paddle after which they moved one pixel less than the distance,
+# because the game rounds to the left. At other distances they usually moved by all of it.
+ROUNDED = (-4, -3, -2, 1, 2, 3, 6)
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
+MIRRORED = 8  # bit of `bomb_x`
+NO_PADDLE = 5  # lines before the paddle counts
+
+
+class Phase:  # of `Ram.phase`
+    ALL_DROPPED = 0x7F  # the group's last bombs fall
+    WAITS = 0xFF  # for the button, with a bomb in the Bomber's hands
+
+
+class Picture:  # of `Ram.picture`
+    NONE = 0
+    BOMB = 0x78  # the first one
+    FIRE = 0xB8  # the first one of an exploding bomb
+
+
+class Blast:  # of `Ram.blast`
+    FLASHES = 1  # or more: the colours flash
+    EXPLODES = 32  # or more: bombs explode
+
+
+class Fanfare:  # of `Ram.fanfare`
+    NONE = 0
+    BEGINS = 62
+
+
+class Ram(RamMap):
+    saver_key = byte(3)  # XORed with colours
+    saver_mask = byte(4)  # mask of colours: 0xFF in play
+    bomber_x = byte(25)  # packed
+    caught_by = byte(28)  # the highest bucket that can have caught the last bomb, from the top
+    x = byte(29)  # of the buckets, x - 18
+    buckets = byte(33)
+    group = byte(34)
+    score = bcd((35, 36, 37))
+    dropped = byte(43)  # bombs of the group
+    exploding = byte(44)  # record
+    phase = byte(45)
+    blast = byte(46)  # counts down during explosions, then during flashes
+    fanfare = byte(48)  # counts down after a thousand points
+    rows = byte(49)  # that the bombs have fallen since they came to their records
+    bomb_x = byte(*range(50, 59))  # packed; the bit of 8 mirrors the picture
+    picture = byte(*range(59, 68))  # low byte of its address
+    ground = byte(118)  # the lowest record on the screen
+    paddle = signed(119)  # of the drawn frame
+
+
+class Drawn(NamedTuple):
+    """The buckets of the frame."""
+
+    x: jax.Array
+    buckets: jax.Array
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    drawn = as_drawn(m)
+    there = np.arange(3) < drawn.buckets
+    return {
+        "Player": box(18 + drawn.x, BUCKET_TOPS, *BUCKET_SIZE, there),
+        "Bomber": box(17 + packed_position(m.bomber_x), BOMBER_TOP, *BOMBER_SIZE),
+        "Bomb": _bomb_boxes(m),
+        "Score": SCORE.box(m.score, color=YELLOW ^ _flash(m)),
+    }
+
+
+def as_drawn(m: Ram) -> Drawn:
+    """The buckets before their last step, and before one was lost or came back."""
+    target = jnp.maximum(m.paddle - NO_PADDLE, 0)
+    before = 2 * m.x - target + when(among(target - m.x, ROUNDED), 1)
+    ended = (m.phase == Phase.WAITS) & (m.blast == 0) & (m.picture[0] == Picture.NONE)
+    lost = ended & (m.fanfare == Fanfare.NONE)
+    was_full = (m.buckets == len(BUCKET_TOPS)) & (m.caught_by == 0)
+    gained = (m.fanfare == Fanfare.BEGINS) & ~was_full
+    buckets = m.buckets + match((lost, 1), (gained, -1), otherwise=0)
+    return Drawn(before, buckets)
+
+
+def _flash(m: Ram) -> jax.Array:
+    """The number that is XORed with the colours of the sky, the ground and the score."""
+    return when(m.blast < Blast.EXPLODES, m.blast)
+
+
+def _bomb_boxes(m: Ram) -> Box:
+    is_bomb = (m.picture >= Picture.BOMB) & (m.picture < Picture.FIRE)
+    chosen = (_bomb_slots(m)[None] == RECORDS[:, None]) & is_bomb[None]
+    code = only(chosen, m.bomb_x[None], axis=1)
+    picture = only(chosen, m.picture[None], axis=1)
+    record = only(chosen, RECORDS[None], axis=1)
+    bombs = BOMBS.box(
+        picture,
+        17 + packed_position(code & ~MIRRORED),
+        36 + ROWS_APART * record + m.rows,
+        mirrored=(code & MIRRORED) != 0,
+        valid=jnp.any(chosen, axis=1),
+    )
+    return bombs.clip(*FIELD)
+
+
+def _bomb_slots(m: Ram) -> jax.Array:
+    """The slot of each record: its bomb's number in the group, modulo the number of slots."""
+    # Even groups drop a bomb at every second move of the records.
+    halves = 1 - (m.group & 1)
+    is_all = m.phase == Phase.ALL_DROPPED
+    moves_since = when(is_all, jnp.argmax(m.picture != Picture.NONE).astype(jnp.int32))
+    exploded = when(m.blast >= Blast.EXPLODES, (m.ground - m.exploding >> halves) + 1)
+    last = jnp.where(is_all, lookup(GROUP_SIZES, m.group), m.dropped + exploded)
+    number = last - (RECORDS - moves_since >> halves)
+    return mod(number + 2 * len(RECORDS), len(RECORDS))
+
+
+class Bombs(Step):
+    """The bombs of fuses, with their sparks."""
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        # A wide spark ends a column left of the fuse, if its first pixel is beside that end.
+        wide = (found.w == 4) & (found.head == found.x + 1)
+        x = found.x - 1 + when(wide, 1)
+        h = jnp.minimum(found.h + BODY[1], FIELD[3] - found.y)
+        return found._replace(box=boxes(x, found.y, BODY[0], h, found.valid), head=None)
+
+
+class WholeBomber(Step):
+    """The Bomber from his hat to his feet."""
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        whole = boxes(found.x, BOMBER_TOP, found.w, BOMBER_SIZE[1], found.valid)
+        return found._replace(box=whole, head=None)
+
+
+def _not_sky(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """The pixels of the mask that differ from the sky, whose colour flashes."""
+    sky = -(planes[:, :1, FIELD[1] : FIELD[1] + 1] & 1)  # column 31
+    return mask & functools.reduce(operator.or_, planes ^ sky)
+
+
+BUCKET_REGIONS = tuple((FIELD[0], top, FIELD[2], top + BUCKET_SIZE[1]) for top in (148, 164, 180))
+FLASHES = tuple(YELLOW ^ flash for flash in range(0, Blast.EXPLODES, 2))
+
+
+def _saver_key(m: Ram) -> jax.Array:
+    """The number XORed with colours, or -1 in play."""
+    return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
+
+
+GAME = Game(
+    name="Kaboom",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    saver=Saver(_saver_key, (51, 195), LOGO, mask=SAVER_MASK),
+    categories=(
+        Category(
+            "Player",
+            Bounds(WOOD, BUCKET_REGIONS, (9, 4), BUCKET_SIZE),
+            count=3,
+            role="player",
+            rgb=tuple(NTSC[WOOD[0]].tolist()),
+            doc="buckets, which the player moves together",
+        ),
+        Category(
+            "Bomber",
+            Bounds(SKIN, (8, 19, 160, 49), then=(WholeBomber(),)),
+            rgb=tuple(NTSC[STRIPES].tolist()),
+            doc="the Mad Bomber on the wall",
+        ),
+        Category(
+            "Bomb",
+            Blobs((FUSE, SPARK), FIELD, Shape(w=(3, 4), h=(4, 7), pixels=(4, 8)), then=(Bombs(),)),
+            count=len(RECORDS),
+            rgb=tuple(NTSC[IRON].tolist()),
+            doc="falling bombs, and the one in the Bomber's hands",
+        ),
+        display(
+            "Score",
+            replace(SCORE.rule(FLASHES), filters=(_not_sky,)),
+            role="score",
+            doc="points",
+        ),
+    ),
+)
