@@ -54,12 +54,15 @@ from ocjax.authoring import (
     box,
     boxes,
     byte,
+    color_mask,
     display,
     lookup,
     match,
     mod,
     only,
     packed_position,
+    shift_down,
+    shift_up,
     signed,
     when,
 )
@@ -206,11 +209,8 @@ class Bombs(Step):
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
-        # A wide spark ends a column left of the fuse, if its first pixel is beside that end.
-        wide = (found.w == 4) & (found.head == found.x + 1)
-        x = found.x - 1 + when(wide, 1)
         h = jnp.minimum(found.h + BODY[1], FIELD[3] - found.y)
-        return found._replace(box=boxes(x, found.y, BODY[0], h, found.valid), head=None)
+        return found._replace(box=boxes(found.x - 1, found.y, BODY[0], h, found.valid))
 
 
 class WholeBomber(Step):
@@ -219,7 +219,12 @@ class WholeBomber(Step):
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
         whole = boxes(found.x, BOMBER_TOP, found.w, BOMBER_SIZE[1], found.valid)
-        return found._replace(box=whole, head=None)
+        return found._replace(box=whole)
+
+
+def _narrow(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """The pixels of fuses and sparks without the side of a wide spark."""
+    return mask & (color_mask(planes, (FUSE,)) | shift_up(mask, 1) | shift_down(mask, 1))
 
 
 def _not_sky(mask: Bitmap, planes: jax.Array) -> Bitmap:
@@ -228,6 +233,7 @@ def _not_sky(mask: Bitmap, planes: jax.Array) -> Bitmap:
     return mask & functools.reduce(operator.or_, planes ^ sky)
 
 
+FUSES = (Shape(w=3, h=(4, 5), pixels=(4, 5)), Shape(w=3, h=7, pixels=(7, 8)))
 BUCKET_REGIONS = tuple((FIELD[0], top, FIELD[2], top + BUCKET_SIZE[1]) for top in (148, 164, 180))
 FLASHES = tuple(YELLOW ^ flash for flash in range(0, Blast.EXPLODES, 2))
 
@@ -260,7 +266,7 @@ GAME = Game(
         ),
         Category(
             "Bomb",
-            Blobs((FUSE, SPARK), FIELD, Shape(w=(3, 4), h=(4, 7), pixels=(4, 8)), then=(Bombs(),)),
+            Blobs((FUSE, SPARK), FIELD, FUSES, filters=(_narrow,), then=(Bombs(),)),
             count=len(RECORDS),
             rgb=tuple(NTSC[IRON].tolist()),
             doc="falling bombs, and the one in the Bomber's hands",
