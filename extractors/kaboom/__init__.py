@@ -49,7 +49,6 @@ from ocjax.authoring import (
     Saver,
     Shape,
     Step,
-    among,
     bcd,
     box,
     boxes,
@@ -66,6 +65,7 @@ from ocjax.authoring import (
     signed,
     when,
 )
+from ocjax.extractors.kaboom.paddle import buckets_before
 
 ROM = Rom("kaboom", "5428cdfada281c569c74c7308c7f2c26")
 FONT = ROM.font(0x728, rows=8)
@@ -91,12 +91,8 @@ BUCKET_TOPS = np.array((148, 164, 180))
 BODY = (5, 8)  # of a bomb without its fuse
 RECORDS = np.arange(9)  # of bombs, the highest first
 ROWS_APART = 18
-# Pixels from the buckets to the paddle after which they moved one pixel less than the distance,
-# because the game rounds to the left. At other distances they usually moved by all of it.
-ROUNDED = (-4, -3, -2, 1, 2, 3, 6)
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 MIRRORED = 8  # bit of `bomb_x`
-NO_PADDLE = 5  # lines before the paddle counts
 
 
 class Phase:  # of `Ram.phase`
@@ -161,14 +157,19 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def as_drawn(m: Ram) -> Drawn:
     """The buckets before their last step, and before one was lost or came back."""
-    target = jnp.maximum(m.paddle - NO_PADDLE, 0)
-    before = 2 * m.x - target + when(among(target - m.x, ROUNDED), 1)
+    falls = (m.blast == 0) & (m.phase < Phase.WAITS)
+    x = buckets_before(m.x, m.paddle, m.rows, when(falls, _fall(m)))
     ended = (m.phase == Phase.WAITS) & (m.blast == 0) & (m.picture[0] == Picture.NONE)
     lost = ended & (m.fanfare == Fanfare.NONE)
     was_full = (m.buckets == len(BUCKET_TOPS)) & (m.caught_by == 0)
     gained = (m.fanfare == Fanfare.BEGINS) & ~was_full
     buckets = m.buckets + match((lost, 1), (gained, -1), otherwise=0)
-    return Drawn(before, buckets)
+    return Drawn(x, buckets)
+
+
+def _fall(m: Ram) -> jax.Array:
+    """Rows that bombs fall in a frame."""
+    return jnp.minimum(m.group >> 1, 3) + 1
 
 
 def _flash(m: Ram) -> jax.Array:
