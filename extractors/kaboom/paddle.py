@@ -2,7 +2,7 @@
 
 After drawing a frame, the game moves the buckets half of the way to the paddle and rounds to the
 left, so two positions lead to the same position by the same paddle. The RAM does not say which of
-the two it was. `buckets_before` takes the one that a steady motion of the paddle explains.
+the two it was. `buckets_before` takes the one that a simple motion of the paddle explains.
 
 ALE's joystick moves the paddle by a fixed resistance per frame, from either stop or from the
 middle. The game reads the paddle on most scan lines and counts the lines on which it is still
@@ -10,6 +10,7 @@ charging. The rows that the bombs have fallen decide which lines it skips.
 """
 
 import itertools
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -32,11 +33,27 @@ STEPS = 34  # more than from stop to stop
 
 NUMBERS = range(-11, 115)  # of the paddle, from the left to the right stop
 UNUSED = 5  # left of the buckets' leftmost position
-FRAMES = 9  # of a steady motion; then the buckets follow the paddle at its speed
+FRAMES = 9  # of a motion; then the buckets follow the paddle at its speed
 FALLS = 5  # rows that bombs fall in a frame are below this number
 LAGS = range(-7, 9)  # from the buckets to the paddle
-# Lags at which rounding is more frequent without a steady motion.
+# Lags at which rounding is more frequent without such a motion.
 ROUNDED_LAGS = (-4, -3, -2, 1, 2, 3, 6, 7)
+
+
+class Motion(NamedTuple):
+    """A motion of the paddle after a rest."""
+
+    way: int  # 1: to the right, -1: to the left, 0: none
+    frames: int
+    came: int  # position of the buckets during the rest, from the paddle's
+
+
+# If several motions explain a position, the last one counts. Most often the paddle rests.
+MOTIONS = (
+    *(Motion(way, frames, way) for frames in (1, 2, 3, 4, FRAMES) for way in (1, -1)),
+    Motion(0, FRAMES, -1),
+    Motion(0, FRAMES, 1),
+)
 
 
 def buckets_before(x: jax.Array, paddle: jax.Array, rows: jax.Array, fall: jax.Array) -> jax.Array:
@@ -84,41 +101,36 @@ def _paths() -> list[np.ndarray]:
     return [np.clip(path, *STOPS) for path in (from_middle, STOPS[0] + way[::-1], STOPS[1] - way)]
 
 
-def _follow(rounded: np.ndarray, numbers: np.ndarray, motion: int, begin: int) -> None:
-    """Write how the last step of a steady motion was rounded, for all its ends on a path.
+def _follow(rounded: np.ndarray, numbers: np.ndarray, motion: Motion) -> None:
+    """Write how the last step of a motion was rounded, for all its ends on a path.
 
     Args:
         rounded: by the paddle's number, rows, fall and lag.
         numbers: the paddle's, on the path.
-        motion: steps of the paddle in a frame.
-        begin: position of the buckets at the first frame, relative to the paddle.
+        motion: of the paddle.
     """
     end, rows, fall = np.ix_(np.arange(len(numbers)), np.arange(ZONE), np.arange(FALLS))
 
     def number(ago: int) -> np.ndarray:
-        at = np.clip(end - motion * ago, 0, len(numbers) - 1)
+        at = np.clip(end - motion.way * min(ago, motion.frames), 0, len(numbers) - 1)
         return numbers[at, (rows - fall * ago) % ZONE]
 
     targets = [np.maximum(number(ago) - UNUSED, 0) for ago in range(FRAMES, -1, -1)]
-    steps = itertools.accumulate(
-        targets, lambda x, target: x + target >> 1, initial=targets[0] + begin
-    )
-    *_, before, after = steps
-    lag = targets[-1] - after
-    is_rounded = before > after - lag
-    rounded[number(0) - NUMBERS[0], rows, fall, np.clip(lag, LAGS[0], LAGS[-1]) - LAGS[0]] = (
-        is_rounded
-    )
+    first = targets[0] + motion.came
+    *_, before, x = itertools.accumulate(targets, lambda x, target: x + target >> 1, initial=first)
+    lag = targets[-1] - x
+    lag_index = np.clip(lag, LAGS[0], LAGS[-1]) - LAGS[0]
+    rounded[number(0) - NUMBERS[0], rows, fall, lag_index] = before > x - lag
 
 
 def _table() -> np.ndarray:
     """A bit for each lag, by the paddle's number, rows and fall."""
     usual = np.isin(LAGS, ROUNDED_LAGS)
     rounded = np.tile(usual, (len(NUMBERS), ZONE, FALLS, 1))
-    # If several motions explain a position, the last one counts: most often the paddle rests.
-    for motion, path in itertools.product((1, -1, 0), _paths()):
-        for begin in (-3, 3):
-            _follow(rounded, _numbers(path), motion, begin)
+    numbers = [_numbers(path) for path in _paths()]
+    for motion in MOTIONS:
+        for on_path in numbers:
+            _follow(rounded, on_path, motion)
     return (rounded << np.arange(len(LAGS))).sum(axis=-1).astype(np.int32).ravel()
 
 
