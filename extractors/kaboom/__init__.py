@@ -1,26 +1,28 @@
-"""Kaboom!: the Mad Bomber drops bombs, which the player catches with up to three buckets.
+"""Kaboom!: a bomber drops bombs, and the player catches them with up to three buckets.
 
 Picture: docs/games/Kaboom.png
 
-Screen: Player is a bucket, and Bomber walks on the wall. The number of buckets is the number of
-tries: a missed bomb costs one, and every thousand points bring one back. Then all bombs explode
-from the lowest up, and the sky, the ground and the score flash. The fires of exploding bombs, the
-splash above a bucket and the maker's name are scenery.
+Screen: Player is a bucket, Bomber the Mad Bomber on the wall. The buckets are the player's tries.
+If a bomb reaches the ground, all bombs explode from the lowest up, the sky, the ground and the
+score flash, and a bucket is lost. Every thousand points bring one back. Exploding bombs, the splash
+above a bucket and the maker's name are scenery.
 
-Slots: Player has the buckets from the top. The Bomber drops bombs one after the other, and Bomb
-has slot n modulo 9 for the n-th bomb of a group.
+Slots: Player has the buckets from the top. The Bomber drops a group of bombs one after the other,
+and the n-th bomb of a group has slot n modulo 9 of Bomb.
 
-RAM: ALE's source (score) and the ROM's code. A bomb's record moves on by one whenever the bomb has
-fallen 18 rows; the count of dropped bombs gives n. Everything moves before the frame is drawn,
-except for the buckets: after the drawing, they go half of the way to the paddle, rounded to the
-left. `as_drawn` takes them back.
+RAM: ALE's source (score) and the ROM's code. F0C9-F121 draws the wall, F159-F254 the bombs and
+F213-F298 the buckets, too. F374-F621 moves everything before the drawing, so the RAM matches the
+screen. Only the buckets move after it, at F2EB-F31B, where their pictures are also made: `as_drawn`
+takes back their step and their number. A bomb's record moves on by one when the bomb has fallen 18
+rows; `dropped` counts the bombs of the group and gives the slots.
 
-Covered: groups 1 to 7, caught and missed bombs, explosions, the end of the game. The game has one
-mode and one difficulty.
+Covered: the first groups of bombs, caught and missed bombs, the bucket for a thousand points, the
+end of the game. The game has one mode and one difficulty.
 
-Not exact: two positions of the buckets lead to the same position by the same paddle, and REM takes
-the more frequent one, which is one column off at times while they move. When a thousand points
-bring a bucket back, the RAM lacks the number of buckets before, for a single frame.
+Not exact: the buckets' column, if they move. They go half of the way to the paddle, and the RAM
+lacks the rounding, so that two columns lead to the same RAM. `paddle.py` finds the right one in
+about 96 % of the frames at 2 to 5 frames per action, and the other one is a pixel away. The number
+of buckets in the single frame in which a thousand points may bring one back.
 
 VEM: it knows a bomb by its fuse, and the Bomber by his skin.
 """

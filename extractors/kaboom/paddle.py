@@ -48,7 +48,7 @@ class Motion(NamedTuple):
     came: int  # position of the buckets during the rest, from the paddle's
 
 
-# If several motions explain a position, the last one counts. Most often the paddle rests.
+# The last motion on the last path that explains a position counts: most often the paddle rests.
 MOTIONS = (
     *(Motion(way, frames, way) for frames in (1, 2, 3, 4, FRAMES) for way in (1, -1)),
     Motion(0, FRAMES, -1),
@@ -127,10 +127,8 @@ def _table() -> np.ndarray:
     """A bit for each lag, by the paddle's number, rows and fall."""
     usual = np.isin(LAGS, ROUNDED_LAGS)
     rounded = np.tile(usual, (len(NUMBERS), ZONE, FALLS, 1))
-    numbers = [_numbers(path) for path in _paths()]
-    for motion in MOTIONS:
-        for on_path in numbers:
-            _follow(rounded, on_path, motion)
+    for numbers, motion in itertools.product(map(_numbers, _paths()), MOTIONS):
+        _follow(rounded, numbers, motion)
     return (rounded << np.arange(len(LAGS))).sum(axis=-1).astype(np.int32).ravel()
 
 
