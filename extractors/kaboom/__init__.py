@@ -24,7 +24,8 @@ lacks the rounding, so that two columns lead to the same RAM. `paddle.py` finds 
 about 96 % of the frames at 2 to 5 frames per action, and the other one is a pixel away. The number
 of buckets in the single frame in which a thousand points may bring one back.
 
-VEM: it knows a bomb by its fuse, and the Bomber by his skin.
+VEM: it knows a bomb by its fuse, and the Bomber by his skin. In the screen saver, the fuse has
+the colour of the body's upper end, and the bomb is a row too high.
 """
 
 import functools
@@ -51,17 +52,21 @@ from ocjax.authoring import (
     Saver,
     Shape,
     Step,
+    Word,
     bcd,
+    bits,
     box,
     boxes,
     byte,
     color_mask,
     display,
+    high,
     lookup,
     match,
     mod,
     only,
     packed_position,
+    position,
     shift_down,
     shift_up,
     signed,
@@ -71,7 +76,8 @@ from ocjax.extractors.kaboom.paddle import buckets_before
 
 ROM = Rom("kaboom", "5428cdfada281c569c74c7308c7f2c26")
 FONT = ROM.font(0x728, rows=8)
-BOMBS = ROM.pictures(range(0x700, 0x800), 16)  # by the low byte of their addresses
+BOMB_BYTES = 16  # of a picture
+BOMB_PICTURES = ROM.pictures([0x778, 0x788, 0x798, 0x7A8], BOMB_BYTES)
 GROUP_SIZES = ROM.bytes(0x6F3, 8)  # bombs of a group, less one
 
 FIELD = (8, 7, 160, 189)
@@ -82,7 +88,6 @@ IRON = 6  # most of a bomb
 WOOD = (22, 20, 18)  # of a bucket, most of it first
 STRIPES = 12  # of the Bomber's shirt
 YELLOW = 26  # of the score
-SKY = 6
 LOGO = 136
 SCORE = NumberDisplay(FONT, right=99, top=8, digits=6)
 
@@ -94,7 +99,9 @@ BODY = (5, 8)  # of a bomb without its fuse
 RECORDS = np.arange(9)  # of bombs, the highest first
 ROWS_APART = 18
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
-MIRRORED = 8  # bit of `bomb_x`
+
+
+BOMB_WORD = Word(x=7, is_mirrored=1, kind=2, record=4, there=1)
 
 
 class Phase:  # of `Ram.phase`
@@ -133,7 +140,9 @@ class Ram(RamMap):
     blast = byte(46)  # counts down during explosions, then during flashes
     fanfare = byte(48)  # counts down after a thousand points
     rows = byte(49)  # that the bombs have fallen since they came to their records
-    bomb_x = byte(*range(50, 59))  # packed; the bit of 8 mirrors the picture
+    coarse = bits(*range(50, 59), count=3)  # position of a bomb in 15 pixels
+    is_mirrored = bits(*range(50, 59), first=3, count=1)
+    fine = high(*range(50, 59))
     picture = byte(*range(59, 68))  # low byte of its address
     ground = byte(118)  # the lowest record on the screen
     paddle = signed(119)  # of the drawn frame
@@ -180,17 +189,23 @@ def _flash(m: Ram) -> jax.Array:
 
 
 def _bomb_boxes(m: Ram) -> Box:
+    # One word costs less time than five numbers.
+    records = BOMB_WORD.pack(
+        x=position(m.coarse, m.fine),
+        is_mirrored=m.is_mirrored,
+        kind=(m.picture - Picture.BOMB) >> 4,
+        record=RECORDS,
+        there=1,
+    )
     is_bomb = (m.picture >= Picture.BOMB) & (m.picture < Picture.FIRE)
     chosen = (_bomb_slots(m)[None] == RECORDS[:, None]) & is_bomb[None]
-    code = only(chosen, m.bomb_x[None], axis=1)
-    picture = only(chosen, m.picture[None], axis=1)
-    record = only(chosen, RECORDS[None], axis=1)
-    bombs = BOMBS.box(
-        picture,
-        17 + packed_position(code & ~MIRRORED),
-        36 + ROWS_APART * record + m.rows,
-        mirrored=(code & MIRRORED) != 0,
-        valid=jnp.any(chosen, axis=1),
+    bomb = BOMB_WORD.unpack(only(chosen, records[None], axis=1))
+    bombs = BOMB_PICTURES.box(
+        bomb.kind,
+        17 + bomb.x,
+        36 + ROWS_APART * bomb.record + m.rows,
+        mirrored=bomb.is_mirrored == 1,
+        valid=bomb.there == 1,
     )
     return bombs.clip(*FIELD)
 
@@ -207,8 +222,8 @@ def _bomb_slots(m: Ram) -> jax.Array:
     return mod(number + 2 * len(RECORDS), len(RECORDS))
 
 
-class Bombs(Step):
-    """The bombs of fuses, with their sparks."""
+class WithBody(Step):
+    """A bomb from the top of its fuse and spark to the end of its body."""
 
     def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
@@ -269,7 +284,7 @@ GAME = Game(
         ),
         Category(
             "Bomb",
-            Blobs((FUSE, SPARK), FIELD, FUSES, filters=(_narrow,), then=(Bombs(),)),
+            Blobs((FUSE, SPARK), FIELD, FUSES, filters=(_narrow,), then=(WithBody(),)),
             count=len(RECORDS),
             rgb=tuple(NTSC[IRON].tolist()),
             doc="falling bombs, and the one in the Bomber's hands",

@@ -10,19 +10,21 @@ charging. The rows that the bombs have fallen decide which lines it skips.
 """
 
 import itertools
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.authoring import lookup
 
+_Ints = TypeVar("_Ints", jax.Array, np.ndarray)
+
 FIRST_LINE = 86  # of the frame on which the game can read the paddle
 BOTTOM_LINE = 173  # where the loop at F213 begins, which draws the buckets, too
 END_LINE = 221
 ZONE = 18  # lines of a bomb's record
 READ = (20, 43)  # cycle of the reading in a line: above BOTTOM_LINE, from there on
-LINE = 76  # cycles
+LINE_CYCLES = 76  # cycles
 CHARGING = 3118  # cycle of the frame at which the paddle begins to charge
 CYCLES_PER_OHM = 1.6 * 0.01e-6 * 1.19e6  # until it is charged
 
@@ -31,11 +33,12 @@ MIDDLE = (STOPS[0] + STOPS[1]) // 2
 STEP = 23000  # ohm that the joystick moves the paddle by in a frame
 STEPS = 34  # more than from stop to stop
 
-NUMBERS = range(-11, 115)  # of the paddle, from the left to the right stop
+SCALE = range(-11, 115)  # numbers of the paddle, from the left to the right stop
 UNUSED = 5  # left of the buckets' leftmost position
 FRAMES = 9  # of a motion; then the buckets follow the paddle at its speed
 FALLS = 5  # rows that bombs fall in a frame are below this number
 LAGS = range(-7, 9)  # from the buckets to the paddle
+ENDS = (LAGS[0], LAGS[-1])
 # Lags at which rounding is more frequent without such a motion.
 ROUNDED_LAGS = (-4, -3, -2, 1, 2, 3, 6, 7)
 
@@ -66,13 +69,17 @@ def buckets_before(x: jax.Array, paddle: jax.Array, rows: jax.Array, fall: jax.A
         fall: rows that bombs fall in a frame.
     """
     target = jnp.maximum(paddle - UNUSED, 0)
-    index = ((paddle - NUMBERS[0]) * ZONE + rows) * FALLS + fall
-    lag = jnp.clip(target - x, LAGS[0], LAGS[-1])
-    is_rounded = lookup(ROUNDED, index) >> lag - LAGS[0] & 1
+    lag = jnp.clip(target - x, *ENDS)
+    is_rounded = lookup(ROUNDED_BITS, _index(paddle, rows, fall)) >> lag - LAGS[0] & 1
     return 2 * x - target + is_rounded
 
 
-def _is_read(rows: int) -> np.ndarray:
+def _index(paddle: _Ints, rows: _Ints, fall: _Ints) -> _Ints:
+    """Index in `ROUNDED_BITS`."""
+    return ((paddle - SCALE[0]) * ZONE + rows) * FALLS + fall
+
+
+def _reads(rows: int) -> np.ndarray:
     """True for the lines on which the game reads the paddle."""
     line = np.arange(FIRST_LINE, END_LINE)
     first = FIRST_LINE + rows  # of record 1
@@ -84,13 +91,13 @@ def _is_read(rows: int) -> np.ndarray:
     return ~(between | in_bottom | single | is_late)
 
 
-def _numbers(resistances: np.ndarray) -> np.ndarray:
+def _paddle_at(resistances: np.ndarray) -> np.ndarray:
     """The paddle's number at each resistance and for each number of rows."""
     line = np.arange(FIRST_LINE, END_LINE)
-    cycle = LINE * line + np.where(line < BOTTOM_LINE, *READ) - CHARGING
+    cycle = LINE_CYCLES * line + np.where(line < BOTTOM_LINE, *READ) - CHARGING
     is_charging = cycle <= (CYCLES_PER_OHM * resistances)[:, None]
-    is_read = np.array([_is_read(rows) for rows in range(ZONE)])
-    return NUMBERS[-1] - is_charging.astype(int) @ is_read.T
+    is_read = np.array([_reads(rows) for rows in range(ZONE)])
+    return SCALE[-1] - is_charging.astype(int) @ is_read.T
 
 
 def _paths() -> list[np.ndarray]:
@@ -105,7 +112,7 @@ def _follow(rounded: np.ndarray, numbers: np.ndarray, motion: Motion) -> None:
     """Write how the last step of a motion was rounded, for all its ends on a path.
 
     Args:
-        rounded: by the paddle's number, rows, fall and lag.
+        rounded: by `_index` and lag.
         numbers: the paddle's, on the path.
         motion: of the paddle.
     """
@@ -119,17 +126,17 @@ def _follow(rounded: np.ndarray, numbers: np.ndarray, motion: Motion) -> None:
     first = targets[0] + motion.came
     *_, before, x = itertools.accumulate(targets, lambda x, target: x + target >> 1, initial=first)
     lag = targets[-1] - x
-    lag_index = np.clip(lag, LAGS[0], LAGS[-1]) - LAGS[0]
-    rounded[number(0) - NUMBERS[0], rows, fall, lag_index] = before > x - lag
+    place = _index(number(0), rows, fall) * len(LAGS) + np.clip(lag, *ENDS) - LAGS[0]
+    np.put(rounded, place, before > x - lag)
 
 
 def _table() -> np.ndarray:
-    """A bit for each lag, by the paddle's number, rows and fall."""
+    """A bit for each lag, by `_index`."""
     usual = np.isin(LAGS, ROUNDED_LAGS)
-    rounded = np.tile(usual, (len(NUMBERS), ZONE, FALLS, 1))
-    for numbers, motion in itertools.product(map(_numbers, _paths()), MOTIONS):
+    rounded = np.tile(usual, (len(SCALE) * ZONE * FALLS, 1))
+    for numbers, motion in itertools.product(map(_paddle_at, _paths()), MOTIONS):
         _follow(rounded, numbers, motion)
-    return (rounded << np.arange(len(LAGS))).sum(axis=-1).astype(np.int32).ravel()
+    return (rounded << np.arange(len(LAGS))).sum(axis=-1).astype(np.int32)
 
 
-ROUNDED = _table()
+ROUNDED_BITS = _table()
