@@ -21,8 +21,9 @@ end of the game. The game has one mode and one difficulty.
 
 Not exact: the buckets' column, if they move. They go half of the way to the paddle, and the RAM
 lacks the rounding, so that two columns lead to the same RAM. `paddle.py` finds the right one in
-about 96 % of the frames at 2 to 5 frames per action, and the other one is a pixel away. The number
-of buckets in the single frame in which a thousand points may bring one back.
+96 % of the frames of random play with 2 to 5 frames per action, and in 86 % with one frame. The
+other one is a pixel away. The number of buckets on the single frame on which a thousand points may
+bring one back.
 
 VEM: it knows a bomb by its fuse, and the Bomber by his skin. In the screen saver, the fuse has
 the colour of the body's upper end, and the bomb is a row too high.
@@ -76,8 +77,7 @@ from ocjax.extractors.kaboom.paddle import buckets_before
 
 ROM = Rom("kaboom", "5428cdfada281c569c74c7308c7f2c26")
 FONT = ROM.font(0x728, rows=8)
-BOMB_BYTES = 16  # of a picture
-BOMB_PICTURES = ROM.pictures([0x778, 0x788, 0x798, 0x7A8], BOMB_BYTES)
+BOMB_PICTURES = ROM.pictures([0x778, 0x788, 0x798, 0x7A8], 16)
 GROUP_SIZES = ROM.bytes(0x6F3, 8)  # bombs of a group, less one
 
 FIELD = (8, 7, 160, 189)
@@ -91,22 +91,24 @@ YELLOW = 26  # of the score
 LOGO = 136
 SCORE = NumberDisplay(FONT, right=99, top=8, digits=6)
 
+LEFT = 17  # column of a sprite at position 0
+BUCKETS_LEFT = 18  # column of the buckets at `x` 0
 BOMBER_SIZE = (7, 30)
 BOMBER_TOP = 19
 BUCKET_SIZE = (14, 8)
 BUCKET_TOPS = np.array((148, 164, 180))
+LEAST_BUCKET = (9, 4)  # wider than an exploding bomb
 BODY = (5, 8)  # of a bomb without its fuse
+BOMBS_TOP = 36  # first row of record 0 with `rows` 0
+ROWS_APART = 18  # of two records
 RECORDS = np.arange(9)  # of bombs, the highest first
-ROWS_APART = 18
-SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
-
-
 BOMB_WORD = Word(x=7, is_mirrored=1, kind=2, record=4, there=1)
+SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
 
 class Phase:  # of `Ram.phase`
     ALL_DROPPED = 0x7F  # the group's last bombs fall
-    WAITS = 0xFF  # for the button, with a bomb in the Bomber's hands
+    WAITS = 0x80  # or more: for the button, with a bomb in the Bomber's hands
 
 
 class Picture:  # of `Ram.picture`
@@ -116,8 +118,8 @@ class Picture:  # of `Ram.picture`
 
 
 class Blast:  # of `Ram.blast`
-    FLASHES = 1  # or more: the colours flash
-    EXPLODES = 32  # or more: bombs explode
+    NONE = 0
+    EXPLODES = 32  # or more: bombs explode; below it, the colours flash
 
 
 class Fanfare:  # of `Ram.fanfare`
@@ -130,7 +132,7 @@ class Ram(RamMap):
     saver_mask = byte(4)  # mask of colours: 0xFF in play
     bomber_x = byte(25)  # packed
     caught_by = byte(28)  # the highest bucket that can have caught the last bomb, from the top
-    x = byte(29)  # of the buckets, x - 18
+    x = byte(29)  # of the buckets
     buckets = byte(33)
     group = byte(34)
     score = bcd((35, 36, 37))
@@ -157,10 +159,10 @@ class Drawn(NamedTuple):
 
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
-    there = np.arange(3) < drawn.buckets
+    there = np.arange(len(BUCKET_TOPS)) < drawn.buckets
     return {
-        "Player": box(18 + drawn.x, BUCKET_TOPS, *BUCKET_SIZE, there),
-        "Bomber": box(17 + packed_position(m.bomber_x), BOMBER_TOP, *BOMBER_SIZE),
+        "Player": box(BUCKETS_LEFT + drawn.x, BUCKET_TOPS, *BUCKET_SIZE, there),
+        "Bomber": box(LEFT + packed_position(m.bomber_x), BOMBER_TOP, *BOMBER_SIZE),
         "Bomb": _bomb_boxes(m),
         "Score": SCORE.box(m.score, color=YELLOW ^ _flash(m)),
     }
@@ -168,10 +170,11 @@ def decode(m: Ram) -> dict[str, Box]:
 
 def as_drawn(m: Ram) -> Drawn:
     """The buckets before their last step, and before one was lost or came back."""
-    falls = (m.blast == 0) & (m.phase < Phase.WAITS)
+    falls = (m.blast == Blast.NONE) & (m.phase < Phase.WAITS)
     x = buckets_before(m.x, m.paddle, m.rows, when(falls, _fall(m)))
-    ended = (m.phase == Phase.WAITS) & (m.blast == 0) & (m.picture[0] == Picture.NONE)
-    lost = ended & (m.fanfare == Fanfare.NONE)
+    no_bomb = m.picture[0] == Picture.NONE
+    flashed = (m.phase >= Phase.WAITS) & (m.blast == Blast.NONE) & no_bomb
+    lost = flashed & (m.fanfare == Fanfare.NONE)
     was_full = (m.buckets == len(BUCKET_TOPS)) & (m.caught_by == 0)
     gained = (m.fanfare == Fanfare.BEGINS) & ~was_full
     buckets = m.buckets + match((lost, 1), (gained, -1), otherwise=0)
@@ -190,20 +193,20 @@ def _flash(m: Ram) -> jax.Array:
 
 def _bomb_boxes(m: Ram) -> Box:
     # One word costs less time than five numbers.
-    records = BOMB_WORD.pack(
+    words = BOMB_WORD.pack(
         x=position(m.coarse, m.fine),
         is_mirrored=m.is_mirrored,
-        kind=(m.picture - Picture.BOMB) >> 4,
+        kind=(m.picture - Picture.BOMB) >> 4,  # 16 bytes each
         record=RECORDS,
         there=1,
     )
     is_bomb = (m.picture >= Picture.BOMB) & (m.picture < Picture.FIRE)
     chosen = (_bomb_slots(m)[None] == RECORDS[:, None]) & is_bomb[None]
-    bomb = BOMB_WORD.unpack(only(chosen, records[None], axis=1))
+    bomb = BOMB_WORD.unpack(only(chosen, words[None], axis=1))
     bombs = BOMB_PICTURES.box(
         bomb.kind,
-        17 + bomb.x,
-        36 + ROWS_APART * bomb.record + m.rows,
+        LEFT + bomb.x,
+        BOMBS_TOP + ROWS_APART * bomb.record + m.rows,
         mirrored=bomb.is_mirrored == 1,
         valid=bomb.there == 1,
     )
@@ -219,7 +222,7 @@ def _bomb_slots(m: Ram) -> jax.Array:
     exploded = when(m.blast >= Blast.EXPLODES, (m.ground - m.exploding >> halves) + 1)
     last = jnp.where(is_all, lookup(GROUP_SIZES, m.group), m.dropped + exploded)
     number = last - (RECORDS - moves_since >> halves)
-    return mod(number + 2 * len(RECORDS), len(RECORDS))
+    return mod(number + len(RECORDS), len(RECORDS))
 
 
 class WithBody(Step):
@@ -251,8 +254,11 @@ def _not_sky(mask: Bitmap, planes: jax.Array) -> Bitmap:
     return mask & functools.reduce(operator.or_, planes ^ sky)
 
 
+BOMBER_FIELD = (FIELD[0], BOMBER_TOP, FIELD[2], BOMBER_TOP + BOMBER_SIZE[1])
 FUSES = (Shape(w=3, h=(4, 5), pixels=(4, 5)), Shape(w=3, h=7, pixels=(7, 8)))
-BUCKET_REGIONS = tuple((FIELD[0], top, FIELD[2], top + BUCKET_SIZE[1]) for top in (148, 164, 180))
+BUCKET_REGIONS = tuple(
+    (FIELD[0], top, FIELD[2], top + BUCKET_SIZE[1]) for top in BUCKET_TOPS.tolist()
+)
 FLASHES = tuple(YELLOW ^ flash for flash in range(0, Blast.EXPLODES, 2))
 
 
@@ -270,7 +276,7 @@ GAME = Game(
     categories=(
         Category(
             "Player",
-            Bounds(WOOD, BUCKET_REGIONS, (9, 4), BUCKET_SIZE),
+            Bounds(WOOD, BUCKET_REGIONS, LEAST_BUCKET, BUCKET_SIZE),
             count=3,
             role="player",
             rgb=tuple(NTSC[WOOD[0]].tolist()),
@@ -278,7 +284,7 @@ GAME = Game(
         ),
         Category(
             "Bomber",
-            Bounds(SKIN, (8, 19, 160, 49), then=(WholeBomber(),)),
+            Bounds(SKIN, BOMBER_FIELD, then=(WholeBomber(),)),
             rgb=tuple(NTSC[STRIPES].tolist()),
             doc="the Mad Bomber on the wall",
         ),
