@@ -86,7 +86,10 @@ FUSE = 8
 SPARK = 78
 IRON = 6  # most of a bomb
 WOOD = (22, 20, 18)  # of a bucket, most of it first
+WATER = 136  # in a bucket
 STRIPES = 12  # of the Bomber's shirt
+BOMBER = (*SKIN, STRIPES, 2, 16, 18, 20)
+BOMB = (FUSE, SPARK, IRON, 0, 2, 4)
 YELLOW = 26  # of the score
 LOGO = 136
 SCORE = NumberDisplay(FONT, right=99, top=8, digits=6)
@@ -280,12 +283,14 @@ GAME = Game(
             count=3,
             role="player",
             rgb=tuple(NTSC[WOOD[0]].tolist()),
+            colors=(*WOOD, WATER),
             doc="buckets, which the player moves together",
         ),
         Category(
             "Bomber",
             Bounds(SKIN, BOMBER_FIELD, then=(WholeBomber(),)),
             rgb=tuple(NTSC[STRIPES].tolist()),
+            colors=BOMBER,
             doc="the Mad Bomber on the wall",
         ),
         Category(
@@ -293,6 +298,7 @@ GAME = Game(
             Blobs((FUSE, SPARK), FIELD, FUSES, filters=(_narrow,), then=(WithBody(),)),
             count=len(RECORDS),
             rgb=tuple(NTSC[IRON].tolist()),
+            colors=BOMB,
             doc="falling bombs, and the one in the Bomber's hands",
         ),
         display(
