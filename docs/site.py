@@ -50,7 +50,6 @@ LINK = re.compile(r"\]\((?!https?:)([^)#]+)(#[^)]*)?\)")
 PUBLIC = (
     "ocjax",
     "ocjax.envs",
-    "ocjax.agents",
     "ocjax.recordings",
     "ocjax.files",
     "ocjax.files.atari_head",
@@ -230,7 +229,16 @@ def _reference(module: str) -> Iterator[str]:
     first = [name for name in FIRST if name in names]
     yield f"# `{module}`\n\n{_first_line(public)}\n"
     rest = sorted(set(names) - set(first))
-    yield from (f"::: {module}.{name}\n" for name in [*first, *rest])
+    yield from (_entry(module, public[str(name)]) for name in [*first, *rest])
+
+
+def _entry(module: str, found: Any) -> str:
+    """The directive for a name of a public module."""
+    name = f"{module}.{found.name}"
+    if not _shadow(found):
+        return f"::: {name}\n"
+    options = f"    options:\n      heading: {name}\n      toc_label: {found.name}\n"
+    return f"::: {_definition(found).path}\n{options}"
 
 
 @functools.cache
@@ -248,7 +256,21 @@ def _first_line(module: Any) -> str:
     return module.docstring.value.splitlines()[0]
 
 
+def _shadow(found: Any) -> bool:
+    """Whether a name is read as the module that defines the function of the same name."""
+    return _target(found).is_module and _target(found).name in _target(found).members
+
+
+def _definition(found: Any) -> Any:
+    target = _target(found)
+    return target[target.name] if _shadow(found) else target
+
+
+def _target(found: Any) -> Any:
+    return found.final_target if found.is_alias else found
+
+
 def _is_documented(found: Any) -> bool:
     """Whether something is a class or function of ocjax with a docstring."""
-    target = found.final_target if found.is_alias else found
+    target = _definition(found)
     return (target.is_class or target.is_function) and target.has_docstring

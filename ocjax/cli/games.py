@@ -35,7 +35,8 @@ def games(
     suite: Annotated[
         str | None,
         typer.Option(
-            help="List the games of a suite: atari100k, atari5, atari10, atari57 or ocatari."
+            metavar="SUITE",
+            help="List the games of a suite: atari100k, atari5, atari10, atari57 or ocatari.",
         ),
     ] = None,
 ) -> None:

@@ -298,6 +298,7 @@ def test_help_groups_the_commands():
 def test_help_of_a_command(name):
     output = run(name, "--help").output
     assert "completion" not in output
+    assert "<bool>" not in output
     assert max(map(len, output.splitlines())) <= 80
 
 
