@@ -6,6 +6,7 @@
 """
 
 import functools
+import inspect
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -39,7 +40,8 @@ SEARCH = """
     const name = document.getElementById("search").value.toLowerCase();
     const suite = document.getElementById("suite").value;
     for (const game of document.querySelectorAll(".game")) {
-      const isNamed = game.textContent.toLowerCase().includes(name);
+      const names = `${game.dataset.id} ${game.textContent}`.toLowerCase();
+      const isNamed = names.includes(name);
       const isMember = !suite || game.dataset.suites.split(" ").includes(suite);
       game.hidden = !(isNamed && isMember);
     }
@@ -50,7 +52,6 @@ LINK = re.compile(r"\]\((?!https?:)([^)#]+)(#[^)]*)?\)")
 PUBLIC = (
     "ocjax",
     "ocjax.envs",
-    "ocjax.agents",
     "ocjax.recordings",
     "ocjax.files",
     "ocjax.files.atari_head",
@@ -123,16 +124,21 @@ def _gallery(games: list[Game]) -> Iterator[str]:
     for game in games:
         suites = " ".join(name for name, suite in SUITES.items() if game.name in suite.games)
         yield (
-            f'<a class="game" href="{game.name}/" data-suites="{suites}">'
-            f'<img alt="{game.name}" src="{game.name}.png" loading="lazy">{game.name}</a>'
+            f'<a class="game" href="{game.name}/" data-id="{game.name}" data-suites="{suites}">'
+            f'<img alt="{game.name}" src="{game.name}.png" loading="lazy">{_title(game)}</a>'
         )
     yield "\n</div>"
 
 
+def _title(game: Game) -> str:
+    """The name on the cartridge."""
+    return describe(game)["title"].partition(": ")[0]
+
+
 def _page(game: Game) -> Iterator[str]:
     about = describe(game)
-    title = about["title"].removeprefix(game.name + ":").strip()
-    yield f"# {game.name}\n\n{title[:1].upper()}{title[1:]}\n"
+    title, _, text = about["title"].partition(": ")
+    yield f"# {title}\n\n{text[:1].upper()}{text[1:]}\n"
     yield from _environment(game)
     yield f"![Objects that REM finds in {game.name}]({game.name}.png)\n"
     yield "## Objects\n"
@@ -157,6 +163,7 @@ def _page(game: Game) -> Iterator[str]:
     )
     yield "\n[How the figures are measured](../benchmarks.md#accuracy-and-speed-by-game).\n"
     yield "## Notes\n\n" + "\n\n".join(about["notes"]) + "\n"
+    yield from _variants(about)
     yield from _play(about)
     yield from _machine(about)
 
@@ -171,12 +178,20 @@ def _environment(game: Game) -> Iterator[str]:
     )
     yield (
         f"| | |\n|---|---|\n| id | `ocjax/{game.name}-v5` |\n"
+        f"| decoder | `{_source(game)}` |\n"
         f"| actions | {meanings} |\n"
         f'| `obs="vector"` | float32 `[{count}]` |\n'
         '| `obs="dqn"` | uint8 `[4, 84, 84]` |\n'
         f'| `obs="pixels"` | uint8 `[{game.screen[0]}, {game.screen[1]}, 3]` |\n'
         f"| slots N | {game.num_slots} |\n"
     )
+
+
+def _source(game: Game) -> str:
+    """The path of the game's file or folder in the repository."""
+    file = Path(inspect.getsourcefile(game.decode) or "").resolve()
+    path = file.parent if file.name == "__init__.py" else file
+    return "/".join(path.parts[path.parts.index("extractors") :])
 
 
 def _play(about: dict[str, Any]) -> Iterator[str]:
@@ -196,18 +211,28 @@ def _play(about: dict[str, Any]) -> Iterator[str]:
         yield ""
 
 
+def _variants(about: dict[str, Any]) -> Iterator[str]:
+    """Modes and difficulties, with their meanings where they are known."""
+    yield "## Modes and difficulties\n"
+    if all(len(numbers) == 1 for numbers in about["variants"].values()):
+        yield "The game has one mode and one difficulty.\n"
+        return
+    yield "Options of the environments:\n\n| option | number | meaning |\n|---|---|---|"
+    for kind, option in (("modes", "game_mode"), ("difficulties", "game_difficulty")):
+        meanings = about["meanings"][kind]
+        for number in about["variants"][kind]:
+            yield f"| `{option}` | {number} | {meanings.get(str(number), '')} |"
+    source = about["meanings"]["source"]
+    yield f"\nSource: {source}.\n" if source else ""
+
+
 def _machine(about: dict[str, Any]) -> Iterator[str]:
-    """Modes, ROM and RAM."""
+    """ROM and RAM."""
     height, width = about["screen"]
     yield (
         f"## ROM and RAM\n\nALE's ROM `{about['rom']}`, MD5 `{about['md5']}`, "
         f"{width} x {height} pixels.\n"
     )
-    modes, difficulties = (
-        ", ".join(map(str, about["variants"][name])) for name in ("modes", "difficulties")
-    )
-    if modes:
-        yield f"Modes {modes}; difficulties {difficulties}.\n"
     yield "REM reads these bytes:\n\n| field | bytes | read as | meaning |\n|---|---|---|---|"
     yield from (
         f"| `{f['name']}` | {', '.join(f['bytes'])} | {f['read']} | {f['comment']} |"
@@ -230,7 +255,16 @@ def _reference(module: str) -> Iterator[str]:
     first = [name for name in FIRST if name in names]
     yield f"# `{module}`\n\n{_first_line(public)}\n"
     rest = sorted(set(names) - set(first))
-    yield from (f"::: {module}.{name}\n" for name in [*first, *rest])
+    yield from (_entry(module, public[str(name)]) for name in [*first, *rest])
+
+
+def _entry(module: str, found: Any) -> str:
+    """The directive for a name of a public module."""
+    name = f"{module}.{found.name}"
+    if not _shadow(found):
+        return f"::: {name}\n"
+    options = f"    options:\n      heading: {name}\n      toc_label: {found.name}\n"
+    return f"::: {_definition(found).path}\n{options}"
 
 
 @functools.cache
@@ -248,7 +282,21 @@ def _first_line(module: Any) -> str:
     return module.docstring.value.splitlines()[0]
 
 
+def _shadow(found: Any) -> bool:
+    """Whether a name is read as the module that defines the function of the same name."""
+    return _target(found).is_module and _target(found).name in _target(found).members
+
+
+def _definition(found: Any) -> Any:
+    target = _target(found)
+    return target[target.name] if _shadow(found) else target
+
+
+def _target(found: Any) -> Any:
+    return found.final_target if found.is_alias else found
+
+
 def _is_documented(found: Any) -> bool:
     """Whether something is a class or function of ocjax with a docstring."""
-    target = found.final_target if found.is_alias else found
+    target = _definition(found)
     return (target.is_class or target.is_function) and target.has_docstring

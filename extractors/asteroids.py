@@ -64,6 +64,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     Word,
     among,
     bcd,
@@ -436,6 +437,14 @@ SHOTS = replace(SHOT, also=(replace(SHOT, colors=SAUCER_COLORS),))
 SAUCERS = Blobs(SAUCER_COLORS, FIELD, Shape(w=(5, 7), h=(6, 10)))
 LIVES = Bounds(TEXT, (116, 5, 144, 15), value=Digits(FONT, (132,), 5))
 
+MOVES = ("hyperspace", "shields", "turning about", "no special move")  # of the joystick down
+EXTRA_LIVES = ("every 5,000 points", "every 10,000 points", "every 20,000 points", "never")
+SPEEDS = ("slow asteroids", "slow and fast asteroids")
+MODES = {
+    mode: f"{MOVES[mode // 8]}, {SPEEDS[mode % 2]}, extra lives {EXTRA_LIVES[mode // 2 % 4]}"
+    for mode in range(32)
+} | {128: "the children's game: hyperspace, extra lives every 5,000 points"}
+
 GAME = Game(
     name="Asteroids",
     rom=ROM,
@@ -444,6 +453,11 @@ GAME = Game(
     checks=Checks(
         # After a reset, frames are older than the RAM; VEM counts some touching asteroids as one.
         agreement={"modes": 0.95},
+    ),
+    variants=Variants(
+        modes=MODES,
+        difficulties={0: "no saucers", 3: "saucers"},
+        source="the program in the ROM, and play of all modes in the emulator",
     ),
     categories=(
         Category("Player", WHOLE_SHIP, attributes=("orientation",), role="player", doc="the ship"),

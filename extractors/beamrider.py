@@ -51,6 +51,7 @@ from ocjax.authoring import (
     Rom,
     Shape,
     ShortRuns,
+    Variants,
     among,
     bcd,
     bits,
@@ -543,6 +544,13 @@ GAME = Game(
     checks=Checks(
         rare=("Torpedos", "Player_Projectile"),
         lives=(LivesAsIcons(("Life",), hidden=1, early=2),),
+    ),
+    variants=Variants(
+        difficulties={
+            0: "starts in sector 1",
+            1: "starts in sector 8",
+        },
+        source="play of all difficulties in the emulator",
     ),
     categories=(
         Category("Player", SHIP, color_row=-1, role="player", doc="the ship"),

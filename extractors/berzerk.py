@@ -49,6 +49,7 @@ from ocjax.authoring import (
     Rom,
     Shape,
     ShortRuns,
+    Variants,
     among,
     bcd,
     box,
@@ -354,6 +355,23 @@ GAME = Game(
         rare=("PlayerMissile", "EnemyMissile"),
         # The game also shows other things in place of the score.
         at_limits={"PlayerScore": (100_000, 123_450, 999_990)},
+    ),
+    variants=Variants(
+        modes={
+            1: "no Otto; an extra life every 1,000 points",
+            2: "a shot drives Otto away for a while; an extra life every 1,000 points",
+            3: "Otto withstands shots; an extra life every 1,000 points",
+            4: "no Otto; an extra life every 2,000 points",
+            5: "a shot drives Otto away for a while; an extra life every 2,000 points",
+            6: "Otto withstands shots; an extra life every 2,000 points",
+            7: "no Otto; no extra lives",
+            8: "a shot drives Otto away for a while; no extra lives",
+            9: "Otto withstands shots; no extra lives",
+            16: "as 3, and robots do not shoot",
+            17: "as 2, and robots do not shoot",
+            18: "as 1, and robots do not shoot",
+        },
+        source="the program in the ROM, and play of all modes in the emulator",
     ),
     categories=(
         Category("Player", PLAYER, role="player", doc="the human"),

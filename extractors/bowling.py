@@ -37,6 +37,7 @@ from ocjax.authoring import (
     Rom,
     Saver,
     Shape,
+    Variants,
     among,
     bcd,
     bits,
@@ -224,6 +225,14 @@ GAME = Game(
         # When a throw ends, the RAM has put back the pins and the ball.
         agreement={"last": 0.9, "modes": 0.89},
         miscounted={"PlayerScore": 1},  # the console crashes at the end of some games
+    ),
+    variants=Variants(
+        modes={
+            0: "the joystick bends the ball's path once",
+            2: "the joystick steers the ball all the way",
+            4: "the ball rolls straight",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         Category("Player", BOWLER_RULE, rgb=BOWLER_RGB, role="player", doc="the bowler"),

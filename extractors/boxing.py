@@ -29,6 +29,7 @@ from ocjax.authoring import (
     Game,
     RamMap,
     Rom,
+    Variants,
     bcd,
     box,
     byte,
@@ -150,6 +151,15 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         at_limits={"PlayerScore": ((100, UNKNOWN_VALUE),)},  # shown as KO
+    ),
+    variants=Variants(
+        difficulties={
+            0: "both boxers at full speed",
+            1: "the player is slower",
+            2: "the opponent is slower",
+            3: "both are slower",
+        },
+        source="play of all difficulties in the emulator",
     ),
     categories=(
         Category(

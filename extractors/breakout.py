@@ -41,6 +41,7 @@ from ocjax.authoring import (
     Rom,
     Saver,
     Shape,
+    Variants,
     bcd,
     bits,
     box,
@@ -167,6 +168,27 @@ GAME = Game(
     saver=Saver(_saver_key, (8, 0), 0),
     checks=Checks(
         agreement={"modes": 0.92},  # modes with invisible bricks
+    ),
+    variants=Variants(
+        modes={
+            0: "the usual game",
+            4: "the paddle's movement steers the ball",
+            8: "the paddle catches the ball while the button is held",
+            12: "bricks are invisible, and flash on a hit",
+            16: "against the clock",
+            20: "against the clock, the paddle's movement steers the ball",
+            24: "against the clock, the paddle catches the ball",
+            28: "against the clock, invisible bricks",
+            32: "the ball breaks through bricks",
+            36: "the ball breaks through bricks, the paddle's movement steers it",
+            40: "the ball breaks through bricks, the paddle catches it",
+            44: "the ball breaks through bricks, which are invisible",
+        },
+        difficulties={
+            0: "the usual paddle",
+            1: "a smaller paddle",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         Category("Player", PADDLE, role="player", doc="the paddle"),

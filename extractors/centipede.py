@@ -51,6 +51,7 @@ from ocjax.authoring import (
     Shades,
     Shape,
     SideBySide,
+    Variants,
     bcd,
     bits,
     box,
@@ -353,6 +354,13 @@ GAME = Game(
     checks=Checks(
         rare=("Flea", "Scorpion"),
         lives=(LivesAsIcons(("Life",), hidden=1),),
+    ),
+    variants=Variants(
+        modes={
+            22: "the usual game",
+            86: "the easy game, with a figure beside the score",
+        },
+        source="the program in the ROM",
     ),
     categories=(
         Category("Player", SHOOTER_RULE, role="player", doc="the shooter"),

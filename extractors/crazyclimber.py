@@ -1,4 +1,4 @@
-"""CrazyClimber: a climber on a skyscraper, windows that shut, throwers, a bird, a helicopter.
+"""Crazy Climber: a climber on a skyscraper, windows that shut, throwers, a bird, a helicopter.
 
 Picture: docs/games/CrazyClimber.png
 
@@ -54,6 +54,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     among,
     bits,
     box,
@@ -429,6 +430,15 @@ GAME = Game(
     checks=Checks(
         lives=(LivesAsIcons(("Life",)),),
         mirrored={"Enemy_Bird": None, "Helicopter": None},
+    ),
+    variants=Variants(
+        modes={
+            0: "starts with a bonus of 10,000",
+            1: "starts with a bonus of 20,000",
+            2: "starts with a bonus of 30,000",
+            3: "starts with a bonus of 40,000",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         Category("Player", CLIMBER, role="player", doc="the climber"),

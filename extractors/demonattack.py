@@ -54,6 +54,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     bcd,
     bits,
     box,
@@ -467,6 +468,15 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    variants=Variants(
+        modes={
+            1: "the usual game",
+            3: "ALE ends the episode after the first step",
+            5: "ALE ends the episode after the first step",
+            7: "ALE ends the episode after the first step",
+        },
+        source="play of all modes in the emulator",
+    ),
     categories=(
         Category(
             "Player",

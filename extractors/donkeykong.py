@@ -1,4 +1,4 @@
-"""DonkeyKong: Mario, four barrels or fireballs, a hammer, Donkey Kong, Pauline, two boards.
+"""Donkey Kong: Mario, four barrels or fireballs, a hammer, Donkey Kong, Pauline, two boards.
 
 Picture: docs/games/DonkeyKong.png
 

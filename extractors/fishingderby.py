@@ -1,4 +1,4 @@
-"""FishingDerby: two anglers on piers, their poles and lines, six fish, a shark, and two scores.
+"""Fishing Derby: two anglers on piers, their poles and lines, six fish, a shark, and two scores.
 
 Picture: docs/games/FishingDerby.png
 

@@ -36,6 +36,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     bcd,
     bits,
     box,
@@ -153,6 +154,23 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    variants=Variants(
+        modes={
+            0: "one car in each lane",
+            1: "two cars in each lane, and a few trucks",
+            2: "two or three cars in each lane, and a few trucks",
+            3: "one truck in each lane",
+            4: "as 0, with speeds that change at random",
+            5: "as 1, with speeds that change at random",
+            6: "as 2, with speeds that change at random",
+            7: "as 3, with speeds that change at random",
+        },
+        difficulties={
+            0: "a hit knocks the chicken back by a lane",
+            1: "a hit sends the chicken back to the start",
+        },
+        source="Activision's manual, and play of all modes in the emulator",
+    ),
     categories=(
         Category(
             "Chicken",

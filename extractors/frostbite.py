@@ -52,6 +52,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     bcd,
     bits,
     box,
@@ -339,6 +340,13 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         mirrored={"Bear": None, "GreenFish": None, "Crab": None, "Clam": None},
+    ),
+    variants=Variants(
+        modes={
+            0: "starts at level 1",
+            2: "starts at level 5",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         facing("Player", FIGURE, role="player", doc="Frostbite Bailey"),

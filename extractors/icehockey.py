@@ -1,4 +1,4 @@
-"""IceHockey: two teams of two players, a puck, both scores and the clock.
+"""Ice Hockey: two teams of two players, a puck, both scores and the clock.
 
 Picture: docs/games/IceHockey.png
 

@@ -44,6 +44,7 @@ from ocjax.authoring import (
     Run,
     Runs,
     Shape,
+    Variants,
     among,
     bcd,
     bits,
@@ -416,6 +417,13 @@ GAME = Game(
     checks=Checks(
         rare=("FallingCoconut", "Fruit", "Ladder", "Platform", "ThrownCoconut"),
         mirrored={"Player": 0.07},  # the RAM does not record whether the player has just turned
+    ),
+    variants=Variants(
+        modes={
+            0: "starts with the first round of three levels",
+            1: "starts as hard as the second round of three levels",
+        },
+        source="the program in the ROM",
     ),
     categories=(
         Category("Player", BODY, attributes=("orientation",), role="player", doc="the mother"),

@@ -47,6 +47,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     among,
     bcd,
     bits,
@@ -368,6 +369,15 @@ GAME = Game(
     screen=(210, 160),
     checks=Checks(
         miscounted={"Score": 9},  # two players
+    ),
+    variants=Variants(
+        modes={
+            0: "fireballs, 5 lives",
+            2: "no fireballs, 5 lives",
+            4: "fireballs, 3 lives",
+            6: "no fireballs, 3 lives",
+        },
+        source="ALE's source code, and play of all modes in the emulator",
     ),
     categories=(
         Category(

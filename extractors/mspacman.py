@@ -39,6 +39,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     among,
     bcd,
     bits,
@@ -390,6 +391,15 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    variants=Variants(
+        modes={
+            0: "four ghosts",
+            1: "one ghost",
+            2: "two ghosts",
+            3: "three ghosts",
+        },
+        source="play of all modes in the emulator",
+    ),
     categories=(
         Category(
             "Player",

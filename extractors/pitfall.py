@@ -1,4 +1,4 @@
-"""Pitfall: Harry runs through 255 scenes of a jungle with pits, tar, logs, beasts and treasures.
+"""Pitfall!: Harry runs through 255 scenes of a jungle with pits, tar, logs, beasts and treasures.
 
 Picture: docs/games/Pitfall.png
 

@@ -29,6 +29,7 @@ from ocjax.authoring import (
     Game,
     RamMap,
     Rom,
+    Variants,
     box,
     byte,
     choose,
@@ -132,6 +133,15 @@ GAME = Game(
     rom=Rom("pong", "60e0ea3cbe0913d39803477945e9e5ec"),
     ram=Ram,
     decode=decode,
+    variants=Variants(
+        difficulties={
+            0: "paddles of 16 rows",
+            1: "the opponent's paddle has 8 rows",
+            2: "the player's paddle has 8 rows",
+            3: "both paddles have 8 rows",
+        },
+        source="ALE's source code, and play of all difficulties in the emulator",
+    ),
     categories=(
         Category(
             "Player",

@@ -51,6 +51,7 @@ from ocjax.authoring import (
     Shape,
     Step,
     Tight,
+    Variants,
     among,
     bcd,
     bits,
@@ -431,6 +432,16 @@ GAME = Game(
             "Shoe_Sole",
             "Stamp",
         ),
+    ),
+    variants=Variants(
+        modes={
+            0: "a case of 3 minutes",
+            1: "a case of 2 minutes",
+            2: "a case of 4 minutes",
+            3: "a case of 10 minutes",
+            4: "a case of 20 minutes",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         facing_category(

@@ -1,4 +1,4 @@
-"""Qbert: a figure hops on a pyramid of 21 cubes, which change colour; balls, Coily, Sam, disks.
+"""Q*bert: a figure hops on a pyramid of 21 cubes, which change colour; balls, Coily, Sam, disks.
 
 Picture: docs/games/Qbert.png
 
@@ -47,6 +47,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Variants,
     among,
     bcd,
     bits,
@@ -375,6 +376,13 @@ GAME = Game(
         agreement={"last": 0.96},  # the score is hidden, and a fall clears figures
         # While the score is not shown, VEM lacks the colour that cubes have to get.
         known={"Cube": 0.55},
+    ),
+    variants=Variants(
+        difficulties={
+            0: "no red balls",
+            1: "red balls",
+        },
+        source="play of all difficulties in the emulator",
     ),
     categories=(
         Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the figure"),

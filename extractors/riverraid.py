@@ -49,6 +49,7 @@ from ocjax.authoring import (
     Rom,
     Saver,
     Shape,
+    Variants,
     Word,
     among,
     bits,
@@ -396,6 +397,13 @@ GAME = Game(
     checks=Checks(
         rare=("Bridge", "Jet"),
         mirrored={"Jet": None},
+    ),
+    variants=Variants(
+        difficulties={
+            0: "the missile follows the jet",
+            1: "the missile flies straight",
+        },
+        source="play of all difficulties in the emulator",
     ),
     categories=(
         Category("Player", CRAFT, role="player", doc="the jet"),

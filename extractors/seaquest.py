@@ -50,6 +50,7 @@ from ocjax.authoring import (
     Saver,
     Shape,
     ShortRuns,
+    Variants,
     bcd,
     bits,
     box,
@@ -309,6 +310,13 @@ GAME = Game(
     checks=Checks(
         rare=("SurfaceSubmarine",),
         known={"OxygenBar": 0.7},  # full
+    ),
+    variants=Variants(
+        difficulties={
+            0: "torpedoes move by 5 pixels a frame",
+            1: "torpedoes move by 3 pixels a frame",
+        },
+        source="play of all difficulties in the emulator",
     ),
     categories=(
         facing("Player", HULL, role="player", doc="the submarine"),

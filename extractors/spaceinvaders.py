@@ -49,6 +49,7 @@ from ocjax.authoring import (
     Rom,
     Saver,
     Shape,
+    Variants,
     bcd,
     bits,
     box,
@@ -57,6 +58,7 @@ from ocjax.authoring import (
     display,
     flag,
     match,
+    meanings_of_bits,
     packed_position,
     pick,
     when,
@@ -354,6 +356,17 @@ GAME = Game(
     checks=Checks(
         # The value of a cannon is on the screen before a life begins, in Lives.
         known={"Player": 0, "Player2": 0},
+    ),
+    variants=Variants(
+        modes=meanings_of_bits(
+            ("moving shields", "zigzagging bombs", "fast bombs", "invisible invaders"),
+            otherwise="none of these variations",
+        ),
+        difficulties={
+            0: "the usual cannon",
+            1: "a cannon of twice the width",
+        },
+        source="PettingZoo's source code, and play of all modes in the emulator",
     ),
     categories=(
         player_category(

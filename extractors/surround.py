@@ -41,6 +41,7 @@ from ocjax.authoring import (
     Rom,
     Shades,
     Step,
+    Variants,
     bcd,
     bits,
     box,
@@ -174,6 +175,15 @@ GAME = Game(
     shades=Shades(GROUND, tuple(level[3] for level in LEVELS), LEVELS),
     checks=Checks(
         moved=0.15,  # many walls
+    ),
+    variants=Variants(
+        difficulties={
+            0: "a turn straight back is ignored",
+            1: "a turn straight back is ignored",
+            2: "a turn straight back crashes into the trail",
+            3: "a turn straight back crashes into the trail",
+        },
+        source="play of all difficulties in the emulator",
     ),
     categories=(
         crashing("Player", Bounds(PLAYER, FIELD), role="player", doc="the player's head"),

@@ -42,6 +42,7 @@ from ocjax.authoring import (
     Rom,
     Saver,
     Shape,
+    Variants,
     among,
     box,
     byte,
@@ -187,6 +188,13 @@ GAME = Game(
     saver=Saver(_saver_key, (70, 198), 76, mask=SAVER_MASK),
     checks=Checks(
         known={"PlayerScore": 0.3, "EnemyScore": 0.3},  # points, without the games won
+    ),
+    variants=Variants(
+        modes={
+            0: "full speed",
+            2: "half the speed",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         facing_category("Player", sportsman(PINK), role="player", doc="the pink player"),

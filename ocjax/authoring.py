@@ -1,7 +1,8 @@
 """All names that game files use.
 
-- The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`, and `Checks`
-  with `LivesAsIcons` and `LivesAsNumber`: differences from what the tests of all games expect.
+- The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`, `Variants` with
+  `meanings_of_bits` (what modes and difficulties mean), and `Checks` with `LivesAsIcons` and
+  `LivesAsNumber`: differences from what the tests of all games expect.
 - The RAM: `RamMap` and its fields (`byte`, `bits`, `flag`, `low`, `high`, `signed`, `bcd`).
 - Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
 - Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
@@ -43,6 +44,7 @@ from ocjax.console.word import Word
 from ocjax.extraction.checks import Checks, LivesAsIcons, LivesAsNumber
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extraction.kinds import KindEntry, Kinds
+from ocjax.extraction.variants import Variants, meanings_of_bits
 from ocjax.vision import bitmap as bitmaps
 from ocjax.vision.bitmap import (
     Bitmap,
@@ -130,6 +132,7 @@ __all__ = [
     "Step",
     "Tight",
     "U",
+    "Variants",
     "Word",
     "all_within",
     "among",
@@ -157,6 +160,7 @@ __all__ = [
     "low",
     "match",
     "materialize",
+    "meanings_of_bits",
     "mirrored",
     "mod",
     "modulo_screen",

@@ -46,6 +46,12 @@ MISTAKES = (
     ("gymnasium.make('ocjax/Pongg-v5')", gymnasium.error.NameNotFound, "Did you mean: `Pong`"),
     ("gymnasium.make('ocjax/Pong-v9')", gymnasium.error.VersionNotFound, "`v0`, `v4`, `v5`"),
     ("OCAtari('Pongg')", ValueError, "did you mean Pong"),
+    # Recorded objects.
+    (
+        "ocjax.evaluation.from_records(game, [])",
+        TypeError,
+        "game must be a Game, got list: use from_records(records, game)",
+    ),
     # RAM and frames.
     ("game.rem(ram[:100])", ValueError, "ram must have shape [..., 128], got [100]"),
     (

@@ -42,6 +42,7 @@ from ocjax.authoring import (
     Game,
     Saver,
     Shape,
+    Variants,
     among,
     box,
     choose,
@@ -197,6 +198,14 @@ GAME = Game(
         agreement={"samples": 0.97, "modes": 0.8},
         rare=("Author", "Chalice", "Gate", "Level", "WhiteKey"),
         saver_hides=("BlackBat", "BlackKey", "Gate", "Magnet"),
+    ),
+    variants=Variants(
+        modes={
+            0: "a smaller kingdom without the white castle, the bat and the red dragon",
+            1: "the full kingdom, with objects at fixed places",
+            2: "the full kingdom, with objects at random places",
+        },
+        source="ALE's source code",
     ),
     categories=(
         Category("Player", SQUARES, role="player", doc="the square, in the colour of the walls"),

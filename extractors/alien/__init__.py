@@ -50,6 +50,7 @@ from ocjax.authoring import (
     IconRow,
     Rom,
     Shape,
+    Variants,
     among,
     box,
     choose,
@@ -287,6 +288,15 @@ GAME = Game(
     checks=Checks(
         # The last frame of a life is older than the RAM.
         agreement={"last": 0.95, "lost": 0.95},
+    ),
+    variants=Variants(
+        modes={
+            0: "3 lives",
+            1: "2 lives",
+            2: "3 lives",
+            3: "6 lives",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="crewman"),

@@ -1,4 +1,4 @@
-"""DoubleDunk: two teams of two players, a ball, a basket, the scores, and the limits of the game.
+"""Double Dunk: two teams of two players, a ball, a basket, the scores, and the limits of the game.
 
 Picture: docs/games/DoubleDunk.png
 
@@ -44,8 +44,10 @@ from ocjax.authoring import (
     Game,
     NumberDisplay,
     Searched,
+    Variants,
     box,
     display,
+    meanings_of_bits,
     only,
     when,
 )
@@ -231,6 +233,13 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         agreement={"modes": 0.96},  # figures that cover each other
+    ),
+    variants=Variants(
+        modes=meanings_of_bits(
+            ("3-point shots", "10-second rule", "3-second rule", "fouls"),
+            otherwise="none of these options",
+        ),
+        source="ALE's source code",
     ),
     categories=(
         Category(

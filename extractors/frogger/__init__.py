@@ -55,6 +55,7 @@ from ocjax.authoring import (
     NumberDisplay,
     Pictures,
     Shape,
+    Variants,
     among,
     areas,
     box,
@@ -297,6 +298,14 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         rare=("Alligator", "AlligatorHead", "Fly", "HappyFrog", "LadyFrog", "Snake"),
+    ),
+    variants=Variants(
+        modes={
+            0: "starts at the first stage",
+            1: "starts at a later stage, with faster cars and an alligator",
+            2: "as 0, and a held joystick repeats the hop",
+        },
+        source="ALE's source code, and play of all modes in the emulator",
     ),
     categories=(
         facing(

@@ -46,6 +46,7 @@ from ocjax.authoring import (
     Run,
     Runs,
     Shape,
+    Variants,
     among,
     box,
     display,
@@ -210,6 +211,20 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    variants=Variants(
+        modes={
+            1: "starts at round 1",
+            2: "starts at round 2",
+            3: "starts at round 3",
+            4: "starts at round 4",
+            5: "starts at round 5",
+            6: "starts at round 6",
+            7: "starts at round 7",
+            8: "starts at round 8",
+            9: "starts at round 9",
+        },
+        source="play of all modes in the emulator",
+    ),
     categories=(
         Category("Player", SHIP, role="player", doc="the ship"),
         Category(

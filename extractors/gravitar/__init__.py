@@ -48,6 +48,7 @@ from ocjax.authoring import (
     NumberDisplay,
     Shape,
     Static,
+    Variants,
     among,
     box,
     display,
@@ -331,6 +332,16 @@ GAME = Game(
     checks=Checks(
         # On the frame on which the ship is hit, objects of the old screen are not valid.
         agreement={"last": 0.95, "lost": 0.96},
+    ),
+    variants=Variants(
+        modes={
+            0: "6 lives",
+            1: "15 lives",
+            2: "6 lives",
+            3: "100 lives",
+            4: "25 lives",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         Category(

@@ -1,4 +1,4 @@
-"""Hero: a man with a rotor and a laser flies down mines to miners who are trapped at the bottom.
+"""H.E.R.O.: a man with a rotor and a laser flies down mines to miners trapped at the bottom.
 
 Picture: docs/games/Hero.png
 
@@ -51,6 +51,7 @@ from ocjax.authoring import (
     Run,
     Runs,
     Shape,
+    Variants,
     among,
     box,
     choose,
@@ -386,6 +387,16 @@ GAME = Game(
     checks=Checks(
         known={"PowerBar": 0.8},  # full
         moved=0.25,  # many walls
+    ),
+    variants=Variants(
+        modes={
+            0: "starts at level 1",
+            1: "starts at level 5",
+            2: "starts at level 9",
+            3: "starts at level 13",
+            4: "starts at level 17, and does not show levels",
+        },
+        source="play of all modes in the emulator",
     ),
     categories=(
         Category(

@@ -54,7 +54,18 @@ def load(name: str) -> Any:
         alone = typer.Typer(add_completion=False, pretty_exceptions_show_locals=False)
         alone.command(name)(found)
         found = alone
-    return typer.main.get_command(found)
+    command = typer.main.get_command(found)
+    _hide_types_of_flags(command)
+    return command
+
+
+def _hide_types_of_flags(command: Any) -> None:
+    """Show flags such as `--json` without the type `<bool>` in the help."""
+    for parameter in command.get_params(typer.Context(command)):
+        if getattr(parameter, "is_flag", False):
+            parameter.metavar = ""
+    for inner in getattr(command, "commands", {}).values():
+        _hide_types_of_flags(inner)
 
 
 class Commands(Interruptible):

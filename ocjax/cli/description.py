@@ -4,6 +4,7 @@ import importlib.resources
 import inspect
 import json
 import re
+from collections.abc import Mapping
 from typing import Any
 
 from ocjax.console.ram import Field, Place
@@ -20,8 +21,8 @@ PICTURE = "Picture: "  # before the path of a picture in the repository
 def describe(game: Game) -> dict[str, Any]:
     """Describe a game in JSON values.
 
-    They have its ROM, categories, address map, accuracy, modes, variations and notes, and whether
-    an agent ships with ocjax.
+    They have its ROM, categories, address map, accuracy, modes and their meanings, variations and
+    notes, and whether an agent ships with ocjax.
     """
     notes_of = comments(game)
     title, *notes = PARAGRAPH.split(inspect.getdoc(inspect.getmodule(game.decode)) or game.name)
@@ -36,6 +37,11 @@ def describe(game: Game) -> dict[str, Any]:
         "ram": [_field(field, notes_of.get(name, "")) for name, field in game.ram.fields().items()],
         "accuracy": accuracy().get(game.name, {}),
         "variants": variants(game),
+        "meanings": {
+            "modes": _by_text(game.variants.modes),
+            "difficulties": _by_text(game.variants.difficulties),
+            "source": game.variants.source,
+        },
         "variations": {name: variation.doc for name, variation in variations.of(game.name).items()},
         "agent": (policies.SHIPPED / f"{game.name}.npz").exists(),
         "notes": [" ".join(note.split()) for note in notes if not note.startswith(PICTURE)],
@@ -67,6 +73,11 @@ def variants(game: Game) -> dict[str, list[int]]:
     except RomError:
         return {"modes": [], "difficulties": []}
     return {"modes": modes, "difficulties": difficulties}
+
+
+def _by_text(meanings: Mapping[int, str]) -> dict[str, str]:
+    """Numbers as JSON's keys, which are texts."""
+    return {str(number): meaning for number, meaning in meanings.items()}
 
 
 def _category(game: Game, c: Category) -> dict[str, Any]:

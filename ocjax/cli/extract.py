@@ -34,7 +34,10 @@ def extract(
     ],
     game: Annotated[
         str | None,
-        typer.Option(help="Name of the game. Required if the input and its name do not name it."),
+        typer.Option(
+            metavar="GAME",
+            help="Name of the game. Required if the input and its name do not name it.",
+        ),
     ] = None,
     array: Annotated[
         str | None,

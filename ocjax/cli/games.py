@@ -35,7 +35,8 @@ def games(
     suite: Annotated[
         str | None,
         typer.Option(
-            help="List the games of a suite: atari100k, atari5, atari10, atari57 or ocatari."
+            metavar="SUITE",
+            help="List the games of a suite: atari100k, atari5, atari10, atari57 or ocatari.",
         ),
     ] = None,
 ) -> None:
@@ -128,12 +129,23 @@ def _print_page(about: dict[str, Any]) -> None:
             ["Category", "Slots", "Attributes", "Meaning"],
             [_category(c) for c in about["categories"]],
         ),
+        ("Modes and difficulties", ["Option", "Number", "Meaning"], _meanings(about)),
         ("Variations", ["Variation", "Difference"], list(about["variations"].items())),
         ("RAM that REM reads", ["Field", "Bytes", "Read as", "Meaning"], fields),
     ):
         if rows:
             console.print()
             tables.show(tables.Table(title, header, rows), console)
+
+
+def _meanings(about: dict[str, Any]) -> list[list[str]]:
+    """The modes and difficulties with a known meaning."""
+    options = {"modes": "game_mode", "difficulties": "game_difficulty"}
+    return [
+        [option, number, meaning]
+        for kind, option in options.items()
+        for number, meaning in about["meanings"][kind].items()
+    ]
 
 
 def _listed(numbers: Iterable[int]) -> str:

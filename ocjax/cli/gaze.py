@@ -39,7 +39,7 @@ DOT = 3  # half the size of a gaze position in the picture
 
 def gaze(
     trial: Annotated[Path, typer.Argument(help="The text file of a trial of Atari-HEAD.")],
-    game: Annotated[str, typer.Option(help="Name of the game.")],
+    game: Annotated[str, typer.Option(metavar="GAME", help="Name of the game.")],
     out: Annotated[
         Path,
         typer.Option(help="A .csv file with a line for each frame and the object at the gaze."),

@@ -26,7 +26,10 @@ def render(
     out: Annotated[Path, typer.Option(help="A .png of one sample, or a .gif of several.")],
     game: Annotated[
         str | None,
-        typer.Option(help="Name of the game. Required if the file and its name do not name it."),
+        typer.Option(
+            metavar="GAME",
+            help="Name of the game. Required if the file and its name do not name it.",
+        ),
     ] = None,
     method: Annotated[
         str,

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ocjax.extraction.categories import names_by_alias
+from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects, whose
 
@@ -115,7 +116,12 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
     Raises:
         ValueError: a frame is no iterable of records, or a record is malformed; the message names
             the frame and the record.
+        TypeError: `game` is no `Game`.
     """
+    if not isinstance(game, Declaration):
+        raise TypeError(
+            f"game must be a Game, got {type(game).__name__}: use from_records(records, game)"
+        )
     alias = names_by_alias(game.categories)
     frames = [_checked(frame, b, alias) for b, frame in enumerate(records)]
     names = list(

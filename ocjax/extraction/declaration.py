@@ -19,6 +19,7 @@ from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.console.rom import Rom
 from ocjax.extraction.categories import ATTRIBUTES, ROLES, Category, names_by_alias
 from ocjax.extraction.checks import EXCERPTS, USUAL, Checks
+from ocjax.extraction.variants import UNEXPLAINED, Variants
 from ocjax.vision.colors import EVEN
 from ocjax.vision.rules import Blobs, Rule
 from ocjax.vision.shades import Saver, Shades
@@ -73,6 +74,7 @@ class Declaration:
         saver: the game's screen saver, if it changes the colours.
         pal: whether the ROM is made for PAL consoles, which have another palette.
         checks: how the game differs from what the tests of all games expect.
+        variants: what the game's modes and difficulties mean.
         hud: whether to include the display categories.
 
     Raises:
@@ -90,6 +92,7 @@ class Declaration:
     saver: Saver | None
     pal: bool
     checks: Checks
+    variants: Variants
     hud: bool
 
     def __init__(
@@ -105,6 +108,7 @@ class Declaration:
         saver: Saver | None = None,
         pal: bool = False,
         checks: Checks = USUAL,
+        variants: Variants = UNEXPLAINED,
         hud: bool = True,
     ) -> None:
         if not isinstance(rom, Rom):
@@ -113,7 +117,7 @@ class Declaration:
             name=name, rom=rom.name, md5=rom.md5, ram=ram, decode=decode, categories=categories
         )
         vars(self).update(screen=screen, shades=shades, saver=saver, pal=pal, hud=hud)
-        vars(self).update(checks=checks)
+        vars(self).update(checks=checks, variants=variants)
         if hud:
             _validate(self)
         else:
@@ -258,6 +262,7 @@ def _validate_fields(game: Declaration) -> None:
     need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")
     order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
     need(huds == sorted(huds), where="categories", text=order)
+    need(not game.variants.problem(), where="variants", text=game.variants.problem())
     _validate_checks(game)
 
 

@@ -39,7 +39,9 @@ def test_bench(tmp_path):
     if hasattr(os, "sched_getaffinity"):
         assert {m["cores"] for m in found} == {1}
         assert os.sched_getaffinity(0) == before
-    assert "first call, s" in result.output
+    assert "first, s" in result.output
+    table = [line for line in result.output.splitlines() if line[:1] in "┃│"]
+    assert max(map(len, table)) <= 80
 
 
 def test_wrong_game():

@@ -50,6 +50,7 @@ def test_a_page_of_a_game(tmp_path):
     assert result.exit_code == 0, result.output
     for text in (
         "modes 0, 1",
+        "the opponent's paddle has 8 rows",
         "the ball, while it is in play",
         "ball_x",
         "x + 49",
@@ -298,6 +299,7 @@ def test_help_groups_the_commands():
 def test_help_of_a_command(name):
     output = run(name, "--help").output
     assert "completion" not in output
+    assert "<bool>" not in output
     assert max(map(len, output.splitlines())) <= 80
 
 

@@ -1,0 +1,52 @@
+"""`Variants`: what the modes and difficulties of a game mean."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+__all__ = ["UNEXPLAINED", "Variants", "meanings_of_bits"]
+
+
+@dataclass(frozen=True)
+class Variants:
+    """The meanings of modes and difficulties, by ale-py's numbers.
+
+    Numbers without a reliable source are missing.
+
+    Args:
+        modes: the meaning of each mode.
+        difficulties: the meaning of each difficulty. Bit 0 is the console's left switch and bit 1
+            the right one; a bit that is set means position A.
+        source: where the meanings come from.
+    """
+
+    modes: Mapping[int, str] = field(default_factory=dict)
+    difficulties: Mapping[int, str] = field(default_factory=dict)
+    source: str = ""
+
+    def problem(self) -> str:
+        """Describe what is wrong, or return an empty text."""
+        for meanings in (self.modes, self.difficulties):
+            if not all(isinstance(number, int) and number >= 0 for number in meanings):
+                return f"keys must be ale-py's numbers, got {sorted(meanings, key=str)}"
+            if not all(isinstance(text, str) and text for text in meanings.values()):
+                return f"meanings must be texts, got {list(meanings.values())}"
+        if (self.modes or self.difficulties) and not self.source:
+            return "the meanings need a source"
+        return ""
+
+
+def meanings_of_bits(features: Sequence[str], otherwise: str) -> dict[int, str]:
+    """List the meanings of numbers whose bits stand for a feature each.
+
+    Args:
+        features: the meaning of each bit, the lowest first.
+        otherwise: the meaning of 0.
+    """
+    numbers = range(2 ** len(features))
+    return {
+        n: ", ".join(text for bit, text in enumerate(features) if n >> bit & 1) or otherwise
+        for n in numbers
+    }
+
+
+UNEXPLAINED = Variants()  # of a game without explanations
