@@ -305,6 +305,7 @@ GAME = Game(
             "Score",
             replace(SCORE.rule(FLASHES), filters=(_not_sky,)),
             role="score",
+            colors=YELLOW,  # in flashes, the sky can have the score's colour of another moment
             doc="points",
         ),
     ),
