@@ -88,8 +88,8 @@ IRON = 6  # most of a bomb
 WOOD = (22, 20, 18)  # of a bucket, most of it first
 WATER = 136  # in a bucket
 STRIPES = 12  # of the Bomber's shirt
-BOMBER = (*SKIN, STRIPES, 2, 16, 18, 20)
-BOMB = (FUSE, SPARK, IRON, 0, 2, 4)
+BOMBER_COLORS = (*SKIN, STRIPES, 2, 16, 18, 20)
+BOMB_COLORS = (FUSE, SPARK, IRON, 0, 2, 4)
 YELLOW = 26  # of the score
 LOGO = 136
 SCORE = NumberDisplay(FONT, right=99, top=8, digits=6)
@@ -290,7 +290,7 @@ GAME = Game(
             "Bomber",
             Bounds(SKIN, BOMBER_FIELD, then=(WholeBomber(),)),
             rgb=tuple(NTSC[STRIPES].tolist()),
-            colors=BOMBER,
+            colors=BOMBER_COLORS,
             doc="the Mad Bomber on the wall",
         ),
         Category(
@@ -298,7 +298,7 @@ GAME = Game(
             Blobs((FUSE, SPARK), FIELD, FUSES, filters=(_narrow,), then=(WithBody(),)),
             count=len(RECORDS),
             rgb=tuple(NTSC[IRON].tolist()),
-            colors=BOMB,
+            colors=BOMB_COLORS,
             doc="falling bombs, and the one in the Bomber's hands",
         ),
         display(

@@ -150,5 +150,6 @@ def test_tests_are_grouped(request):
 def test_the_docstring_names_a_picture(game):
     name = f"docs/games/{game.name}.png"
     assert f"\n\nPicture: {name}\n\n" in inspect.getdoc(inspect.getmodule(game.decode)) + "\n\n"
-    with Image.open(ROOT / name) as picture:
-        assert picture.size == (2 * 2 * 160, 2 * game.screen[0])
+    margin, width, height = 4, 2 * 2 * 160, 2 * game.screen[0]
+    with Image.open(ROOT / name) as picture:  # boxes beside pixels
+        assert picture.size == (2 * width + 3 * margin, height + 2 * margin)
