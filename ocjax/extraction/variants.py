@@ -36,7 +36,7 @@ class Variants:
 
 
 def meanings_of_bits(features: Sequence[str], otherwise: str) -> dict[int, str]:
-    """List the meanings of numbers whose bits stand for a feature each.
+    """List the meanings of numbers in which each bit is a feature.
 
     Args:
         features: the meaning of each bit, the lowest first.

@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
+from jax.core import Tracer
 
 from ocjax._xla import batches
 from ocjax.console import palette
@@ -67,7 +68,13 @@ def segment(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
             f"{game.name}: the objects must have {game.num_slots} slots, got "
             f"{objects.valid.shape[-1]}: use the objects of game.rem or game.vem"
         )
-    return _segment(game, *map(jnp.asarray, (objects.xywh, objects.valid, frames)))
+    inputs = objects.xywh, objects.valid, frames
+    owners = _segment(game, *map(jnp.asarray, inputs))
+    if any(isinstance(a, np.ndarray) for a in inputs) and not isinstance(owners, Tracer):
+        # JAX may read a NumPy array in place while it computes: wait, so that the caller can
+        # overwrite it.
+        owners.block_until_ready()
+    return owners
 
 
 def masks(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
@@ -183,7 +190,7 @@ def _paint(boxes: _Boxes, keys: jax.Array, looks: _Looks, frames: jax.Array) -> 
     in_tiles = _keys_in_tiles(boxes, keys, tiles)
     kind = jnp.uint8 if keys.shape[1] < np.iinfo(np.uint8).max else jnp.uint16
     pixels = frames.reshape(-1, *tiles)
-    everything = jnp.full(in_tiles.shape[1:], np.iinfo(np.uint32).max)
+    everything = jnp.full(in_tiles.shape[1:], np.uint32(2**32 - 1))
 
     def paint(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
         key, owners = state

@@ -101,6 +101,20 @@ def test_any_batch_and_transformations():
     np.testing.assert_array_equal(jax.jit(mapped)(rams, frames), owners)
 
 
+def test_settings_of_jax_and_overwritten_frames():
+    game, play = ocjax.load("Pong"), excerpt("Pong")
+    objects, frames = game.rem(play["rams"][:6]), play["screens"][:6].copy()
+    owners = ocjax.segment(objects, frames)
+    frames[:] = 0
+    wanted = np.asarray(owners)
+    np.testing.assert_array_equal(ocjax.segment(objects, play["screens"][:6]), wanted)
+    for settings_of_jax in (jax.enable_x64(True), jax.debug_nans(True), jax.disable_jit()):
+        with settings_of_jax:
+            found = ocjax.segment(objects, play["screens"][:6])
+        assert found.dtype == np.int16
+        np.testing.assert_array_equal(found, wanted)
+
+
 def test_masks():
     game, play = ocjax.load("Pong"), excerpt("Pong")
     objects, frames = game.rem(play["rams"][:4]), play["screens"][:4]
