@@ -259,7 +259,7 @@ def _inside(boxes: _Boxes, used: jax.Array, tiles: _Tiles) -> jax.Array:
     x = np.arange(WIDTH, dtype=np.uint8).reshape(1, 1, 1, tiles.across, tiles.columns)
     in_row = used.reshape(-1, *tiles.each) & (y >= top) & (y < bottom)
     width = jnp.where(in_row, right - left, 0).astype(jnp.uint8)
-    return x - left.astype(jnp.uint8) < width
+    return jnp.asarray(x) - left.astype(jnp.uint8) < width
 
 
 def _looks_like(pixels: jax.Array, slot: jax.Array, looks: _Looks) -> jax.Array:
