@@ -66,8 +66,11 @@ class Walker:
 
 
 # Ms. Pac-Man's ghosts, in the middle of the pen: their modes, columns and rows.
-PENNED = dict.fromkeys((1, 2, 3, 4), 0x70) | dict.fromkeys((6, 7, 8, 9), 88)
-PENNED |= dict.fromkeys((12, 13, 14, 15), 72)
+PENNED: dict[int, int] = {
+    **{address: 0x70 for address in range(1, 5)},
+    **{address: 88 for address in range(6, 10)},
+    **{address: 72 for address in range(12, 16)},
+}
 WALKERS = {
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
 }
@@ -85,7 +88,7 @@ def free_positions(blocked: np.ndarray, body: tuple[int, int]) -> np.ndarray:
     h, w = blocked.shape
     in_rows = total[height : height + h] - total[:h]
     covered = in_rows[:, width : width + w] - in_rows[:, :w]
-    return np.equal(covered, 0)
+    return np.asarray(covered == 0)
 
 
 def kinds_of(game: Any, masks: np.ndarray, effect: str, names: tuple[str, ...] = ()) -> np.ndarray:
