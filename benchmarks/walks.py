@@ -31,7 +31,7 @@ from ocjax.console.rom_files import rom_path
 from ocjax.evaluation import tables
 
 ACTIONS = {(0, 0): 0, (0, -1): 2, (1, 0): 3, (-1, 0): 4, (0, 1): 5}  # by step, in ALE
-CLIMBED = ("ladder", "rope", "pole", "vine")
+CLIMBED = ("ladder", "shaft", "rope", "pole", "vine")
 LEAST_DISTANCE = 40
 NEAR = 4  # pixels from the place
 TRIES = 4
@@ -67,11 +67,12 @@ class Walker:
 
 # Ms. Pac-Man's ghosts, in the middle of the pen: their modes, columns and rows.
 PENNED: dict[int, int] = {
-    **{address: 0x70 for address in range(1, 5)},
-    **{address: 88 for address in range(6, 10)},
-    **{address: 72 for address in range(12, 16)},
+    **dict.fromkeys(range(1, 5), 112),
+    **dict.fromkeys(range(6, 10), 88),
+    **dict.fromkeys(range(12, 16), 72),
 }
 WALKERS = {
+    "MontezumaRevenge": Walker(body=(8, 20), moves="floors"),
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
 }
 
@@ -88,7 +89,7 @@ def free_positions(blocked: np.ndarray, body: tuple[int, int]) -> np.ndarray:
     h, w = blocked.shape
     in_rows = total[height : height + h] - total[:h]
     covered = in_rows[:, width : width + w] - in_rows[:, :w]
-    return np.asarray(covered == 0)
+    return ~covered.astype(bool)
 
 
 def kinds_of(game: Any, masks: np.ndarray, effect: str, names: tuple[str, ...] = ()) -> np.ndarray:
@@ -108,8 +109,8 @@ def nodes_and_edges(
         room = np.minimum(depth[1:-1, 1:-1], 6)
         return free, *edges_between(free, free, 1.0 + 2 * (6 - room), across=True, down=True)
     width, height = walker.body
-    floors = kinds_of(game, masks, "carries") & ~kinds_of(game, masks, "carries", CLIMBED)
     ladders = kinds_of(game, masks, "carries", CLIMBED)
+    floors = blocked | (kinds_of(game, masks, "carries") & ~ladders)
     free = free_positions(blocked, walker.body)
     no_floor = free_positions(floors, (width, 1))
     stands = free & ~shifted(no_floor, height)
