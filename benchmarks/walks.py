@@ -27,6 +27,8 @@ from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 import ocjax
+from ocjax.console.boxes import Area
+from ocjax.console.playfield import area_mask
 from ocjax.console.rom_files import rom_path
 from ocjax.evaluation import tables
 
@@ -47,13 +49,15 @@ class Walker:
 
     Args:
         body: width and height that walls stop.
-        moves: "free" in four directions, or on "floors" and ladders.
+        moves: "free" in four directions, on "lines", or on "floors" and ladders.
         lookahead: pixels of the path that decide the direction. In games where the stick chooses
             the next turn, more than 1.
         player: category of the player.
         kept: bytes of RAM that are written before each frame, to keep enemies away.
         step: most pixels between floors that the player walks over.
         grip: most pixels between the middles of the player and a ladder.
+        area: left, top, right and bottom of the field, without the outside that tunnels lead to;
+            None if walls enclose it.
     """
 
     body: tuple[int, int]
@@ -63,16 +67,37 @@ class Walker:
     kept: Mapping[int, int] = field(default_factory=dict)
     step: int = 2
     grip: int = 2
+    area: Area | None = None
 
 
 # Ms. Pac-Man's ghosts, in the middle of the pen: their modes, columns and rows.
 PENNED: dict[int, int] = {
-    **{address: 0x70 for address in range(1, 5)},
-    **{address: 88 for address in range(6, 10)},
-    **{address: 72 for address in range(12, 16)},
+    **dict.fromkeys(range(1, 5), 0x70),
+    **dict.fromkeys(range(6, 10), 88),
+    **dict.fromkeys(range(12, 16), 72),
 }
+# Pac-Man's ghosts, in the pen.
+CAUGHT: dict[int, int] = {
+    **dict.fromkeys(range(50, 54), 76),
+    **dict.fromkeys(range(55, 59), 33),
+    **dict.fromkeys(range(60, 64), 0),
+}
+PLAYER_ONLY = {92: 4}  # Amidar: every turn is the player's, so the others stand still
+# Bank Heist: banks outside the maze instead of police, no dynamite, a full tank.
+NO_DANGER: dict[int, int] = {
+    **dict.fromkeys(range(9, 12), 200),
+    **dict.fromkeys(range(24, 27), 0xFD),
+    63: 1,
+    86: 0,
+}
+# Alien: no aliens, and no eaten eggs, so the maze never ends.
+NO_ALIENS: dict[int, int] = {**dict.fromkeys(range(42, 45), 0), 91: 0}
 WALKERS = {
+    "Alien": Walker((8, 13), lookahead=4, kept=NO_ALIENS, area=(16, 5, 144, 173)),
+    "Amidar": Walker((4, 3), "lines", lookahead=4, kept=PLAYER_ONLY),
+    "BankHeist": Walker((8, 8), lookahead=4, kept=NO_DANGER, area=(16, 37, 144, 178)),
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
+    "Pacman": Walker((8, 14), lookahead=4, kept=CAUGHT, area=(0, 25, 160, 195)),
 }
 
 
@@ -102,7 +127,11 @@ def nodes_and_edges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes, bool `[H, W]`, and edges with their costs: int `[n, 2]` of flat positions, `[n]`."""
     blocked = kinds_of(game, masks, "blocks")
-    if walker.moves == "free":
+    if walker.moves == "lines":
+        blocked = ~without_gaps(kinds_of(game, masks, "carries"))
+    if walker.area is not None:
+        blocked = blocked | ~area_mask(walker.area, game.screen[0])
+    if walker.moves != "floors":
         free = free_positions(blocked, walker.body)
         depth = np.asarray(ndimage.distance_transform_cdt(np.pad(free, 1), "taxicab"))
         room = np.minimum(depth[1:-1, 1:-1], 6)
@@ -121,6 +150,11 @@ def nodes_and_edges(
     upright = edges_between(climbs | stands, climbs, flat, across=False, down=True)
     pairs = np.concatenate([sideways[0], upright[0]])
     return stands | climbs, pairs, np.concatenate([sideways[1], upright[1]])
+
+
+def without_gaps(mask: np.ndarray) -> np.ndarray:
+    """The mask with gaps of a row filled."""
+    return np.asarray(ndimage.binary_closing(mask, np.ones((3, 1))), bool)
 
 
 def shifted(mask: np.ndarray, rows: int) -> np.ndarray:
@@ -214,7 +248,7 @@ class Player:
         x, y, w, h = np.asarray(objects.xywh[self._slot]).astype(int).tolist()
         width, height = self.walker.body
         left = x + (w - width) // 2
-        return left, (y + (h - height) // 2 if self.walker.moves == "free" else y + h - height)
+        return left, (y + h - height if self.walker.moves == "floors" else y + (h - height) // 2)
 
     def masks(self) -> np.ndarray:
         """The terrain, bool `[kinds, H, W]`."""
