@@ -33,7 +33,7 @@ from ocjax.console.rom_files import rom_path
 from ocjax.evaluation import tables
 
 ACTIONS = {(0, 0): 0, (0, -1): 2, (1, 0): 3, (-1, 0): 4, (0, 1): 5}  # by step, in ALE
-CLIMBED = ("ladder", "rope", "pole", "vine")
+CLIMBED = ("ladder", "shaft", "rope", "pole", "vine")
 LEAST_DISTANCE = 40
 NEAR = 4  # pixels from the place
 TRIES = 4
@@ -72,7 +72,7 @@ class Walker:
 
 # Ms. Pac-Man's ghosts, in the middle of the pen: their modes, columns and rows.
 PENNED: dict[int, int] = {
-    **dict.fromkeys(range(1, 5), 0x70),
+    **dict.fromkeys(range(1, 5), 112),
     **dict.fromkeys(range(6, 10), 88),
     **dict.fromkeys(range(12, 16), 72),
 }
@@ -86,7 +86,7 @@ PLAYER_ONLY = {92: 4}  # Amidar: every turn is the player's, so the others stand
 # Bank Heist: banks outside the maze instead of police, no dynamite, a full tank.
 NO_DANGER: dict[int, int] = {
     **dict.fromkeys(range(9, 12), 200),
-    **dict.fromkeys(range(24, 27), 0xFD),
+    **dict.fromkeys(range(24, 27), 253),
     63: 1,
     86: 0,
 }
@@ -96,6 +96,7 @@ WALKERS = {
     "Alien": Walker((8, 13), lookahead=4, kept=NO_ALIENS, area=(16, 5, 144, 173)),
     "Amidar": Walker((4, 3), "lines", lookahead=4, kept=PLAYER_ONLY),
     "BankHeist": Walker((8, 8), lookahead=4, kept=NO_DANGER, area=(16, 37, 144, 178)),
+    "MontezumaRevenge": Walker(body=(8, 20), moves="floors"),
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
     "Pacman": Walker((8, 14), lookahead=4, kept=CAUGHT, area=(0, 25, 160, 195)),
 }
@@ -113,7 +114,7 @@ def free_positions(blocked: np.ndarray, body: tuple[int, int]) -> np.ndarray:
     h, w = blocked.shape
     in_rows = total[height : height + h] - total[:h]
     covered = in_rows[:, width : width + w] - in_rows[:, :w]
-    return np.asarray(covered == 0)
+    return ~covered.astype(bool)
 
 
 def kinds_of(game: Any, masks: np.ndarray, effect: str, names: tuple[str, ...] = ()) -> np.ndarray:
@@ -137,8 +138,8 @@ def nodes_and_edges(
         room = np.minimum(depth[1:-1, 1:-1], 6)
         return free, *edges_between(free, free, 1.0 + 2 * (6 - room), across=True, down=True)
     width, height = walker.body
-    floors = kinds_of(game, masks, "carries") & ~kinds_of(game, masks, "carries", CLIMBED)
     ladders = kinds_of(game, masks, "carries", CLIMBED)
+    floors = blocked | (kinds_of(game, masks, "carries") & ~ladders)
     free = free_positions(blocked, walker.body)
     no_floor = free_positions(floors, (width, 1))
     stands = free & ~shifted(no_floor, height)
