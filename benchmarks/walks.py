@@ -27,6 +27,8 @@ from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 import ocjax
+from ocjax.console.boxes import Area
+from ocjax.console.playfield import area_mask
 from ocjax.console.rom_files import rom_path
 from ocjax.evaluation import tables
 
@@ -52,7 +54,7 @@ class Walker:
 
     Args:
         body: width and height that walls stop.
-        moves: "free" in four directions, or on "floors" and ladders.
+        moves: "free" in four directions, on "lines", or on "floors" and ladders.
         lookahead: pixels of the path that decide the direction. In games where the stick chooses
             the next turn, more than 1.
         player: category of the player.
@@ -61,6 +63,8 @@ class Walker:
         step: most pixels between floors that the player walks over.
         grip: most pixels between the middles of the player and a ladder.
         foot: width of the body's middle that must be above a floor.
+        area: left, top, right and bottom of the field, without the outside that tunnels lead to;
+            None if walls enclose it.
     """
 
     body: tuple[int, int]
@@ -72,6 +76,7 @@ class Walker:
     grip: int = 2
     plays: Mapping[int, int] = field(default_factory=dict)
     foot: int = 2
+    area: Area | None = None
 
 
 # Ms. Pac-Man's ghosts, in the middle of the pen: their modes, columns and rows.
@@ -80,9 +85,29 @@ PENNED: dict[int, int] = {
     **dict.fromkeys(range(6, 10), 88),
     **dict.fromkeys(range(12, 16), 72),
 }
+# Pac-Man's ghosts, in the pen.
+CAUGHT: dict[int, int] = {
+    **dict.fromkeys(range(50, 54), 76),
+    **dict.fromkeys(range(55, 59), 33),
+    **dict.fromkeys(range(60, 64), 0),
+}
+PLAYER_ONLY = {92: 4}  # Amidar: every turn is the player's, so the others stand still
+# Bank Heist: banks outside the maze instead of police, no dynamite, a full tank.
+NO_DANGER: dict[int, int] = {
+    **dict.fromkeys(range(9, 12), 200),
+    **dict.fromkeys(range(24, 27), 253),
+    63: 1,
+    86: 0,
+}
+# Alien: no aliens, and no eaten eggs, so the maze never ends.
+NO_ALIENS: dict[int, int] = {**dict.fromkeys(range(42, 45), 0), 91: 0}
 WALKERS = {
+    "Alien": Walker((8, 13), lookahead=4, kept=NO_ALIENS, area=(16, 5, 144, 173)),
+    "Amidar": Walker((4, 3), "lines", lookahead=4, kept=PLAYER_ONLY),
+    "BankHeist": Walker((8, 8), lookahead=4, kept=NO_DANGER, area=(16, 37, 144, 178)),
     "MontezumaRevenge": Walker(body=(8, 20), moves="floors", grip=1, kept={46: 8}, plays={2: 4}),
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
+    "Pacman": Walker((8, 14), lookahead=4, kept=CAUGHT, area=(0, 25, 160, 195)),
 }
 
 
@@ -112,7 +137,11 @@ def nodes_and_edges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes, bool `[H, W]`, and edges with their costs: int `[n, 2]` of flat positions, `[n]`."""
     blocked = kinds_of(game, masks, "blocks")
-    if walker.moves == "free":
+    if walker.moves == "lines":
+        blocked = ~without_gaps(kinds_of(game, masks, "carries"))
+    if walker.area is not None:
+        blocked = blocked | ~area_mask(walker.area, game.screen[0])
+    if walker.moves != "floors":
         free = free_positions(blocked, walker.body)
         depth = np.asarray(ndimage.distance_transform_cdt(np.pad(free, 1), "taxicab"))
         room = np.minimum(depth[1:-1, 1:-1], 6)
@@ -167,6 +196,11 @@ def middles_of_runs(mask: np.ndarray, most: int) -> np.ndarray:
                 middle = (run[0] + run[-1] + 1) // 2
                 out[y, max(middle - most, 0) : middle + most + 1] = True
     return out
+
+
+def without_gaps(mask: np.ndarray) -> np.ndarray:
+    """The mask with gaps of a row filled."""
+    return np.asarray(ndimage.binary_closing(mask, np.ones((3, 1))), bool)
 
 
 def shifted(mask: np.ndarray, rows: int) -> np.ndarray:
@@ -260,11 +294,11 @@ class Player:
         x, y, w, h = np.asarray(objects.xywh[self._slot]).astype(int).tolist()
         width, height = self.walker.body
         left = x + (w - width) // 2
-        return left, (y + (h - height) // 2 if self.walker.moves == "free" else y + h - height)
+        return left, (y + h - height if self.walker.moves == "floors" else y + (h - height) // 2)
 
     def settled(self) -> tuple[int, int] | None:
         """The position, on floors after some frames without action, if he stands still then."""
-        if self.walker.moves == "free":
+        if self.walker.moves != "floors":
             return self.position()
         lives = self.ale.lives()
         places = []
