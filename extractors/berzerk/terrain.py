@@ -44,14 +44,14 @@ BLANKED_LINE = 3  # less `robot_y` in pairs of lines
 def _across(is_shut: bool) -> np.ndarray:
     """A line of the wall at the top or the bottom, bool `[160]`."""
     bits = (*ACROSS, EXIT_SHUT if is_shut else EXIT_OPEN)
-    return playfield(*map(np.array, bits))
+    return playfield(*map(np.array, bits), mirrored=True)
 
 
 def _walls(maze: int, side_walls: int, door: int) -> np.ndarray:
     """A room's walls, bool `[210, 160]`."""
     rows = MAZES[maze] + LINES[INSIDE:LOWER_WALL] // ROW_LINES
     bits = ROM.data[PF0 + rows] | side_walls, ROM.data[PF1 + rows], ROM.data[PF2 + rows]
-    inside = playfield(*bits)
+    inside = playfield(*bits, mirrored=True)
     walls = np.zeros((len(LINES), inside.shape[1]), bool)
     walls[TOP:INSIDE] = _across(door == Shut.TOP)
     walls[INSIDE:LOWER_WALL] = inside
