@@ -3,7 +3,7 @@
 Picture: docs/games/MsPacman.png
 
 Screen: score, lives and the level's fruit are below the maze. The walls, all other pixels in the
-pills' colour, are scenery. Ghosts on the same rows, also at one position in the pen, share a sprite
+pills' colour, are terrain. Ghosts on the same rows, also at one position in the pen, share a sprite
 and alternate, and so do fruit and player. The left power pills and the right ones alternate, eight
 frames each.
 
@@ -16,6 +16,8 @@ every row, the same in all mazes; the bit has no meaning at a wall of the maze.
 Covered: four mazes, seven fruits, modes 0 to 3 (four, one, two, three ghosts), start, deaths, pen,
 tunnels (the larger part of a figure cut in two), game over. The `value` of Score is the emulator's:
 the extra life at 10,000 points is a 1 in the last digit, which shows as 0.
+
+Terrain: the walls, from the ROM's table of the four mazes; exact.
 
 Not exact: the RAM does not record the direction a figure turned from at a corner or a wall, or when
 a slow-down after a pill ends. On the one frame on which the next life begins, it does not record
@@ -39,8 +41,11 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    TerrainKind,
+    TerrainMap,
     Variants,
     among,
+    area_mask,
     bcd,
     bits,
     box,
@@ -54,6 +59,7 @@ from ocjax.authoring import (
     match,
     mod,
     pick,
+    playfield,
     when,
 )
 
@@ -138,6 +144,7 @@ SCORE_COLOR = 40
 SCORE = NumberDisplay(FONT, right=103, top=187, digits=6)
 LIVES = IconRow(12, 173, width=7, height=10, pitch=16)
 FIELD = (0, 2, 160, 171)
+MAZE_AREA = (0, 1, 160, 172)
 ICON_FIELD = (100, 172, 160, 184)
 COLUMNS = (*range(8, 80, 8), *range(84, 156, 8))
 PILL_X = tuple(COLUMNS[column] for _, column in np.argwhere(USED).tolist())
@@ -386,6 +393,47 @@ GHOST_ICONS = sprites(GHOST_COLORS[0], ICON_FIELD)
 POINTS = SCORE.rule(SCORE_COLOR, (48, 186, 104, 195))
 LIFE_ICONS = LIVES.rule(LIFE_COLOR, (0, 172, 100, 184), single=2)
 
+# The left half of each maze: PF0, PF1 and PF2 of each row of positions.
+WALL_BLOCKS = ROM.bytes(0xC00, 4 * 14 * 3).reshape(4, 14, 3)
+ROW_HEIGHT = 12
+PILL_LINES = slice(5, 7)  # of a row
+PEN_TOP_ROW = 5
+PEN_BOTTOM_ROW = 7
+PEN_BARS = 0xE0  # of PF2, above the pills' lines of its first row and below those of its last
+
+
+def _closed_lines() -> np.ndarray:
+    """Lines on which bars close the pen, bool `[1, lines]`."""
+    row = np.arange(14)[:, None]
+    line = np.arange(ROW_HEIGHT)[None]
+    above = (row == PEN_TOP_ROW) & (line < PILL_LINES.start)
+    below = (row == PEN_BOTTOM_ROW) & (line >= PILL_LINES.stop)
+    return (above | below).reshape(1, -1)
+
+
+def _mazes() -> np.ndarray:
+    """The walls of the four mazes, bool `[maze, 1, H, 160]`."""
+    lines = WALL_BLOCKS.repeat(ROW_HEIGHT, axis=1)
+    pf0, pf1, pf2 = np.moveaxis(lines, -1, 0)
+    rows = playfield(pf0, pf1, pf2 | PEN_BARS * _closed_lines(), mirrored=True)
+    bordered = np.pad(rows, ((0, 0), (1, 2), (0, 0)), constant_values=True)
+    _, top, _, bottom = MAZE_AREA
+    return np.pad(bordered, ((0, 0), (top, 210 - bottom), (0, 0)))[:, None]
+
+
+def _walls_seen(frame: jax.Array) -> dict[str, jax.Array]:
+    """The pixels in the colour of the maze's border."""
+    left, top, _, _ = MAZE_AREA
+    return {"wall": (frame == frame[top, left]) & area_mask(MAZE_AREA)}
+
+
+TERRAIN = TerrainMap(
+    kinds=(TerrainKind("wall", "the maze's lines and blocks", effect="blocks"),),
+    layouts=_mazes(),
+    layout=lambda m: m.maze,
+    seen=_walls_seen,
+)
+
 GAME = Game(
     name="MsPacman",
     rom=ROM,
@@ -400,6 +448,7 @@ GAME = Game(
         },
         source="play of all modes in the emulator",
     ),
+    terrain=TERRAIN,
     categories=(
         Category(
             "Player",

@@ -3,6 +3,8 @@
 - The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`, `Variants` with
   `meanings_of_bits` (what modes and difficulties mean), and `Checks` with `LivesAsIcons` and
   `LivesAsNumber`: differences from what the tests of all games expect.
+- The terrain: `TerrainMap` with its `TerrainKind`, and `playfield` and `area_mask`, the
+  pixels of the console's playfield registers and of an area.
 - The RAM: `RamMap` and its fields (`byte`, `bits`, `flag`, `low`, `high`, `signed`, `bcd`).
 - Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
 - Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
@@ -22,6 +24,7 @@ from ocjax.console.compass import EAST, NORTH, SOUTH, WEST
 from ocjax.console.fonts import DIGITS_3X5, Digits, Font, hex_font, score_box
 from ocjax.console.ops import among, div, extremes, lookup, match, mod, only, pick, reached, when
 from ocjax.console.palette import NTSC
+from ocjax.console.playfield import area_mask, playfield
 from ocjax.console.ram import RamMap, bcd, bits, byte, flag, high, low, signed
 from ocjax.console.registers import (
     COARSE,
@@ -44,6 +47,7 @@ from ocjax.console.word import Word
 from ocjax.extraction.checks import Checks, LivesAsIcons, LivesAsNumber
 from ocjax.extraction.game import Category, Game, display
 from ocjax.extraction.kinds import KindEntry, Kinds
+from ocjax.extraction.terrain import TerrainKind, TerrainMap
 from ocjax.extraction.variants import Variants, meanings_of_bits
 from ocjax.vision import bitmap as bitmaps
 from ocjax.vision.bitmap import (
@@ -130,6 +134,8 @@ __all__ = [
     "SideBySide",
     "Static",
     "Step",
+    "TerrainKind",
+    "TerrainMap",
     "Tight",
     "U",
     "Variants",
@@ -138,6 +144,7 @@ __all__ = [
     "among",
     "any_of",
     "any_within",
+    "area_mask",
     "areas",
     "bcd",
     "bitmaps",
@@ -171,6 +178,7 @@ __all__ = [
     "palette",
     "pick",
     "picture",
+    "playfield",
     "position",
     "reached",
     "registers",

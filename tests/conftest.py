@@ -56,9 +56,11 @@ def pytest_addoption(parser):
 
 
 def pytest_generate_tests(metafunc):
-    """Every test with the argument `game` runs on every game."""
+    """Every test with the argument `game` runs on every game, or on every game with terrain."""
     if "game" in metafunc.fixturenames:
         names = metafunc.config.getoption("--game") or ocjax.games()
+        if metafunc.definition.get_closest_marker("terrain"):
+            names = [name for name in names if ocjax.load(name).terrain]
         # One process compiles a game for all of its tests.
         games = [pytest.param(ocjax.load(n), id=n, marks=pytest.mark.xdist_group(n)) for n in names]
         metafunc.parametrize("game", games, scope="session")

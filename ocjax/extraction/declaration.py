@@ -19,6 +19,7 @@ from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.console.rom import Rom
 from ocjax.extraction.categories import ATTRIBUTES, ROLES, Category, names_by_alias
 from ocjax.extraction.checks import EXCERPTS, USUAL, Checks
+from ocjax.extraction.terrain import TerrainKind, TerrainMap
 from ocjax.extraction.variants import UNEXPLAINED, Variants
 from ocjax.vision.colors import EVEN
 from ocjax.vision.rules import Blobs, Rule
@@ -75,6 +76,8 @@ class Declaration:
         pal: whether the ROM is made for PAL consoles, which have another palette.
         checks: how the game differs from what the tests of all games expect.
         variants: what the game's modes and difficulties mean.
+        terrain: walls, ladders, water and scenery, or None. The attribute `terrain` is the tuple
+            of its kinds, and `terrain_map` the declaration.
         hud: whether to include the display categories.
 
     Raises:
@@ -93,6 +96,7 @@ class Declaration:
     pal: bool
     checks: Checks
     variants: Variants
+    terrain_map: TerrainMap | None
     hud: bool
 
     def __init__(
@@ -109,6 +113,7 @@ class Declaration:
         pal: bool = False,
         checks: Checks = USUAL,
         variants: Variants = UNEXPLAINED,
+        terrain: TerrainMap | None = None,
         hud: bool = True,
     ) -> None:
         if not isinstance(rom, Rom):
@@ -117,7 +122,7 @@ class Declaration:
             name=name, rom=rom.name, md5=rom.md5, ram=ram, decode=decode, categories=categories
         )
         vars(self).update(screen=screen, shades=shades, saver=saver, pal=pal, hud=hud)
-        vars(self).update(checks=checks, variants=variants)
+        vars(self).update(checks=checks, variants=variants, terrain_map=terrain)
         if hud:
             _validate(self)
         else:
@@ -140,6 +145,11 @@ class Declaration:
             np.array([c.hud for c in self.categories], dtype=bool),
             [c.count for c in self.categories],
         )
+
+    @property
+    def terrain(self) -> tuple[TerrainKind, ...] | None:
+        """The kinds of terrain, or None."""
+        return None if self.terrain_map is None else tuple(self.terrain_map.kinds)
 
     @property
     def palette(self) -> np.ndarray:
@@ -192,9 +202,10 @@ class Declaration:
         same = {
             field.name: getattr(self, field.name)
             for field in fields(self)
-            if field.name not in ("rom", "md5")
+            if field.name not in ("rom", "md5", "terrain_map")
         }
-        return type(self)(**{**same, "rom": Rom(self.rom, self.md5), **changes})
+        rom = Rom(self.rom, self.md5)
+        return type(self)(**{**same, "rom": rom, "terrain": self.terrain_map, **changes})
 
     def without_hud(self) -> Self:
         """Return the game without its display categories; its slots are a prefix of this game's."""
@@ -263,6 +274,9 @@ def _validate_fields(game: Declaration) -> None:
     order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
     need(huds == sorted(huds), where="categories", text=order)
     need(not game.variants.problem(), where="variants", text=game.variants.problem())
+    if game.terrain_map is not None:
+        problem = game.terrain_map.problem(game.screen[0], {c.name for c in game.categories})
+        need(not problem, where="terrain", text=problem)
     _validate_checks(game)
 
 

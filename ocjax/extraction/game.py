@@ -12,7 +12,7 @@ from jax.core import Tracer
 from ocjax._xla.fork import require_threads
 from ocjax.console import palette
 from ocjax.console.ram import RAM_SIZE
-from ocjax.extraction import rem, suspicions, vem
+from ocjax.extraction import rem, scene, suspicions, vem
 from ocjax.extraction.arrays import as_array, require_uint8
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.declaration import Declaration, GameError, check_decode
@@ -39,6 +39,14 @@ class Game(Declaration):
         return vem.extractor(self)
 
     @functools.cached_property
+    def _terrain_of(self) -> Callable[[Any], scene.Terrain]:
+        return scene.from_ram(self)
+
+    @functools.cached_property
+    def _terrain_in(self) -> Callable[[Any], scene.Terrain]:
+        return scene.from_frames(self, self._vem)
+
+    @functools.cached_property
     def vem_overflow(self) -> Callable[[Any], tuple[Objects, Any]]:
         """Apply `vem` to uint8 `[B, H, 160]`, and count the objects without a slot.
 
@@ -57,6 +65,10 @@ class Game(Declaration):
             ValueError: its last dimension is not 128.
             RuntimeError: this process was forked from one that had already computed with JAX.
         """
+        return self._rem(self._checked_ram(ram))
+
+    def _checked_ram(self, ram: jax.Array | np.ndarray) -> jax.Array | np.ndarray:
+        """RAM as an array of the right type and shape."""
         require_threads()
         ram = as_array(ram)
         require_uint8(f"{self.name}: ram", ram)
@@ -64,7 +76,7 @@ class Game(Declaration):
             raise ValueError(
                 f"{self.name}: ram must have shape [..., {RAM_SIZE}], got {list(ram.shape)}"
             )
-        return self._rem(ram)
+        return ram
 
     def vem(self, frames: jax.Array | np.ndarray) -> Objects:
         """Extract objects from pixels; a pure function that works under `jit`, `vmap` and `scan`.
@@ -84,6 +96,14 @@ class Game(Declaration):
                 first.
             RuntimeError: this process was forked from one that had already computed with JAX.
         """
+        frames = self._checked_frames(frames)
+        if isinstance(frames, np.ndarray) and "_checked" not in self.__dict__:
+            self.__dict__["_checked"] = True
+            return self._checked_vem(frames)
+        return self._vem(frames)
+
+    def _checked_frames(self, frames: jax.Array | np.ndarray) -> jax.Array | np.ndarray:
+        """Frames as an array of the right type and shape."""
         require_threads()
         frames = as_array(frames)
         require_uint8(f"{self.name}: frames", frames)
@@ -100,10 +120,37 @@ class Game(Declaration):
                 "first, not palette indices: "
                 "move the channels last, with numpy.moveaxis(frames, -3, -1)"
             )
-        if isinstance(frames, np.ndarray) and "_checked" not in self.__dict__:
-            self.__dict__["_checked"] = True
-            return self._checked_vem(frames)
-        return self._vem(frames)
+        return frames
+
+    def terrain_of(self, ram: jax.Array | np.ndarray) -> scene.Terrain:
+        """Return the terrain of states; a pure function that works under `jit` and `vmap`.
+
+        Args:
+            ram: see `rem`.
+
+        Returns:
+            The terrain, with masks bool `[..., kinds, H, 160]`; the kinds are `game.terrain`.
+
+        Raises:
+            TypeError, ValueError: see `rem`; or the game has no terrain.
+        """
+        return self._terrain_of(self._checked_ram(ram))
+
+    def terrain_in(self, frames: jax.Array | np.ndarray) -> scene.Terrain:
+        """Find the terrain in pixels; a pure function that works under `jit` and `vmap`.
+
+        Pixels that objects cover belong to no kind.
+
+        Args:
+            frames: see `vem`.
+
+        Returns:
+            The terrain, with masks bool `[..., kinds, H, 160]`; the kinds are `game.terrain`.
+
+        Raises:
+            TypeError, ValueError: see `vem`; or the game has no terrain.
+        """
+        return self._terrain_in(self._checked_frames(frames))
 
     def _checked_vem(self, frames: np.ndarray) -> Objects:
         """Extract objects, and warn if the frames are probably not frames of this game."""

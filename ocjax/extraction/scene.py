@@ -1,0 +1,189 @@
+"""Terrain of states and frames: compiles a game's `TerrainMap` to functions of a batch."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ocjax._xla import batches
+from ocjax.console import palette
+from ocjax.console.boxes import WIDTH
+from ocjax.extraction.declaration import Declaration
+from ocjax.extraction.objects import Objects
+from ocjax.extraction.ownership import NOBODY, owners_of
+from ocjax.extraction.saver import restored
+from ocjax.extraction.terrain import COVERED, Masks, TerrainKind
+from ocjax.vision.colors import EVEN
+
+__all__ = ["Terrain", "from_frames", "from_ram"]
+
+CHUNK = 16  # states whose masks fit in the cache
+
+
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, repr=False)
+class Terrain:
+    """The terrain of one state or of a batch of states.
+
+    `kinds` are `game.terrain`, and `...` is any batch shape.
+    """
+
+    # int32 [...]: index into `layouts`; None for terrain that was found in pixels, or that changes
+    layout: jax.Array | None
+    changed: Any  # bool [..., kinds, H, 160] if `layout` is None, else None
+    game: Declaration = dataclasses.field(metadata={"static": True})
+
+    @property
+    def kinds(self) -> tuple[TerrainKind, ...]:
+        """The kinds of terrain."""
+        return tuple(self.game.terrain or ())
+
+    @property
+    def layouts(self) -> np.ndarray:
+        """The layouts that the ROM holds, bool `[layouts, kinds, H, 160]`."""
+        return _map_of(self.game).layouts
+
+    @property
+    def masks(self) -> jax.Array:
+        """The pixels of each kind, bool `[..., kinds, H, 160]`."""
+        if self.layout is None:
+            return self.changed
+        return jnp.asarray(self.layouts)[self.layout]
+
+    def of(self, name: str) -> jax.Array:
+        """Return the pixels of a kind, bool `[..., H, 160]`.
+
+        Raises:
+            KeyError: the game has no such kind.
+        """
+        names = _map_of(self.game).names
+        if name not in names:
+            raise KeyError(f"{self.game.name} has the kinds {', '.join(names)}, got {name!r}")
+        return self.masks[..., names.index(name), :, :]
+
+    def grid(self, cell: tuple[int, int] = (8, 8)) -> jax.Array:
+        """Return which cells of a grid contain each kind, bool `[..., kinds, rows, columns]`.
+
+        Args:
+            cell: height and width of a cell in pixels. Cells at the lower and the right edge may
+                be smaller.
+        """
+        return _in_cells(self.masks, cell)
+
+    def __repr__(self) -> str:
+        shape = jnp.shape(self.changed)[:-3] if self.layout is None else jnp.shape(self.layout)
+        names = ", ".join(kind.name for kind in self.kinds)
+        return f"Terrain({self.game.name}, batch {list(shape)}, {names})"
+
+
+def _in_cells(masks: jax.Array, cell: tuple[int, int]) -> jax.Array:
+    """Whether cells contain a pixel, bool `[..., rows, columns]` from `[..., H, W]`."""
+    *batch, height, width = masks.shape
+    rows, columns = -(-height // cell[0]), -(-width // cell[1])
+    margin = ((0, 0),) * len(batch)
+    filling = ((0, rows * cell[0] - height), (0, columns * cell[1] - width))
+    whole = jnp.pad(masks, (*margin, *filling))
+    return whole.reshape(*batch, rows, cell[0], columns, cell[1]).any((-3, -1))
+
+
+def _map_of(game: Declaration) -> Any:
+    """The game's declaration of terrain.
+
+    Raises:
+        ValueError: the game has none.
+    """
+    if game.terrain_map is None:
+        raise ValueError(f"{game.name} has no terrain: game.terrain is None")
+    return game.terrain_map
+
+
+def from_ram(game: Declaration) -> Callable[[jax.Array | np.ndarray], Terrain]:
+    """Compile the game's terrain from RAM: uint8 `[..., 128]` -> `Terrain`.
+
+    Raises:
+        ValueError: the game has no terrain.
+    """
+    terrain = _map_of(game)
+
+    def layout(ram: jax.Array) -> jax.Array:
+        return jnp.int32(0) if terrain.layout is None else terrain.layout(game.ram(ram))
+
+    def changed(ram: jax.Array) -> jax.Array:
+        own = jnp.asarray(terrain.layouts)[layout(ram)]
+        masks = terrain.changes(game.ram(ram), dict(zip(terrain.names, own, strict=True)))
+        return _stacked(masks, terrain.names)
+
+    def extract(rams: jax.Array) -> Terrain:
+        if terrain.changes is None:
+            return Terrain(_strict(layout)(rams), None, game)
+        return Terrain(None, batches.in_chunks(_strict(changed), rams, CHUNK), game)
+
+    return batches.AnyBatch(extract, 1, CHUNK)
+
+
+def from_frames(
+    game: Declaration, vem: Callable[[Any], Objects]
+) -> Callable[[jax.Array | np.ndarray], Terrain]:
+    """Compile the game's terrain from pixels.
+
+    uint8 `[..., H, 160]` of palette indices or `[..., H, 160, 3]` of RGB -> `Terrain`.
+
+    Args:
+        game: the game.
+        vem: its vision method.
+
+    Raises:
+        ValueError: the game has no terrain.
+    """
+    terrain = _map_of(game)
+    same_thing = {kind.category for kind in terrain.kinds}
+    covers = np.array([c.name not in same_thing for c in game.categories])[game.slot_category]
+
+    def seen(frame: jax.Array) -> jax.Array:
+        return _stacked(terrain.seen(frame), terrain.names)
+
+    def of_chunk(frames: jax.Array) -> jax.Array:
+        objects = vem(frames)
+        owners = owners_of(game, objects.xywh, objects.valid & covers[None], frames)
+        shown = frames if game.saver is None else restored(frames, game.saver, game.categories)
+        return _strict(seen)(jnp.where(owners == NOBODY, shown & EVEN, jnp.uint8(COVERED)))
+
+    def extract(frames: jax.Array) -> Terrain:
+        return Terrain(None, batches.in_chunks(of_chunk, frames, CHUNK), game)
+
+    by_index = batches.AnyBatch(extract, 2, CHUNK)
+    to_index = batches.AnyBatch(
+        lambda rgb: palette.to_index(rgb, game.palette, game.pixel_colors), 3, CHUNK
+    )
+
+    def of_any(frames: jax.Array | np.ndarray) -> Terrain:
+        return by_index(to_index(frames) if frames.shape[-3:] == (*game.screen, 3) else frames)
+
+    return of_any
+
+
+def _strict(one: Callable[[jax.Array], jax.Array]) -> Callable[[jax.Array], jax.Array]:
+    """Map a function of one state over a batch, with strict types."""
+
+    def checked(state: jax.Array) -> jax.Array:
+        with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
+            return one(state)
+
+    return jax.vmap(checked)
+
+
+def _stacked(masks: Masks, names: tuple[str, ...]) -> jax.Array:
+    """Stack the masks of all kinds in their order, bool `[kinds, H, 160]`.
+
+    Raises:
+        ValueError: a kind is missing, or a mask has the wrong shape or dtype.
+    """
+    if set(masks) != set(names):
+        raise ValueError(f"the masks must be those of {', '.join(names)}, got {', '.join(masks)}")
+    for name in names:
+        if masks[name].dtype != jnp.bool_ or masks[name].ndim != 2 or masks[name].shape[1] != WIDTH:
+            raise ValueError(f"the mask of {name} must be bool [H, {WIDTH}], got {masks[name]}")
+    return jnp.stack([masks[name] for name in names])
