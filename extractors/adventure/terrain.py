@@ -5,6 +5,8 @@ In dark rooms the walls are as grey as the ground. Only the sprite that lights t
 shows them, as gaps.
 """
 
+from collections.abc import Mapping
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -36,7 +38,7 @@ WIDER_LATER = 1  # column: the chip begins a wide sprite so much later
 LAST_COLUMNS = 5  # of the line below the view, until the picture ends
 LINES = np.arange(HEIGHT)
 COLUMNS = np.arange(WIDTH)
-SHOWN = area_mask((0, WALLS_TOP, WIDTH, VIEW_BOTTOM), HEIGHT) | area_mask(
+VISIBLE = area_mask((0, WALLS_TOP, WIDTH, VIEW_BOTTOM), HEIGHT) | area_mask(
     (0, VIEW_BOTTOM, LAST_COLUMNS, VIEW_BOTTOM + 1), HEIGHT
 )
 
@@ -46,17 +48,17 @@ def _thin_area(left: int) -> np.ndarray:
     return area_mask((left, WALLS_TOP, left + THIN_WIDTH, VIEW_BOTTOM), HEIGHT)
 
 
-THIN_WALLS = {THIN_LEFT: _thin_area(THIN_LEFT_X), THIN_RIGHT: _thin_area(THIN_RIGHT_X)}
+THIN_AREAS = {THIN_LEFT: _thin_area(THIN_LEFT_X), THIN_RIGHT: _thin_area(THIN_RIGHT_X)}
 
 
 def _kinds(room: int) -> list[np.ndarray]:
     """Walls, thin walls and the walls of a dark room, bool `[250, 160]` each."""
     row = np.clip((LINES - BEFORE_ROWS) // ROW_HEIGHT, 0, WALLS.shape[1] - 1)
-    walls = np.repeat(WALLS[room][row], CELL_WIDTH, axis=1) & SHOWN
-    thin = [area for bit, area in THIN_WALLS.items() if CONTROLS[room] & bit]
-    any_thin = np.logical_or.reduce([np.zeros_like(walls), *thin])
+    thick = np.repeat(WALLS[room][row], CELL_WIDTH, axis=1) & VISIBLE
+    thin = [area for bit, area in THIN_AREAS.items() if CONTROLS[room] & bit]
+    any_thin = np.logical_or.reduce([np.zeros_like(thick), *thin])
     is_dark = CONTROLS[room] & IN_FRONT > 0
-    return [walls & ~any_thin & ~is_dark, any_thin, walls & is_dark]
+    return [thick & ~any_thin & ~is_dark, any_thin, thick & is_dark]
 
 
 LAYOUTS = np.stack([_kinds(room) for room in range(ROOMS)])
@@ -75,22 +77,22 @@ def layout(m: Ram) -> jax.Array:
     return jnp.where(fits, room, jnp.max(when(has_picture, number)))
 
 
-def changes(m: Ram, masks: dict[str, jax.Array]) -> dict[str, jax.Array]:
+def changes(m: Ram, masks: Mapping[str, jax.Array]) -> dict[str, jax.Array]:
     """In dark rooms, only the walls in the light."""
     hidden = masks["dark_wall"]
-    light = _light(m) & jnp.any(hidden)
-    return masks | {"dark_wall": hidden & _around(light & ~hidden)}
+    light = _lit(m) & jnp.any(hidden)
+    return {**masks, "dark_wall": hidden & _around(light & ~hidden)}
 
 
-def _light(m: Ram) -> jax.Array:
+def _lit(m: Ram) -> jax.Array:
     """The sprite that lights a room, one of the two that are drawn, bool `[250, 160]`."""
     drawn = as_drawn(m)
     is_first = m.first == Shown.LIGHT
     is_second = m.second == Shown.LIGHT
     left = jnp.where(is_first, drawn.first.x, drawn.second.x) + WIDER_LATER
     top = jnp.where(is_first, drawn.first.y, drawn.second.y)
-    in_columns = among(COLUMNS - left, range(LIGHT_WIDTH)) & (COLUMNS > 0)
-    in_lines = among(LINES - top, range(LIGHT_HEIGHT)) & (LINES < VIEW_BOTTOM)
+    in_columns = among(jnp.asarray(COLUMNS) - left, range(LIGHT_WIDTH)) & (COLUMNS > 0)
+    in_lines = among(jnp.asarray(LINES) - top, range(LIGHT_HEIGHT)) & (LINES < VIEW_BOTTOM)
     return in_lines[:, None] & in_columns[None, :] & (is_first | is_second)
 
 
@@ -108,18 +110,19 @@ def _between(there: jax.Array) -> jax.Array:
 def seen(frame: jax.Array) -> dict[str, jax.Array]:
     """The walls in the colour of the corners; those of a dark room are gaps in the light."""
     ground = frame == GRAY
-    thin = _thin(ground, THIN_LEFT_X) & THIN_WALLS[THIN_LEFT]
-    thin = thin | _thin(ground, THIN_RIGHT_X) & THIN_WALLS[THIN_RIGHT]
+    at_left = _has_thin(ground, THIN_LEFT_X) & THIN_AREAS[THIN_LEFT]
+    at_right = _has_thin(ground, THIN_RIGHT_X) & THIN_AREAS[THIN_RIGHT]
+    thin = at_left | at_right
     corners = frame[CORNER_LINE, 0], frame[CORNER_LINE, WIDTH - 1]
     color = jnp.minimum(*corners)
     is_dark = color == GRAY
-    walls = (frame == color) & SHOWN & ~is_dark
+    thick = (frame == color) & VISIBLE & ~is_dark
     light = (frame == LAMP) & (COLUMNS > 0)[None, :]  # column 0 may be beyond the right edge
     gaps = ground & is_dark & _around(light)
-    return {"wall": walls & ~thin, "thin_wall": thin & ~ground, "dark_wall": gaps}
+    return {"wall": thick & ~thin, "thin_wall": thin & ~ground, "dark_wall": gaps}
 
 
-def _thin(ground: jax.Array, left: int) -> jax.Array:
+def _has_thin(ground: jax.Array, left: int) -> jax.Array:
     """Whether there is a thin wall: nowhere ground, but ground on both sides."""
     own = ground[WALLS_TOP:VIEW_BOTTOM, left : left + THIN_WIDTH]
     beside = ground[:, left - 1] & ground[:, left + THIN_WIDTH]

@@ -70,7 +70,7 @@ from ocjax.extractors.berzerk.ram import (
     State,
     Way,
     on_last_frame,
-    robot_rows,
+    rows_of_robots,
 )
 from ocjax.extractors.berzerk.terrain import TERRAIN
 
@@ -182,7 +182,7 @@ def _walking_pose(m: Ram, moved: jax.Array) -> jax.Array:
 
 def _robots(m: Ram, color: jax.Array) -> Box:
     """All robots."""
-    row = robot_rows(m)
+    row = rows_of_robots(m)
     is_spark = m.robot_pose == RobotPose.SPARK
     x = m.robot_x + jnp.where(is_spark, 8, 6)
     y = 2 * row.y + jnp.where(is_spark, 10, 4)

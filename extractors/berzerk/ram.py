@@ -112,7 +112,7 @@ def on_last_frame(m: Ram) -> jax.Array:
     return (m.state == State.LEAVES) & (m.frame == Frame.LAST) & (m.appearing == APPEARED)
 
 
-def robot_rows(m: Ram) -> RobotRows:
+def rows_of_robots(m: Ram) -> RobotRows:
     """The rows of all robots. After the human has left the room, the row of the first is cleared.
 
     It is known if the second one is in the second row: they start one per row, and are sorted.
@@ -122,4 +122,4 @@ def robot_rows(m: Ram) -> RobotRows:
     first = when(left & ~among(m.robot_y[1], SECOND_ROW), 1)
     row = jnp.where(left & (number == 0), TOP_ROW, m.robot_y)
     count = jnp.min(jnp.where(row == NO_ROBOT, number, 8))
-    return RobotRows(row, (number >= first) & (number < count))
+    return RobotRows(row, jnp.asarray(number >= first) & (number < count))

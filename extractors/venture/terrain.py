@@ -5,12 +5,10 @@ and the number of the last one. The loop stops for two pairs to move a sprite, a
 half at the right there; the game chooses pairs in which this changes no picture.
 """
 
-from collections.abc import Iterator
-
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, area_mask, playfield, when
+from ocjax.authoring import TerrainKind, TerrainMap, area_mask, playfield, when
 from ocjax.extractors.venture.ram import ROM, Ram, Room
 from ocjax.extractors.venture.scene import (
     FIRST_MAP,
@@ -23,36 +21,39 @@ from ocjax.extractors.venture.scene import (
 
 HEIGHT = 210
 PAIRS = 80  # of lines
-ROOMS = 8
-FIRST_HALL = ROOMS  # layouts of the halls follow those of the rooms
-LAYOUT_COUNT = ROOMS + len(Room.HALLS)
+ROOM_COUNT = 8
+FIRST_HALL = ROOM_COUNT  # layouts of the halls follow those of the rooms
+LAYOUT_COUNT = ROOM_COUNT + len(Room.HALLS)
 
 STARTS = ROM.bytes(0xFF0, LAYOUT_COUNT)  # the first entry of each room and hall
 MIRRORED = 0x59  # entries from this one on have no right half
-LAST_PAIRS = 0xF57
-PF1, PF2 = 0xD16, 0xC16
-RIGHT_PF1, RIGHT_PF2 = 0xDA7, 0xCA7
+TABLE_LAST_PAIR = 0xF57
+TABLE_PF1 = 0xD16
+TABLE_PF2 = 0xC16
+TABLE_RIGHT_PF1 = 0xDA7
+TABLE_RIGHT_PF2 = 0xCA7
 
 
-def _entries(place: int) -> Iterator[int]:
-    """The entry of each pair of lines of a room or hall."""
-    entry = int(STARTS[place])
-    for pair in range(PAIRS):
-        yield entry
-        entry += pair == ROM.data[LAST_PAIRS + entry]
+def _entries_of(place: int) -> np.ndarray:
+    """The entry of each pair of lines of a room or hall, int `[80]`."""
+    ends = ROM.data[TABLE_LAST_PAIR + STARTS[place] :]  # of its entries, and of those that follow
+    count = np.argmax(ends[1:] <= ends[:-1]) + 1
+    return STARTS[place] + np.searchsorted(ends[:count], np.arange(PAIRS))
 
 
-def _walls(place: int) -> np.ndarray:
+def _half(entries: np.ndarray, pf1: int, pf2: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The registers of one half in each pair of lines."""
+    return np.zeros_like(entries), ROM.data[pf1 + entries], ROM.data[pf2 + entries]
+
+
+def _walls_of(place: int) -> np.ndarray:
     """All walls of a room or hall, bool `[210, 160]`."""
-    entries = np.array(list(_entries(place)))
-    outer, inner = (PF1, PF2) if STARTS[place] >= MIRRORED else (RIGHT_PF1, RIGHT_PF2)
-    right = np.zeros_like(entries), ROM.data[outer + entries], ROM.data[inner + entries]
-    left = np.zeros_like(entries), ROM.data[PF1 + entries], ROM.data[PF2 + entries]
-    walls = np.zeros((HEIGHT, WIDTH), bool)
-    walls[WALL_TOP : WALL_TOP + 2 * PAIRS] = np.repeat(
-        playfield(*left, right=right, mirrored=True), 2, axis=0
-    )
-    return walls
+    entries = _entries_of(place)
+    left = _half(entries, TABLE_PF1, TABLE_PF2)
+    has_right = STARTS[place] < MIRRORED
+    right = _half(entries, TABLE_RIGHT_PF1, TABLE_RIGHT_PF2) if has_right else None
+    lines = playfield(*left, right=right, mirrored=True).repeat(2, axis=0)
+    return np.pad(lines, ((WALL_TOP, HEIGHT - WALL_TOP - len(lines)), (0, 0)))
 
 
 # The pixels of both halls that are in the boxes of their rooms, bool `[210, 160]` each.
@@ -64,7 +65,7 @@ IN_ROOMS = tuple(
 
 def _kinds(place: int) -> np.ndarray:
     """The walls, and the outlines of a hall's rooms, bool `[2, 210, 160]`."""
-    walls = _walls(place)
+    walls = _walls_of(place)
     if place < FIRST_HALL:
         return np.stack([walls, np.zeros_like(walls)])
     mapped = IN_ROOMS[place - FIRST_HALL]
@@ -79,7 +80,7 @@ def layout(m: Ram) -> jax.Array:
     scene = shown_scene(m)
     in_room = scene.is_room | scene.is_left
     hall = FIRST_HALL + when(scene.is_second, 1)
-    return jnp.where(in_room, jnp.minimum(scene.number, ROOMS - 1), hall)
+    return jnp.where(in_room, jnp.minimum(scene.number, ROOM_COUNT - 1), hall)
 
 
 def seen(frame: jax.Array) -> dict[str, jax.Array]:
