@@ -27,16 +27,23 @@ from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
 import ocjax
+from ocjax.console.boxes import Area
+from ocjax.console.playfield import area_mask
 from ocjax.console.rom_files import rom_path
 from ocjax.evaluation import tables
 
 ACTIONS = {(0, 0): 0, (0, -1): 2, (1, 0): 3, (-1, 0): 4, (0, 1): 5}  # by step, in ALE
-CLIMBED = ("ladder", "rope", "pole", "vine")
+LADDERS = ("ladder", "shaft")
+ROPES = ("rope", "pole", "vine")
+CLIMBED = LADDERS + ROPES
+DASHED = ("conveyor", "bridge")  # floors that are drawn with gaps
 LEAST_DISTANCE = 40
 NEAR = 4  # pixels from the place
 TRIES = 4
 PATIENCE = 120  # frames without a move
 FRAMES_PER_PIXEL = 8
+LADDER_GAP = 10  # pixels between rails
+SETTLE = 60  # frames without action before a walk on floors
 MOST_SNAP = 6  # pixels from the player to a node
 HEADER = ("game", "walks", "arrived", "blocked", "died", "late", "length")
 
@@ -47,13 +54,17 @@ class Walker:
 
     Args:
         body: width and height that walls stop.
-        moves: "free" in four directions, or on "floors" and ladders.
+        moves: "free" in four directions, on "lines", or on "floors" and ladders.
         lookahead: pixels of the path that decide the direction. In games where the stick chooses
             the next turn, more than 1.
         player: category of the player.
         kept: bytes of RAM that are written before each frame, to keep enemies away.
+        plays: bytes of RAM in which the player is alive and moves.
         step: most pixels between floors that the player walks over.
         grip: most pixels between the middles of the player and a ladder.
+        foot: width of the body's middle that must be above a floor.
+        area: left, top, right and bottom of the field, without the outside that tunnels lead to;
+            None if walls enclose it.
     """
 
     body: tuple[int, int]
@@ -63,16 +74,40 @@ class Walker:
     kept: Mapping[int, int] = field(default_factory=dict)
     step: int = 2
     grip: int = 2
+    plays: Mapping[int, int] = field(default_factory=dict)
+    foot: int = 2
+    area: Area | None = None
 
 
 # Ms. Pac-Man's ghosts, in the middle of the pen: their modes, columns and rows.
 PENNED: dict[int, int] = {
-    **{address: 0x70 for address in range(1, 5)},
-    **{address: 88 for address in range(6, 10)},
-    **{address: 72 for address in range(12, 16)},
+    **dict.fromkeys(range(1, 5), 112),
+    **dict.fromkeys(range(6, 10), 88),
+    **dict.fromkeys(range(12, 16), 72),
 }
+# Pac-Man's ghosts, in the pen.
+CAUGHT: dict[int, int] = {
+    **dict.fromkeys(range(50, 54), 76),
+    **dict.fromkeys(range(55, 59), 33),
+    **dict.fromkeys(range(60, 64), 0),
+}
+PLAYER_ONLY = {92: 4}  # Amidar: every turn is the player's, so the others stand still
+# Bank Heist: banks outside the maze instead of police, no dynamite, a full tank.
+NO_DANGER: dict[int, int] = {
+    **dict.fromkeys(range(9, 12), 200),
+    **dict.fromkeys(range(24, 27), 253),
+    63: 1,
+    86: 0,
+}
+# Alien: no aliens, and no eaten eggs, so the maze never ends.
+NO_ALIENS: dict[int, int] = {**dict.fromkeys(range(42, 45), 0), 91: 0}
 WALKERS = {
+    "Alien": Walker((8, 13), lookahead=4, kept=NO_ALIENS, area=(16, 5, 144, 173)),
+    "Amidar": Walker((4, 3), "lines", lookahead=4, kept=PLAYER_ONLY),
+    "BankHeist": Walker((8, 8), lookahead=4, kept=NO_DANGER, area=(16, 37, 144, 178)),
+    "MontezumaRevenge": Walker(body=(8, 20), moves="floors", grip=1, kept={46: 8}, plays={2: 4}),
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
+    "Pacman": Walker((8, 14), lookahead=4, kept=CAUGHT, area=(0, 25, 160, 195)),
 }
 
 
@@ -87,14 +122,14 @@ def free_positions(blocked: np.ndarray, body: tuple[int, int]) -> np.ndarray:
     total = np.pad(padded.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     h, w = blocked.shape
     in_rows = total[height : height + h] - total[:h]
-    covered = in_rows[:, width : width + w] - in_rows[:, :w]
-    return np.asarray(covered == 0)
+    covered: Any = in_rows[:, width : width + w] - in_rows[:, :w]
+    return covered == 0
 
 
 def kinds_of(game: Any, masks: np.ndarray, effect: str, names: tuple[str, ...] = ()) -> np.ndarray:
     """Pixels of the kinds with an effect, and of these names if some are given, bool `[H, W]`."""
     chosen = [kind.effect == effect and (not names or kind.name in names) for kind in game.terrain]
-    return masks[chosen].any(axis=0)
+    return np.asarray(masks[chosen].any(axis=0))
 
 
 def nodes_and_edges(
@@ -102,25 +137,70 @@ def nodes_and_edges(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes, bool `[H, W]`, and edges with their costs: int `[n, 2]` of flat positions, `[n]`."""
     blocked = kinds_of(game, masks, "blocks")
-    if walker.moves == "free":
+    if walker.moves == "lines":
+        blocked = ~without_gaps(kinds_of(game, masks, "carries"))
+    if walker.area is not None:
+        blocked = blocked | ~area_mask(walker.area, game.screen[0])
+    if walker.moves != "floors":
         free = free_positions(blocked, walker.body)
         depth = np.asarray(ndimage.distance_transform_cdt(np.pad(free, 1), "taxicab"))
         room = np.minimum(depth[1:-1, 1:-1], 6)
         return free, *edges_between(free, free, 1.0 + 2 * (6 - room), across=True, down=True)
     width, height = walker.body
-    floors = kinds_of(game, masks, "carries") & ~kinds_of(game, masks, "carries", CLIMBED)
-    ladders = kinds_of(game, masks, "carries", CLIMBED)
+    carries = kinds_of(game, masks, "carries")
+    climbed = kinds_of(game, masks, "carries", CLIMBED)
+    floors = blocked | (carries & ~climbed) | filled(kinds_of(game, masks, "carries", DASHED))
     free = free_positions(blocked, walker.body)
-    no_floor = free_positions(floors, (width, 1))
-    stands = free & ~shifted(no_floor, height)
-    near = np.asarray(ndimage.maximum_filter1d(ladders, 2 * walker.grip + 1, axis=1))
-    middle = np.pad(near, ((0, 0), (0, width // 2)))[:, width // 2 :]
-    climbs = shifted(np.asarray(ndimage.maximum_filter1d(middle, 3, axis=0)), height - 1)
+    foot_left = (width - walker.foot) // 2
+    no_floor = moved_left(free_positions(floors, (walker.foot, 1)), foot_left)
+    stands = free & ~shifted(no_floor, height) & shifted(no_floor, height - 1)
+    ladders = moved_left(
+        middles_of_runs(kinds_of(game, masks, "carries", LADDERS), walker.grip), width // 2
+    )
+    ropes = moved_left(
+        middles_of_runs(kinds_of(game, masks, "carries", ROPES), walker.grip), width // 2
+    )
+    on_ladder = shifted(np.asarray(ndimage.maximum_filter1d(ladders, 3, axis=0)), height - 1)
+    climbs = on_ladder | (ropes & shifted(ropes, height - 1))
     flat = np.ones(free.shape)
     sideways = edges_between(stands, stands, flat, across=True, down=False, step=walker.step)
-    upright = edges_between(climbs | stands, climbs, flat, across=False, down=True)
+    upright = edges_between(climbs | stands, climbs, flat, across=True, down=True)
     pairs = np.concatenate([sideways[0], upright[0]])
     return stands | climbs, pairs, np.concatenate([sideways[1], upright[1]])
+
+
+def filled(mask: np.ndarray) -> np.ndarray:
+    """The boxes around pixels that are close to each other."""
+    out = np.zeros_like(mask)
+    near = ndimage.binary_dilation(mask, np.ones((5, 2 * LADDER_GAP + 1)))
+    labels, _ = ndimage.label(near)  # pyright: ignore
+    for box in ndimage.find_objects(labels):
+        ys, xs = np.nonzero(mask[box])
+        top, left = box[0].start, box[1].start
+        out[top + ys.min() : top + ys.max() + 1, left + xs.min() : left + xs.max() + 1] = True
+    return out
+
+
+def moved_left(mask: np.ndarray, columns: int) -> np.ndarray:
+    """The mask read so many columns further right; False beside the screen."""
+    return np.pad(mask, ((0, 0), (0, columns)))[:, columns:]
+
+
+def middles_of_runs(mask: np.ndarray, most: int) -> np.ndarray:
+    """Pixels at most so far from the middle of a run of a row; runs may have gaps of a ladder."""
+    out = np.zeros_like(mask)
+    for y, row in enumerate(mask):
+        columns = np.flatnonzero(row)
+        for run in np.split(columns, np.flatnonzero(np.diff(columns) > LADDER_GAP) + 1):
+            if len(run):
+                middle = (run[0] + run[-1] + 1) // 2
+                out[y, max(middle - most, 0) : middle + most + 1] = True
+    return out
+
+
+def without_gaps(mask: np.ndarray) -> np.ndarray:
+    """The mask with gaps of a row filled."""
+    return np.asarray(ndimage.binary_closing(mask, np.ones((3, 1))), bool)
 
 
 def shifted(mask: np.ndarray, rows: int) -> np.ndarray:
@@ -214,7 +294,21 @@ class Player:
         x, y, w, h = np.asarray(objects.xywh[self._slot]).astype(int).tolist()
         width, height = self.walker.body
         left = x + (w - width) // 2
-        return left, (y + (h - height) // 2 if self.walker.moves == "free" else y + h - height)
+        return left, (y + h - height if self.walker.moves == "floors" else y + (h - height) // 2)
+
+    def settled(self) -> tuple[int, int] | None:
+        """The position, on floors after some frames without action, if he stands still then."""
+        if self.walker.moves != "floors":
+            return self.position()
+        lives = self.ale.lives()
+        places = []
+        for _ in range(SETTLE):
+            places.append(self.position())
+            self.act(ACTIONS[(0, 0)])
+        ram = self.ale.getRAM()
+        alive = all(ram[address] == value for address, value in self.walker.plays.items())
+        stood = places[SETTLE // 2] == places[-1] and alive
+        return places[-1] if stood and self.ale.lives() == lives else None
 
     def masks(self) -> np.ndarray:
         """The terrain, bool `[kinds, H, W]`."""
@@ -264,18 +358,23 @@ def outcome(player: Player, plan: Plan, place: int, length: int) -> str:
 
 
 def direction(plan: Plan, node: int, walker: Walker) -> int:
-    """The action that leads along the way from a node."""
-    way = plan.way(node, walker.lookahead)
+    """The action that leads along the way from a node.
+
+    On floors the player climbs as soon as the ladder is within his grip.
+    """
+    on_floors = walker.moves == "floors"
+    way = plan.way(node, walker.grip + 1 if on_floors else walker.lookahead)
     moves = np.sign(np.diff(way, axis=0))
     if not len(moves):
         return ACTIONS[(0, 0)]
-    x, y = (int(v) for v in moves[-1])
-    return ACTIONS[(x, 0) if x else (0, y)]
+    upright = moves[moves[:, 1] != 0]
+    x, y = (upright[0] if on_floors and len(upright) else moves[-1]).tolist()
+    return ACTIONS[(0, y) if y else (x, 0)]
 
 
 def walk(player: Player) -> tuple[str, int] | None:
     """Walk once from the present state; the outcome and the path's length, or None without one."""
-    at = player.position()
+    at = player.settled()
     if at is None:
         return None
     nodes, pairs, costs = nodes_and_edges(player.game, player.masks(), player.walker)
