@@ -106,13 +106,13 @@ def _layout(m: Ram) -> jax.Array:
 def _changes(m: Ram, masks: Mapping[str, jax.Array]) -> dict[str, jax.Array]:
     """The masks of a state: the ground with its holes, and things below the ground."""
     ground = _placed(GROUND_TOP, _ground_lines(m))
-    holes = IS_GROUND & ~ground
+    holes = ~ground & IS_GROUND
     below = playfield(WHOLE, WHOLE, m.earth[None], mirrored=True)
     has_ladder = m.ladder != 0
     return {
         **masks,
         "platform": masks["platform"] | ground & IS_GROUND,
-        "earth": jnp.logical_and(below, IS_EARTH),
+        "earth": below & IS_EARTH,
         "ladder": masks["ladder"] & has_ladder,
         "wall": _wall(m) & has_ladder,
         "water": holes & among(m.scene, Scene.WATER),
