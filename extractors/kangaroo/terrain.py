@@ -5,7 +5,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, BoxTable, TerrainKind, TerrainMap, among, playfield
+from ocjax.authoring import WIDTH, BoxTable, TerrainKind, TerrainMap, playfield
 from ocjax.extractors.kangaroo.ram import GAME_OVER, ROM, Ram
 
 LEVELS = 3
@@ -21,10 +21,12 @@ EAST_WALL = 144  # first column of the east wall
 RUNG = 8  # columns
 MOST_PLATFORMS = 20  # of a level
 SKY = 96
-WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
-BLACK = 0
+WOOD_BITS = 0x74  # of the colours in which the wood flashes, among them black
+OTHER_BITS = 255 - WOOD_BITS
+WOODEN = tuple(c for c in range(1, 128) if c & WOOD_BITS == c != SKY)
 COVERED = 1  # pixels of objects
-SPRITE = 8  # columns
+CELL = 4  # columns of a dot
+SPRITE = 3  # dots that an object hides
 KINDS = (
     TerrainKind("wall", "wood at both sides", effect="blocks"),
     TerrainKind("platform", "floors and steps", effect="carries", category="Platform"),
@@ -112,30 +114,32 @@ def _layout(m: Ram) -> jax.Array:
 
 
 def _seen(frame: jax.Array) -> dict[str, jax.Array]:
-    """The wood is black for moments at the end of the third level."""
+    """Floors are wider than rungs. A floor behind an object has wood on both sides of it."""
     in_play = jnp.any(frame == SKY)
-    wood = (among(frame, WOODEN) | (frame == BLACK)) & in_play
-    hidden = _between(frame == COVERED, wood & IS_INSIDE)
-    floors = _in_wide_runs(wood | hidden) & wood & IS_INSIDE
-    rungs = wood & IS_INSIDE & ~floors
-    return {"wall": wood & IS_WALL, "platform": floors, "ladder": rungs}
+    wood = ((frame & OTHER_BITS) == 0) & (frame != SKY) & in_play
+    is_wood = _in_cells(wood)
+    is_hidden = _in_cells(frame == COVERED) & ~is_wood
+    is_open = _in_cells(wood & IS_INSIDE)
+    hidden = _beside(is_open, is_hidden, 1) & _beside(is_open, is_hidden, -1) & is_hidden
+    floors = jnp.repeat(_in_wide_runs(is_wood | hidden), CELL, axis=1) & wood & IS_INSIDE
+    return {"wall": wood & IS_WALL, "platform": floors, "ladder": wood & IS_INSIDE & ~floors}
 
 
-def _between(objects: jax.Array, wood: jax.Array) -> jax.Array:
-    """The pixels of objects that have wood on both sides."""
-    return _beside(wood, objects, 1) & _beside(wood, objects, -1)
+def _in_cells(pixels: jax.Array) -> jax.Array:
+    """The dots of the playfield with such a pixel, bool `[HEIGHT, 40]`."""
+    return jnp.any(pixels.reshape(HEIGHT, -1, CELL), axis=-1)
 
 
-def _beside(wood: jax.Array, objects: jax.Array, step: int) -> jax.Array:
-    """The pixels of objects between which and wood on one side are no other pixels."""
+def _beside(wood: jax.Array, hidden: jax.Array, step: int) -> jax.Array:
+    """Wood, and hidden dots that only hidden dots separate from wood on one side."""
     return functools.reduce(
-        lambda found, _: objects & jnp.roll(found | wood, step, axis=1), range(SPRITE), wood
+        lambda found, _: found | hidden & jnp.roll(found, step, axis=1), range(SPRITE), wood
     )
 
 
 def _in_wide_runs(wood: jax.Array) -> jax.Array:
-    """The pixels in stretches of a line that are wider than a rung."""
-    steps = range(RUNG + 1)
+    """The dots in stretches of a line that are wider than a rung."""
+    steps = range(RUNG // CELL + 1)
     starts = functools.reduce(jnp.logical_and, (jnp.roll(wood, -i, axis=1) for i in steps))
     return functools.reduce(jnp.logical_or, (jnp.roll(starts, i, axis=1) for i in steps))
 

@@ -43,7 +43,7 @@ KINDS = (
 )
 HEIGHT = 210  # lines of the screen
 SCREEN_LINE = np.arange(HEIGHT)[:, None]
-SCREEN_COLUMN = np.arange(WIDTH)[None]
+SCREEN_COLUMN = np.arange(WIDTH, dtype=np.int32)[None]
 IS_VISIBLE = SCREEN_COLUMN >= 8
 TREE_KINDS = 4  # of `trees`
 LEAVES_TOP = 6
@@ -62,7 +62,7 @@ HOLE_OF_LINE = np.array((*range(6, -1, -1), *range(7), 6))
 # Lines of the ladder: they read FC95 from an entry downwards; line 148 is always lit.
 LADDER_ENTRIES = (*range(11, -1, -1), 14, *range(14, -1, -1), *range(15, -1, -1))
 ENABLED = 2  # bit of ENABL
-WHOLE = np.array([255])  # a register
+WHOLE = np.array([255], np.int32)  # a register
 BRICKS = np.tile(ROM.rows(0xDB0, 16), 2)  # dots of the wall's lines, from the top
 
 
