@@ -4,8 +4,8 @@ Picture: docs/games/BankHeist.png
 
 Screen: fuel, spare cars and the loot are outside the maze. If three objects share lines, the game
 alternates them. After an explosion the streets flash. While they are as grey as banks, points and
-explosions, those objects are invisible and not valid. Walls hide dynamite. Scenery: the maze, the
-empty part of the tank, the mark beside it (the fuel level after this city), the spark that dynamite
+explosions, those objects are invisible and not valid. Walls hide dynamite. Scenery: the empty
+part of the tank, the mark beside it (the fuel level after this city), the spark that dynamite
 leaves.
 
 Slots: the game keeps four records. One is the getaway car. Each of the other three is successively
@@ -22,6 +22,8 @@ difficulties.
 Not exact: the RAM lacks the brightness of the streets on the frame of an explosion. Not covered:
 the changing colours after nine minutes without input, and the copyright line that alternates with
 the score after the game (Score is not valid then).
+
+Terrain: the walls of the city's maze, one of four. Dynamite that is hidden in them counts as wall.
 
 VEM: it reports a third police car if two touch around a corner. It misses points if the car covers
 more than about half of them.
@@ -49,7 +51,10 @@ from ocjax.authoring import (
     Saver,
     Shape,
     ShortRuns,
+    TerrainKind,
+    TerrainMap,
     among,
+    area_mask,
     bcd,
     box,
     byte,
@@ -59,6 +64,7 @@ from ocjax.authoring import (
     match,
     packed_position,
     pick,
+    playfield,
     when,
 )
 
@@ -98,28 +104,25 @@ WALL_COLORS = ROM.bytes(0xDDC, 4).tolist()  # by maze, without the brightness
 MAZE_TOP = 37
 MAZE_ROWS = 17  # of eight rows of pixels each
 MAZE_COLUMNS = 40  # of four columns of pixels each
-GATE_ROWS = (5, 9)
+MAZE_BOTTOM = 178  # below the lowest wall, which has 5 rows of pixels
+SCREEN_ROWS = 210
 STREETS = (8, 38, 152, 176)
 ICON_X = 90 + 16 * (np.arange(6) % 3)
 ICON_Y = np.where(np.arange(6) < 3, 27, 15)
 TANK_ROWS = 25
 
 
-def _read_maze_rows() -> np.ndarray:
-    """The left half of each row of the four mazes, the leftmost of 20 columns in bit 19.
-
-    The ROM has the inner 16 columns. The outer four are empty except a wall with two gates.
-    """
+def _read_mazes() -> np.ndarray:
+    """The walls of the four mazes, bool `[mazes, MAZE_ROWS, 160]`."""
     table = ROM.data[0xE00 : 0xE00 + 8 * MAZE_ROWS].reshape(MAZE_ROWS, 2, 4)
-    is_closed = ~np.isin(np.arange(MAZE_ROWS), GATE_ROWS)[:, None, None]
-    outer = np.broadcast_to(is_closed & (np.arange(4) == 3), (MAZE_ROWS, 4, 4)).astype(np.uint8)
-    middle = np.unpackbits(table[:, 0, :, None], axis=2)
-    inner = np.unpackbits(table[:, 1, :, None], axis=2, bitorder="little")
-    columns = np.concatenate([outer, middle, inner], axis=2)
-    return columns.dot(1 << np.arange(20)[::-1]).T.ravel()
+    outer = ROM.data[0xF09 : 0xF09 + MAZE_ROWS]  # empty except a wall with two gates
+    middle, inner = table.transpose(1, 2, 0)
+    return playfield(np.broadcast_to(outer, middle.shape), middle, inner, mirrored=True)
 
 
-WALLS = _read_maze_rows()  # by MAZE_ROWS * maze + row
+MAZES = _read_mazes()
+# The left half of each row, by MAZE_ROWS * maze + row; the leftmost of 20 columns is bit 19.
+WALLS = MAZES[..., :80:4].dot(1 << np.arange(20)[::-1]).ravel()
 
 SAVER_MASK = 0xF7  # the screen saver drops a bit of colours
 
@@ -279,6 +282,26 @@ def _saver_key(m: Ram) -> jax.Array:
     return jnp.where(m.saver_mask == SAVER_MASK, m.saver_key, -1)
 
 
+def _layouts() -> np.ndarray:
+    """The walls of each maze on the screen, bool `[mazes, 1, H, 160]`."""
+    rows = np.repeat(MAZES, 8, axis=1)
+    lowest = np.repeat(MAZES[:, :1], MAZE_BOTTOM - MAZE_TOP - rows.shape[1], axis=1)
+    pixels = np.concatenate([rows, lowest], axis=1)
+    return np.pad(pixels, ((0, 0), (MAZE_TOP, SCREEN_ROWS - MAZE_BOTTOM), (0, 0)))[:, None]
+
+
+def _seen(frame: jax.Array) -> dict[str, jax.Array]:
+    """The pixels in the walls' colours, in the maze's rows."""
+    return {"wall": among(frame, WALL_SHADES) & area_mask((0, MAZE_TOP, 160, MAZE_BOTTOM))}
+
+
+TERRAIN = TerrainMap(
+    kinds=(TerrainKind("wall", "the maze's walls", effect="blocks"),),
+    layouts=_layouts(),
+    layout=lambda m: m.city & 3,
+    seen=_seen,
+)
+
 GAME = Game(
     name="BankHeist",
     rom=ROM,
@@ -289,6 +312,7 @@ GAME = Game(
         rare=("Points", "Police"),
         lives=(LivesAsIcons(("Life",)),),
     ),
+    terrain=TERRAIN,
     categories=(
         Category(
             "Player", sprites(CAR_COLORS, STREETS), role="player", doc="the car, or its wreck"

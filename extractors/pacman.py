@@ -2,11 +2,10 @@
 
 Picture: docs/games/Pacman.png
 
-Screen: score and lives are below the maze. The walls, all other pixels in the wafers' colour, are
-scenery. The ghosts alternate: each is drawn on every fourth frame. The left power pills and the
-right ones alternate, eight frames each. A figure in the tunnel between top and bottom is not valid
-while it is completely hidden. On the frame on which a life begins, the screen still shows the end
-of the last one; no figure is valid.
+Screen: score and lives are below the maze. The ghosts alternate: each is drawn on every fourth
+frame. The left power pills and the right ones alternate, eight frames each. A figure in the tunnel
+between top and bottom is not valid while it is completely hidden. On the frame on which a life
+begins, the screen still shows the end of the last one; no figure is valid.
 
 RAM: the ROM is made for PAL consoles. Sources are OCAtari and ALE's source (score, lives), J.
 Mathes' disassembly of a hack (names of bytes), and the ROM's code. f0f4-f37a draws; before that,
@@ -19,6 +18,8 @@ over.
 
 Not exact: Pac-Man's width while only some of his rows are in the tunnel, and on the frame on which
 he turns around; objects that were eaten on this very frame.
+
+Terrain: the walls have the wafers' colour. All mazes are the same.
 
 VEM: it is wrong about a ghost that touches a power pill, and about figures behind a ghost.
 """
@@ -42,6 +43,8 @@ from ocjax.authoring import (
     Rom,
     Shape,
     Static,
+    TerrainKind,
+    TerrainMap,
     bcd,
     box,
     byte,
@@ -50,6 +53,7 @@ from ocjax.authoring import (
     match,
     mod,
     pick,
+    playfield,
     when,
 )
 
@@ -111,6 +115,7 @@ WAFER = 42
 VITAMIN = Static(76, 115, 8, 11, WAFER)  # below the pen
 GREEN = 86
 BLACK = 0
+SCREEN = (250, 160)
 FIELD = (0, 19, 160, 199)
 SCORE = NumberDisplay(FONT, right=103, top=207, digits=5)
 LIVES = IconRow(8, 217, width=4, height=6, pitch=8)
@@ -216,18 +221,51 @@ PILL_RULE = Cells(WAFER, WAFER_X, WAFER_Y, 4, 2, whole=False)
 
 facing = functools.partial(Category, attributes=("orientation",))
 
+EDGE = (0xFF, 0xFF, 0x7F)  # PF0, PF1 and PF2 above and below the maze
+PEN_ROW = 3
+PEN_SIDES = 0x40
+
+
+def _walls_of_maze() -> np.ndarray:
+    """The walls without wafers, bool `[H, 160]`."""
+    rows = [line for row in range(8) for line in _lines_of_row(row)]
+    maze = playfield(*np.array([*[EDGE] * 6, *rows, *[EDGE] * 4]).T, mirrored=True)
+    return np.pad(maze, ((FIELD[1], SCREEN[0] - FIELD[3]), (0, 0)))
+
+
+def _lines_of_row(row: int) -> list[tuple[int, ...]]:
+    """PF0, PF1 and PF2 of the lines of a row of the maze: bars, except at the top, and a path."""
+    parity = row & 1 ^ 1  # the drawing loop counts rows from the bottom
+    bars = _registers(0xF44 + parity, 0xE12 + parity, 0xE14 + parity)
+    pf0, pf1, pf2 = _registers(0xE0D + parity, 0xE0F + parity, 0xE10 + parity)
+    path = (pf0, pf1, PEN_SIDES if row == PEN_ROW else pf2)
+    return [*([bars] * 6 if row > 0 else []), *[path] * 16]
+
+
+def _registers(*offsets: int) -> tuple[int, ...]:
+    """PF0, PF1 and PF2 from tables in the ROM."""
+    return tuple(int(ROM.data[offset]) for offset in offsets)
+
+
+TERRAIN = TerrainMap(
+    kinds=(TerrainKind("wall", "the maze's walls", effect="blocks"),),
+    layouts=_walls_of_maze()[None, None],
+    seen=lambda frame: {"wall": frame == WAFER},
+)
+
 GAME = Game(
     name="Pacman",
     rom=ROM,
     ram=Ram,
     decode=decode,
-    screen=(250, 160),
+    screen=SCREEN,
     pal=True,
     checks=Checks(
         rare=("Vitamin",),
         # The display shows five of the digits.
         at_limits={"Score": (99_999, (100_000, 0), (123_456, 23_456))},
     ),
+    terrain=TERRAIN,
     categories=(
         facing("Player", PLAYER_RULE, role="player", doc="Pac-Man"),
         Category("Ghost", GHOST_RULE, count=4, blinks=True, doc="they are drawn in turn"),

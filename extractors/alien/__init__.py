@@ -3,7 +3,7 @@
 Picture: docs/games/Alien.png
 
 Screen: the crewman also has a flame-thrower and finds a rocket; score and lives are at the bottom.
-The prize of the bonus screen is a Rocket. The walls are scenery. The game draws the eggs of both
+The prize of the bonus screen is a Rocket. The game draws the eggs of both
 halves alternately, as missiles, so they have the colours of the sprites on their rows (`eggs.py`).
 The flame uses the pulsar's record, so the pulsar is absent while the flame-thrower fires, and the
 crewman has its colour.
@@ -28,6 +28,10 @@ these objects are not valid then. The RAM also lacks the row of an alien on the 
 it, and the crewman's rest or motion in the bonus screen. When weak aliens flash, REM has the new
 colour a frame early.
 
+Terrain: the walls of the maze, and the bars above and below the bonus screen. On the first frame of
+a life, which appears rolled up, so are the walls. Not exact: the first frame of the bonus screen,
+which has no colours yet.
+
 VEM: half of the aliens of the bonus screen have the crewman's colours. VEM identifies figures by
 colour, so it takes such an alien for the crewman, and bits of the aliens for eggs. It misses the
 smallest figures in the tunnel.
@@ -48,7 +52,6 @@ from ocjax.authoring import (
     Digits,
     Game,
     IconRow,
-    Rom,
     Shape,
     Variants,
     among,
@@ -62,9 +65,9 @@ from ocjax.authoring import (
     when,
 )
 from ocjax.extractors.alien.eggs import DISPLAY_FIGURE, STAGGER, colors_of_eggs
-from ocjax.extractors.alien.ram import Figure, Ram, Scene, Way
+from ocjax.extractors.alien.ram import ROM, Figure, Ram, Scene, Way, is_bonus, is_next_frame
+from ocjax.extractors.alien.terrain import TERRAIN
 
-ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
 FONT = ROM.font(0x1, rows=7, stride=8, dots=7)
 
 CYAN = 190
@@ -106,14 +109,13 @@ TUNNEL = 55  # its row
 TUNNEL_ENDS = (17, 136)  # columns of the player's sprite at the tunnel's ends
 LOWEST_STEP = 19  # in the bonus screen he does not step below this `y`
 OVERWRITTEN = 240  # `old_y` on frames without collision test
-NOT_DRAWN = 96  # `line` while the game prepares a frame
 
 
 def decode(m: Ram) -> dict[str, Box]:
     x = 17 + position(m.coarse, m.fine)
-    is_next = m.line == NOT_DRAWN  # the next frame is not on the screen yet
+    is_next = is_next_frame(m)
     in_maze = m.scene == Scene.MAZE
-    bonus = _is_bonus(m)
+    bonus = is_bonus(m)
     lost = jnp.where(is_next & in_maze & (m.eaten > 0), 1, 0)
     flame = _is_flame(m) & in_maze & ~is_next
     pulsar = _pulsar_box(m, x[4], _pulsar_row(m))
@@ -129,10 +131,6 @@ def decode(m: Ram) -> dict[str, Box]:
         "Score": _score(m),
         "Life": _lives_box(m, m.lives + lost),
     }
-
-
-def _is_bonus(m: Ram) -> jax.Array:
-    return (m.scene == Scene.BONUS) | (m.scene == Scene.BONUS_MOVES)
 
 
 def _last_frame(m: Ram) -> jax.Array:
@@ -169,7 +167,7 @@ def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
     way = m.ways[1]
     step = match((way == Way.UP, 1), ((way == Way.DOWN) & (m.y > LOWEST_STEP), -1), otherwise=0)
     bonus_y = m.y - when(_have_moved(m)[1], step)
-    top = jnp.where(_is_bonus(m), 196 - 2 * bonus_y, 197 - 2 * _player_y(m))
+    top = jnp.where(is_bonus(m), 196 - 2 * bonus_y, 197 - 2 * _player_y(m))
     dies = (m.dying == Figure.PLAYER) & (m.pause > 0) & (m.old_y == OVERWRITTEN)
     depth = jnp.minimum(x - TUNNEL_ENDS[0], TUNNEL_ENDS[1] - x)
     in_tunnel = (_player_y(m) == TUNNEL) & (depth < len(TUNNEL_INSETS))
@@ -185,8 +183,8 @@ def _player(m: Ram, x: jax.Array, color: jax.Array) -> Box:
 def _aliens(m: Ram, x: jax.Array) -> Box:
     extents = [jnp.tile(field, 4) for field in _alien_extents(m, x)]
     three = *extents[:4], jnp.where(np.arange(12) < 3, extents[4], 0)
-    sides = (jnp.where(_is_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
-    color = jnp.where(_is_bonus(m), jnp.tile(m.colors[1:], 2), jnp.tile(m.colors[:3], 4))
+    sides = (jnp.where(is_bonus(m), b, a) for a, b in zip(three, _pairs(m), strict=True))
+    color = jnp.where(is_bonus(m), jnp.tile(m.colors[1:], 2), jnp.tile(m.colors[:3], 4))
     return box(*sides, color=color).clip(8, 0, 160, 210)
 
 
@@ -242,7 +240,7 @@ def _rocket_box(m: Ram, x: jax.Array) -> Box:
     found = (m.rocket_y > 0) & (m.scene == Scene.MAZE)
     rocket = box(x, 197 - 2 * m.rocket_y, 8, 5, found, color=m.colors[Figure.ROCKET])
     prize = box(77, 19, 8, 5, m.prize > 0, color=m.colors[0])
-    return choose(_is_bonus(m), prize, rocket)
+    return choose(is_bonus(m), prize, rocket)
 
 
 def _eggs(m: Ram, colors: jax.Array) -> Box:
@@ -298,6 +296,7 @@ GAME = Game(
         },
         source="play of all modes in the emulator",
     ),
+    terrain=TERRAIN,
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="crewman"),
         Category("Alien", ALIENS_RULE, count=12, doc="cyan, yellow, pink; all are blue while weak"),

@@ -1,6 +1,12 @@
 """Alien's RAM."""
 
-from ocjax.authoring import RamMap, bits, byte
+import jax
+from ocjax.authoring import RamMap, Rom, bits, byte
+
+ROM = Rom("alien", "f1a0a23e6464d954e3a9579c4ccd01c8")
+NOT_DRAWN = 96  # `line` while the game prepares a frame
+DRAWN = 255  # `line` after the drawing
+LONGEST_PAUSE = 30
 
 
 class Scene:  # of `Ram.scene`
@@ -49,3 +55,18 @@ class Ram(RamMap):
     pulsars = byte(103)  # left
     pause = byte(106)
     colors = byte(*range(117, 124))  # of the figures, aliens first, and of the display
+
+
+def is_bonus(m: Ram) -> jax.Array:
+    return (m.scene == Scene.BONUS) | (m.scene == Scene.BONUS_MOVES)
+
+
+def is_next_frame(m: Ram) -> jax.Array:
+    """True if the RAM belongs to the next frame, which is not on the screen yet."""
+    return m.line == NOT_DRAWN
+
+
+def is_rolled(m: Ram) -> jax.Array:
+    """True for the first frame of a life, which the emulator shows 39 rows too high."""
+    starts = (m.pause == LONGEST_PAUSE) & (m.dying == Figure.PULSAR)
+    return starts & (m.line == DRAWN) & (m.scene == Scene.MAZE)

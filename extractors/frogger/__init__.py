@@ -2,10 +2,10 @@
 
 Picture: docs/games/Frogger.png
 
-Screen: green strips of eight columns at both edges hide cars and swimmers under them. The verges,
-the banks and the marks at the left edge are scenery. On odd frames, the frog's lane shows only the
-frog. The same holds for a lane with the lady frog, and for a lane with a snake on a log. Bays show
-a guest on odd frames and frogs on even ones.
+Screen: green strips of eight columns at both edges hide cars and swimmers under them. The marks at
+the left edge are scenery. On odd frames, the frog's lane shows only the frog. The same holds for a
+lane with the lady frog, and for a lane with a snake on a log. Bays show a guest on odd frames and
+frogs on even ones.
 
 Slots: a lane has two sprites of one to three copies. Car has lane * 6 + sprite * 3 + copy for the
 four lanes of cars, lowest lane first, then the two trucks. Turtle has the lower lane's six, then
@@ -24,6 +24,9 @@ RAM); all modes and difficulties, lost lives, the end of the game.
 Not exact: on the frame on which the frog jumps, the RAM already has its new picture. When it comes
 home, the RAM has lost the fly that it took, and the positions of the two restarted lanes if they
 also took a step.
+
+Terrain: banks, bays, water, verges, road and the strips at the edges, the same in all levels. Logs
+and turtles are objects on the water.
 
 VEM: it reads the old score on the frame on which the frog jumps forward. The frog hides a part of
 the snake on the verge.
@@ -71,6 +74,7 @@ from ocjax.authoring import (
 )
 from ocjax.extractors.frogger.drawn import Drawn, as_drawn, column
 from ocjax.extractors.frogger.ram import ROM, FrogColor, Guest, Lane, Picture, Ram, River, Verge
+from ocjax.extractors.frogger.terrain import TERRAIN
 
 FONT = ROM.font(0xF01, rows=7, stride=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=72, top=1, digits=4)
@@ -307,6 +311,7 @@ GAME = Game(
         },
         source="ALE's source code, and play of all modes in the emulator",
     ),
+    terrain=TERRAIN,
     categories=(
         facing(
             "Frog",

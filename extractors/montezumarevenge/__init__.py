@@ -15,6 +15,8 @@ skulls move at F8C0-F9F0 of the first bank, before a room is drawn (second bank,
 explorer moves after the drawing, at F159-F75D; `_explorer_box` undoes this. The game chooses his
 picture in between, for the next frame.
 
+Terrain: rock, bricks, ladders and the like, also in the dark, where the pixels do not show them.
+
 Covered: all rooms of the three pyramids (by writing RAM), lit and dark, traps, the end.
 
 Not exact, because the RAM does not have it: whether a wall stopped a step, where the explorer
@@ -68,9 +70,12 @@ from ocjax.extractors.montezumarevenge.rooms import (
     FORCE_COLOR,
     GOLD,
     PARTS_BY_CATEGORY,
+    ROPE_ROOMS,
+    ROPES,
     RULES,
     room_parts,
 )
+from ocjax.extractors.montezumarevenge.terrain import TERRAIN
 
 FONT = ROM.font(0xC08, rows=8, top_first=True)
 SCORE = NumberDisplay(FONT, right=104, top=6, digits=6)
@@ -86,8 +91,6 @@ LOWER_ROOMS = (0, 7, 12, 17, 18)  # rooms that begin a row later
 SKULL_ROOMS = (1, 5, 18)
 SKULL_BASES = (0, 406, 0, 0, 0, 358, 309)  # row of a skull with `skull_y` 0, by room; last: 18
 FAR_ROOM = 18  # a rolling skull's columns are counted from the left here
-ROPE_ROOMS = (1, 5, 8, 14)
-ROPES = ((112, 96, 113, 135), (41, 97, 42, 122), (80, 96, 81, 147), (71, 96, 72, 144))
 BEAM_ROOMS = (0, 7)
 BEAM_X = np.array((16, 36, 44, 60, 68, 88, 96, 112, 120, 140))
 BEAM_TOPS = (56, 57, 54, 55)  # by phase
@@ -344,6 +347,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    terrain=TERRAIN,
     checks=Checks(
         rare=("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
     ),

@@ -23,6 +23,8 @@ ROCK_COLORS, RUNG_COLORS = ROM.bytes(0x1DFF, 12).reshape(2, 6).tolist()
 EXPLORER_COLORS = (70, 74, 76, 250)  # he may stand in front of rock and rungs
 GOLD = 252
 FORCE_COLOR = 138
+ROPE_ROOMS = (1, 5, 8, 14)
+ROPES = ((112, 96, 113, 135), (41, 97, 42, 122), (80, 96, 81, 147), (71, 96, 72, 144))
 
 
 class Mark(NamedTuple):
@@ -200,7 +202,7 @@ def room_parts(m: Ram, drawn: jax.Array, lit: jax.Array) -> dict[str, Box]:
     every = ALL_PLACES.at(SLOT_COUNT * m.room + np.arange(SLOT_COUNT), valid=m.room < ROOM_COUNT)
     shut = jnp.stack([m.left_door, m.right_door]) == Picture.DOOR
     # Bridges are lit in the dark, too.
-    there = {"Barrier": lit & shut, "Disappearing_Platform": drawn & _bridged(m)}
+    there = {"Barrier": lit & shut, "Disappearing_Platform": drawn & bridged(m)}
     return {
         name: _in_slots(every[slots].where(there.get(name, lit)), RULES[name].slots)
         for name, slots in SLOTS_BY_CATEGORY.items()
@@ -213,6 +215,7 @@ def _in_slots(some: Box, slots: int) -> Box:
     return jax.tree.map(lambda v: jnp.pad(v, (0, missing)) if v.ndim else v, some)
 
 
-def _bridged(m: Ram) -> jax.Array:
+def bridged(m: Ram) -> jax.Array:
+    """True while bridges are there."""
     turn = m.clock & 127
     return (turn == BRIDGES_GO) | ((m.off == 0) & (turn != BRIDGES_COME))

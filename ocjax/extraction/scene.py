@@ -1,7 +1,7 @@
 """Terrain of states and frames: compiles a game's `TerrainMap` to functions of a batch."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import jax
@@ -142,14 +142,15 @@ def from_frames(
     same_thing = {kind.category for kind in terrain.kinds}
     covers = np.array([c.name not in same_thing for c in game.categories])[game.slot_category]
 
-    def seen(frame: jax.Array) -> jax.Array:
-        return _stacked(terrain.seen(frame), terrain.names)
+    def seen(frame: jax.Array, *boxes: jax.Array) -> jax.Array:
+        return _stacked(terrain.seen(frame, *boxes), terrain.names)
 
     def of_chunk(frames: jax.Array) -> jax.Array:
         objects = vem(frames)
         owners = owners_of(game, objects.xywh, objects.valid & covers[None], frames)
         shown = frames if game.saver is None else restored(frames, game.saver, game.categories)
-        return _strict(seen)(jnp.where(owners == NOBODY, shown & EVEN, jnp.uint8(COVERED)))
+        terrain_only = jnp.where(owners == NOBODY, shown & EVEN, jnp.uint8(COVERED))
+        return _strict(seen)(terrain_only, *_in_boxes(objects, terrain.boxes, game))
 
     def extract(frames: jax.Array) -> Terrain:
         return Terrain(None, batches.in_chunks(of_chunk, frames, CHUNK), game)
@@ -165,12 +166,25 @@ def from_frames(
     return of_any
 
 
-def _strict(one: Callable[[jax.Array], jax.Array]) -> Callable[[jax.Array], jax.Array]:
+def _in_boxes(objects: Objects, names: Sequence[str], game: Declaration) -> Iterator[jax.Array]:
+    """The pixels in the boxes of each category, bool `[B, H, 160]`."""
+    height, width = game.screen
+    rows = np.arange(height, dtype=np.int16).reshape(1, 1, -1, 1)
+    columns = np.arange(width, dtype=np.int16).reshape(1, 1, 1, -1)
+    for name in names:
+        slots = game.slices[name]
+        left, top, w, h = jnp.moveaxis(objects.xywh[:, slots, :, None, None], 2, 0)
+        in_rows = (rows >= top) & (rows < top + h)
+        in_columns = (columns >= left) & (columns < left + w)
+        yield (in_rows & in_columns).any(axis=1)
+
+
+def _strict(one: Callable[..., jax.Array]) -> Callable[..., jax.Array]:
     """Map a function of one state over a batch, with strict types."""
 
-    def checked(state: jax.Array) -> jax.Array:
+    def checked(*state: jax.Array) -> jax.Array:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):
-            return one(state)
+            return one(*state)
 
     return jax.vmap(checked)
 

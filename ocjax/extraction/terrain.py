@@ -1,6 +1,6 @@
 """The declaration of a game's terrain: its walls, ladders, water and scenery."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ EFFECTS = ("blocks", "carries", "kills")
 DRAWN = ("playfield", "background", "sprites")
 COVERED = 1  # an odd palette index, instead of the pixels of objects in `TerrainMap.seen`
 
-Masks = Mapping[str, jax.Array]  # bool [H, 160] of each kind
+Masks = dict[str, jax.Array]  # bool [H, 160] of each kind
 
 
 @dataclass(frozen=True)
@@ -45,18 +45,21 @@ class TerrainMap:
         kinds: all kinds.
         layouts: the layouts that the ROM holds, bool `[layouts, kinds, H, 160]`.
         seen: finds each kind in a frame, uint8 `[H, 160]` of even palette indices. The pixels of
-            objects are `COVERED`, except objects of the kinds' categories.
+            objects are `COVERED`, except objects of the kinds' categories. For each name in `boxes`
+            it also gets the pixels in the boxes of this category, bool `[H, 160]`.
         layout: index of a state's layout, from the wrapped RAM of one state; None if there is one
             layout.
         changes: the masks of a state, from its wrapped RAM and the masks of its layout, if play
             changes the terrain; None if it does not.
+        boxes: categories whose boxes `seen` gets.
     """
 
     kinds: Sequence[TerrainKind]
     layouts: np.ndarray
-    seen: Callable[[jax.Array], Masks]
+    seen: Callable[..., Masks]
     layout: Callable[[Any], jax.Array] | None = None
     changes: Callable[[Any, Masks], Masks] | None = None
+    boxes: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -77,6 +80,9 @@ class TerrainMap:
                 return f"{kind.name}: effect must be of {EFFECTS} and drawn of {DRAWN}, got {kind}"
             if kind.category is not None and kind.category not in categories:
                 return f"{kind.name}: {kind.category!r} is not a category"
+        unknown = set(self.boxes) - categories
+        if unknown:
+            return f"boxes: no categories are named {sorted(unknown)}"
         expected = (len(self.kinds), height, WIDTH)
         if self.layouts.dtype != np.bool_ or self.layouts.shape[1:] != expected:
             return (

@@ -5,7 +5,7 @@ Picture: docs/games/Amidar.png
 Screen: in odd levels the player is a gorilla among warriors, in even levels a roller among pigs. A
 jump turns the others into shadows. The last corner turns them into chickens. A caught figure
 becomes a shadow. Shadows are black: their boxes are the missing pixels of the maze. A shadow on the
-last line walks below it and is invisible. The maze, painted or not, is scenery.
+last line walks below it and is invisible.
 
 Two sprites draw all figures. If more than two figures are within 18 rows, the player has priority,
 and each of the others has it on one of four frames. Therefore 2 % of the figures (4 to 6 % of
@@ -40,6 +40,10 @@ step). On the frame on which a life or level ends, all records are already set f
 so no figure is valid. After a reset two frames are blank. On the next frame, only the top-line
 figure that has priority, of three, is valid.
 
+Terrain: `path` is the lines and ladders, the same in all levels. `paint` is the lines that the
+player has painted, and the boxes between them that are full. The drawing loop alternates rows of
+the two. The game paints after it draws the frame, so new paint is a frame early.
+
 VEM: it reads 9 to 11 lives. It reports too many figures when figures of a kind overlap diagonally.
 """
 
@@ -61,27 +65,22 @@ from ocjax.authoring import (
     KindEntry,
     Kinds,
     NumberDisplay,
-    RamMap,
-    Rom,
     Shape,
     Word,
     among,
-    bcd,
-    bits,
     box,
-    byte,
     choose,
     display,
     div,
     edges,
-    flag,
     match,
     mod,
     pick,
     when,
 )
+from ocjax.extractors.amidar.ram import LONGEST_WAIT, ROM, Ram, is_beginning, is_blank
+from ocjax.extractors.amidar.terrain import TERRAIN
 
-ROM = Rom("amidar", "acb7750b4d0c4bd34969802a7deb2990")
 FONT = ROM.font(0xA13, rows=7, stride=8, dots=7)
 SPEEDS = ROM.bytes(0xA0B, 8).tolist()  # by level, how often of 256 the others take a third step
 
@@ -95,8 +94,6 @@ class Kind:  # of `Ram.kind`
 
 SHADOW_DRAWN = 16 * Kind.SHADOW + 7  # `drawn` of a shadow, on both lines and ladders
 NO_FIGURE = 255  # `y`
-UNSORTED = 2  # `player` on the frame on which all records have been reset
-LONGEST_WAIT = 255
 TWINS = 2  # `rank` of two figures other than the player and the tracer
 SLOT_OF_RANK = (0, 1, 2, 4)  # the second twin has slot 3
 TRACER_SLOT = 5
@@ -186,34 +183,6 @@ def _gaps() -> tuple[tuple[int, int, int, int], ...]:
         for left, right in itertools.pairwise(lefts)
     ]
     return (*rows, *sides, *holes)
-
-
-class Ram(RamMap):
-    frames = byte(0)  # since the reset
-    frame = bits(0, count=2)
-    drawn = byte(50, 51)  # last picture of the two sprites, 16 * kind + 0 or 7
-    y = byte(*range(59, 66))  # y - 7
-    x = byte(*range(66, 73))  # x - 9
-    rank = bits(*range(73, 80), count=2)  # frame of four on which the figure has priority
-    vertical = flag(*range(73, 80), bit=2)  # walks on a ladder
-    mark = flag(*range(73, 80), bit=3)  # goes left along lines
-    kind = bits(*range(73, 80), first=4, count=3)
-    back = flag(*range(73, 80), bit=7)  # left or, on ladders, down
-    tracer = byte(80)  # record of the figure that walks along the border, clockwise
-    icons = bits(86, count=2)
-    lives = bits(86, count=4)
-    carry = bits(86, first=1)
-    level = bits(86, first=2, count=3)
-    playing = flag(86, bit=5)
-    over = flag(86, bit=7)
-    player = byte(87)  # its record
-    pace = byte(88)  # sum of the others' speeds
-    score = bcd((91, 90, 89))
-    turn = byte(92)  # counts 5 to 1: others, player, others, player, perhaps others
-    wait = byte(94)  # frames before play, or of a jump
-    stick = byte(112)  # the joystick, in the high nibble; after turn 3 constants take its place
-    gained = bcd(115)  # after the frame was drawn
-    called = byte(124)  # return address of the last call of the player's step: still on the stack
 
 
 # A figure as drawn, in one number: a single maximum finds the record of a slot.
@@ -316,14 +285,13 @@ def _as_drawn(m: Ram) -> Drawn:
     player_crosses = jnp.any(own & crossing)
     stepped = jnp.where(own, _player_stepped(m, player_crosses), _others_stepped(m))
     step = when(stepped, jnp.where(back, 1, -1))
-    begins = ~m.playing & ~m.over & (m.player == UNSORTED)
     return Drawn(
         own=own,
         unused=unused,
         x=m.x + OUR_X + when(~upright, step),
         y=m.y + OUR_Y - when(upright, step),
-        begins=begins,
-        blank=begins & (m.wait == LONGEST_WAIT) | (m.y[0] == 0),
+        begins=is_beginning(m),
+        blank=is_blank(m),
     )
 
 
@@ -508,6 +476,7 @@ GAME = Game(
         agreement={"lost": 0.39, "modes": 0.95},
         at_limits={"Score": (99_999, 100_000, 123_456)},  # six digits begin a row earlier
     ),
+    terrain=TERRAIN,
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="gorilla or roller"),
         *OTHERS.categories,

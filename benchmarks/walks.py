@@ -1,0 +1,436 @@
+"""Walk planned paths in the emulator, to test that a game's terrain tells where the player can go.
+
+    python benchmarks/walks.py [GAME ...] [--walks 100] [--seed 0] [--markdown FILE]
+
+Each walk begins in a state of random play. A path on the terrain leads from the player to a random
+reachable place at least 40 pixels away, and the joystick follows it. After a death the walk begins
+again, at most three times. Columns, in percent of all walks: `arrived` within four pixels of the
+place, `blocked` (the player pressed on for two seconds and did not move), `died` (four times) and
+`late` (did not arrive in time). `length` is the mean length of the paths in pixels.
+
+The planner is a recipe: nodes are positions of the player's body, and SciPy finds the shortest
+paths.
+"""
+
+import argparse
+import collections
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import ale_py
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from scipy import ndimage, sparse
+from scipy.sparse import csgraph
+
+import ocjax
+from ocjax.console.boxes import Area
+from ocjax.console.playfield import area_mask
+from ocjax.console.rom_files import rom_path
+from ocjax.evaluation import tables
+
+ACTIONS = {(0, 0): 0, (0, -1): 2, (1, 0): 3, (-1, 0): 4, (0, 1): 5}  # by step, in ALE
+LADDERS = ("ladder", "shaft")
+ROPES = ("rope", "pole", "vine")
+CLIMBED = LADDERS + ROPES
+DASHED = ("conveyor", "bridge")  # floors that are drawn with gaps
+LEAST_DISTANCE = 40
+NEAR = 4  # pixels from the place
+TRIES = 4
+PATIENCE = 120  # frames without a move
+FRAMES_PER_PIXEL = 8
+LADDER_GAP = 10  # pixels between rails
+SETTLE = 60  # frames without action before a walk on floors
+MOST_SNAP = 6  # pixels from the player to a node
+HEADER = ("game", "walks", "arrived", "blocked", "died", "late", "length")
+
+
+@dataclass(frozen=True)
+class Walker:
+    """How the player of a game moves.
+
+    Args:
+        body: width and height that walls stop.
+        moves: "free" in four directions, on "lines", or on "floors" and ladders.
+        lookahead: pixels of the path that decide the direction. In games where the stick chooses
+            the next turn, more than 1.
+        player: category of the player.
+        kept: bytes of RAM that are written before each frame, to keep enemies away.
+        plays: bytes of RAM in which the player is alive and moves.
+        step: most pixels between floors that the player walks over.
+        grip: most pixels between the middles of the player and a ladder.
+        foot: width of the body's middle that must be above a floor.
+        area: left, top, right and bottom of the field, without the outside that tunnels lead to;
+            None if walls enclose it.
+    """
+
+    body: tuple[int, int]
+    moves: str = "free"
+    lookahead: int = 1
+    player: str = "Player"
+    kept: Mapping[int, int] = field(default_factory=dict)
+    step: int = 2
+    grip: int = 2
+    plays: Mapping[int, int] = field(default_factory=dict)
+    foot: int = 2
+    area: Area | None = None
+
+
+# Ms. Pac-Man's ghosts, in the middle of the pen: their modes, columns and rows.
+PENNED: dict[int, int] = {
+    **dict.fromkeys(range(1, 5), 112),
+    **dict.fromkeys(range(6, 10), 88),
+    **dict.fromkeys(range(12, 16), 72),
+}
+# Pac-Man's ghosts, in the pen.
+CAUGHT: dict[int, int] = {
+    **dict.fromkeys(range(50, 54), 76),
+    **dict.fromkeys(range(55, 59), 33),
+    **dict.fromkeys(range(60, 64), 0),
+}
+PLAYER_ONLY = {92: 4}  # Amidar: every turn is the player's, so the others stand still
+# Bank Heist: banks outside the maze instead of police, no dynamite, a full tank.
+NO_DANGER: dict[int, int] = {
+    **dict.fromkeys(range(9, 12), 200),
+    **dict.fromkeys(range(24, 27), 253),
+    63: 1,
+    86: 0,
+}
+# Alien: no aliens, and no eaten eggs, so the maze never ends.
+NO_ALIENS: dict[int, int] = {**dict.fromkeys(range(42, 45), 0), 91: 0}
+WALKERS = {
+    "Alien": Walker((8, 13), lookahead=4, kept=NO_ALIENS, area=(16, 5, 144, 173)),
+    "Amidar": Walker((4, 3), "lines", lookahead=4, kept=PLAYER_ONLY),
+    "BankHeist": Walker((8, 8), lookahead=4, kept=NO_DANGER, area=(16, 37, 144, 178)),
+    "MontezumaRevenge": Walker(body=(8, 20), moves="floors", grip=1, kept={46: 8}, plays={2: 4}),
+    "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
+    "Pacman": Walker((8, 14), lookahead=4, kept=CAUGHT, area=(0, 25, 160, 195)),
+}
+
+
+# --------------------------------------------------------------------------------------------------
+# plans
+
+
+def free_positions(blocked: np.ndarray, body: tuple[int, int]) -> np.ndarray:
+    """Positions of the body's upper left corner at which it covers no blocked pixel, `[H, W]`."""
+    width, height = body
+    padded = np.pad(blocked, ((0, height), (0, width)), constant_values=True)
+    total = np.pad(padded.cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    h, w = blocked.shape
+    in_rows = total[height : height + h] - total[:h]
+    covered: Any = in_rows[:, width : width + w] - in_rows[:, :w]
+    return covered == 0
+
+
+def kinds_of(game: Any, masks: np.ndarray, effect: str, names: tuple[str, ...] = ()) -> np.ndarray:
+    """Pixels of the kinds with an effect, and of these names if some are given, bool `[H, W]`."""
+    chosen = [kind.effect == effect and (not names or kind.name in names) for kind in game.terrain]
+    return np.asarray(masks[chosen].any(axis=0))
+
+
+def nodes_and_edges(
+    game: Any, masks: np.ndarray, walker: Walker
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes, bool `[H, W]`, and edges with their costs: int `[n, 2]` of flat positions, `[n]`."""
+    blocked = kinds_of(game, masks, "blocks")
+    if walker.moves == "lines":
+        blocked = ~without_gaps(kinds_of(game, masks, "carries"))
+    if walker.area is not None:
+        blocked = blocked | ~area_mask(walker.area, game.screen[0])
+    if walker.moves != "floors":
+        free = free_positions(blocked, walker.body)
+        depth = np.asarray(ndimage.distance_transform_cdt(np.pad(free, 1), "taxicab"))
+        room = np.minimum(depth[1:-1, 1:-1], 6)
+        return free, *edges_between(free, free, 1.0 + 2 * (6 - room), across=True, down=True)
+    width, height = walker.body
+    carries = kinds_of(game, masks, "carries")
+    climbed = kinds_of(game, masks, "carries", CLIMBED)
+    floors = blocked | (carries & ~climbed) | filled(kinds_of(game, masks, "carries", DASHED))
+    free = free_positions(blocked, walker.body)
+    foot_left = (width - walker.foot) // 2
+    no_floor = moved_left(free_positions(floors, (walker.foot, 1)), foot_left)
+    stands = free & ~shifted(no_floor, height) & shifted(no_floor, height - 1)
+    ladders = moved_left(
+        middles_of_runs(kinds_of(game, masks, "carries", LADDERS), walker.grip), width // 2
+    )
+    ropes = moved_left(
+        middles_of_runs(kinds_of(game, masks, "carries", ROPES), walker.grip), width // 2
+    )
+    on_ladder = shifted(np.asarray(ndimage.maximum_filter1d(ladders, 3, axis=0)), height - 1)
+    climbs = on_ladder | (ropes & shifted(ropes, height - 1))
+    flat = np.ones(free.shape)
+    sideways = edges_between(stands, stands, flat, across=True, down=False, step=walker.step)
+    upright = edges_between(climbs | stands, climbs, flat, across=True, down=True)
+    pairs = np.concatenate([sideways[0], upright[0]])
+    return stands | climbs, pairs, np.concatenate([sideways[1], upright[1]])
+
+
+def filled(mask: np.ndarray) -> np.ndarray:
+    """The boxes around pixels that are close to each other."""
+    out = np.zeros_like(mask)
+    near = ndimage.binary_dilation(mask, np.ones((5, 2 * LADDER_GAP + 1)))
+    labels, _ = ndimage.label(near)  # pyright: ignore
+    for box in ndimage.find_objects(labels):
+        ys, xs = np.nonzero(mask[box])
+        top, left = box[0].start, box[1].start
+        out[top + ys.min() : top + ys.max() + 1, left + xs.min() : left + xs.max() + 1] = True
+    return out
+
+
+def moved_left(mask: np.ndarray, columns: int) -> np.ndarray:
+    """The mask read so many columns further right; False beside the screen."""
+    return np.pad(mask, ((0, 0), (0, columns)))[:, columns:]
+
+
+def middles_of_runs(mask: np.ndarray, most: int) -> np.ndarray:
+    """Pixels at most so far from the middle of a run of a row; runs may have gaps of a ladder."""
+    out = np.zeros_like(mask)
+    for y, row in enumerate(mask):
+        columns = np.flatnonzero(row)
+        for run in np.split(columns, np.flatnonzero(np.diff(columns) > LADDER_GAP) + 1):
+            if len(run):
+                middle = (run[0] + run[-1] + 1) // 2
+                out[y, max(middle - most, 0) : middle + most + 1] = True
+    return out
+
+
+def without_gaps(mask: np.ndarray) -> np.ndarray:
+    """The mask with gaps of a row filled."""
+    return np.asarray(ndimage.binary_closing(mask, np.ones((3, 1))), bool)
+
+
+def shifted(mask: np.ndarray, rows: int) -> np.ndarray:
+    """The mask read so many rows further down; True below the screen."""
+    return np.pad(mask, ((0, rows), (0, 0)), constant_values=True)[rows:]
+
+
+def edges_between(
+    start: np.ndarray, end: np.ndarray, cost: np.ndarray, *, across: bool, down: bool, step: int = 0
+) -> tuple[np.ndarray, np.ndarray]:
+    """Edges of one pixel in both directions, and their costs.
+
+    With `step`, an edge across may also go so many rows up or down.
+    """
+    h, w = start.shape
+    number = np.arange(h * w).reshape(h, w)
+    pairs = []
+    offsets = [(dy, 1) for dy in range(-step, step + 1)] if across else []
+    for dy, dx in [*offsets, *([(1, 0)] if down else [])]:
+        rows, below = slice(max(-dy, 0), h - max(dy, 0)), slice(max(dy, 0), h + min(dy, 0))
+        one = start[rows, : w - dx] & end[below, dx:] | end[rows, : w - dx] & start[below, dx:]
+        pairs.append(np.stack([number[rows, : w - dx][one], number[below, dx:][one]], axis=1))
+    both = np.concatenate([*pairs, *(pair[:, ::-1] for pair in pairs)])
+    return both, cost.ravel()[both[:, 1]]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The shortest ways from all nodes to one place, as flat positions."""
+
+    ahead: np.ndarray  # the next node of the way, negative at the place and off the ways
+    distance: np.ndarray
+    shape: tuple[int, int]
+
+    @classmethod
+    def to(cls, place: int, nodes: np.ndarray, pairs: np.ndarray, costs: np.ndarray) -> "Plan":
+        """Plan all ways to a place."""
+        size = nodes.size
+        graph = sparse.coo_array((costs, (pairs[:, 1], pairs[:, 0])), (size, size)).tocsr()
+        distance, ahead = csgraph.dijkstra(graph, indices=place, return_predecessors=True)
+        return cls(ahead, distance, nodes.shape)
+
+    def way(self, start: int, most: int) -> np.ndarray:
+        """The next nodes from a node on, as (x, y) `[n, 2]`, at most `most`."""
+        nodes = [start]
+        while len(nodes) <= most and self.ahead[nodes[-1]] >= 0:
+            nodes.append(int(self.ahead[nodes[-1]]))
+        y, x = np.divmod(np.array(nodes), self.shape[1])
+        return np.stack([x, y], axis=1)
+
+    def nearest(self, x: int, y: int) -> int | None:
+        """The node with a way that is nearest to a position, if there is one near."""
+        h, w = self.shape
+        top, left = max(y - MOST_SNAP, 0), max(x - MOST_SNAP, 0)
+        ys, xs = np.mgrid[top : min(y + MOST_SNAP + 1, h), left : min(x + MOST_SNAP + 1, w)]
+        off = np.abs(ys - y) + np.abs(xs - x) + 1e9 * np.isinf(self.distance[ys * w + xs])
+        if off.size == 0 or off.min() >= 1e9:
+            return None
+        return int((ys * w + xs).ravel()[off.argmin()])
+
+
+# --------------------------------------------------------------------------------------------------
+# walks
+
+
+class Player:
+    """A game in the emulator, and where its player is."""
+
+    def __init__(self, name: str, seed: int) -> None:
+        self.game: Any = ocjax.load(name)
+        self.walker = WALKERS[name]
+        self._slot = self.game.slices[self.walker.player].start
+        ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
+        self.ale = ale_py.ALEInterface()
+        self.ale.setInt("random_seed", seed)
+        self.ale.setFloat("repeat_action_probability", 0.0)
+        self.ale.loadROM(rom_path(self.game.rom))
+        self.rng = np.random.default_rng(seed)
+
+    def act(self, action: int) -> None:
+        """Emulate a frame."""
+        for address, value in self.walker.kept.items():
+            self.ale.setRAM(address, value)
+        self.ale.act(action)
+
+    def position(self) -> tuple[int, int] | None:
+        """The upper left corner of the player's body, or None."""
+        objects = self.game.rem(self.ale.getRAM())
+        if not bool(objects.valid[self._slot]):
+            return None
+        x, y, w, h = np.asarray(objects.xywh[self._slot]).astype(int).tolist()
+        width, height = self.walker.body
+        left = x + (w - width) // 2
+        return left, (y + h - height if self.walker.moves == "floors" else y + (h - height) // 2)
+
+    def settled(self) -> tuple[int, int] | None:
+        """The position, on floors after some frames without action, if he stands still then."""
+        if self.walker.moves != "floors":
+            return self.position()
+        lives = self.ale.lives()
+        places = []
+        for _ in range(SETTLE):
+            places.append(self.position())
+            self.act(ACTIONS[(0, 0)])
+        ram = self.ale.getRAM()
+        alive = all(ram[address] == value for address, value in self.walker.plays.items())
+        stood = places[SETTLE // 2] == places[-1] and alive
+        return places[-1] if stood and self.ale.lives() == lives else None
+
+    def masks(self) -> np.ndarray:
+        """The terrain, bool `[kinds, H, W]`."""
+        return np.asarray(self.game.terrain_of(self.ale.getRAM()).masks)
+
+    def play(self, frames: int) -> None:
+        """Play at random, each action for 4 to 16 frames; begin again after the end."""
+        actions = [int(action.value) for action in self.ale.getMinimalActionSet()]
+        while frames > 0:
+            if self.ale.game_over():
+                self.ale.reset_game()
+            action, hold = self.rng.choice(actions), int(self.rng.integers(4, 17))
+            for _ in range(hold):
+                self.act(int(action))
+            frames -= hold
+
+
+def drawn_place(player: Player, plan_from: Plan, nodes: np.ndarray, start: int) -> int | None:
+    """A random reachable place far enough from a node."""
+    y, x = np.divmod(np.flatnonzero(nodes), nodes.shape[1])
+    begin_y, begin_x = divmod(start, nodes.shape[1])
+    reachable = np.isfinite(plan_from.distance[np.flatnonzero(nodes)])
+    far = np.hypot(x - begin_x, y - begin_y) >= LEAST_DISTANCE
+    places = np.flatnonzero(nodes)[reachable & far]
+    return int(player.rng.choice(places)) if len(places) else None
+
+
+def outcome(player: Player, plan: Plan, place: int, length: int) -> str:
+    """Follow a plan from the present state: "arrived", "blocked", "died" or "late"."""
+    goal_y, goal_x = divmod(place, plan.shape[1])
+    lives, still, last = player.ale.lives(), 0, (-1, -1)
+    for _ in range(FRAMES_PER_PIXEL * length + 2 * PATIENCE):
+        at = player.position()
+        if player.ale.game_over() or player.ale.lives() < lives:
+            return "died"
+        if at is None:
+            player.act(0)
+            continue
+        if max(abs(at[0] - goal_x), abs(at[1] - goal_y)) <= NEAR:
+            return "arrived"
+        still = still + 1 if at == last else 0
+        if still > PATIENCE:
+            return "blocked"
+        last, node = at, plan.nearest(*at)
+        player.act(ACTIONS[(0, 0)] if node is None else direction(plan, node, player.walker))
+    return "late"
+
+
+def direction(plan: Plan, node: int, walker: Walker) -> int:
+    """The action that leads along the way from a node.
+
+    On floors the player climbs as soon as the ladder is within his grip.
+    """
+    on_floors = walker.moves == "floors"
+    way = plan.way(node, walker.grip + 1 if on_floors else walker.lookahead)
+    moves = np.sign(np.diff(way, axis=0))
+    if not len(moves):
+        return ACTIONS[(0, 0)]
+    upright = moves[moves[:, 1] != 0]
+    x, y = (upright[0] if on_floors and len(upright) else moves[-1]).tolist()
+    return ACTIONS[(0, y) if y else (x, 0)]
+
+
+def walk(player: Player) -> tuple[str, int] | None:
+    """Walk once from the present state; the outcome and the path's length, or None without one."""
+    at = player.settled()
+    if at is None:
+        return None
+    nodes, pairs, costs = nodes_and_edges(player.game, player.masks(), player.walker)
+    around = Plan(np.zeros(0), np.where(nodes, 0.0, np.inf).ravel(), nodes.shape)
+    start = around.nearest(*at)
+    if start is None:
+        return None
+    place = drawn_place(player, Plan.to(start, nodes, pairs, costs), nodes, start)
+    if place is None:
+        return None
+    plan = Plan.to(place, nodes, pairs, costs)
+    length = len(plan.way(start, 2000)) - 1
+    state = player.ale.cloneState()
+    result = "died"
+    for _ in range(TRIES):
+        result = outcome(player, plan, place, length)
+        player.ale.restoreState(state)
+        if result != "died":
+            break
+        for _ in range(int(player.rng.integers(0, 16))):
+            player.act(0)
+    player.ale.restoreState(state)
+    return result, length
+
+
+def measure(name: str, walks: int, seed: int) -> list[tables.Cell]:
+    """Walk in one game; a row of the table."""
+    player = Player(name, seed)
+    results: collections.Counter[str] = collections.Counter()
+    lengths = []
+    for _ in track(range(walks), name, transient=True):
+        while True:
+            player.play(int(player.rng.integers(60, 400)))
+            walked = walk(player)
+            if walked is not None:
+                break
+        results[walked[0]] += 1
+        lengths.append(walked[1])
+    share = [round(100 * results[key] / walks, 1) for key in HEADER[2:6]]
+    return [name, walks, *share, round(float(np.mean(lengths)))]
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=str(__doc__).split("\n")[0])
+    parser.add_argument("games", nargs="*", help="default: all games with a walker")
+    parser.add_argument("--walks", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--markdown", type=Path)
+    args = parser.parse_args()
+    rows = [measure(name, args.walks, args.seed) for name in args.games or WALKERS]
+    table = tables.Table("Walks on the terrain", HEADER, rows)
+    tables.show(table, Console())
+    if args.markdown:
+        args.markdown.write_text(tables.to_markdown([table]))
+
+
+if __name__ == "__main__":
+    main()
