@@ -277,20 +277,11 @@ def _seen(frame: jax.Array, *boxes: jax.Array) -> dict[str, jax.Array]:
     rock = among(frame, ROCK_COLORS)
     rung = among(frame, RUNG_COLORS)
     rows = _rows_of_bricks(rung)
-    climbed = within["Ladder"]
+    parts = _parts_seen(frame, rock & ~rows, rung & ~rows, within)
     on_rows = {
         "brick": rock & rows,
-        "mortar": rung & rows & ~climbed,
-        "shaft": rung & rows & climbed,
-    }
-    parts = {
-        "platform": rock & within["Platform"],
-        "ladder": (rock | rung) & climbed & ~rows,
-        "pole": rock & within["Pole"],
-        "rope": (frame != 0) & within["Rope"],
-        "conveyor": rock & within["Conveyer_Belt"],
-        "door": (frame != 0) & within["Barrier"],
-        "bridge": rock & within["Disappearing_Platform"],
+        "mortar": rung & rows & ~within["Ladder"],
+        "shaft": rung & rows & within["Ladder"],
     }
     side_wall = ((rung & _above_floor()) | (frame == FORCE_COLOR)) & _at_side()
     others = functools.reduce(jnp.logical_or, parts.values())
@@ -298,6 +289,21 @@ def _seen(frame: jax.Array, *boxes: jax.Array) -> dict[str, jax.Array]:
     fire = among(frame, LAVA_COLORS) & area_mask((0, LAVA_TOP, 160, LAVA_END + 1))
     top = rock & area_mask(CEILING)
     return {"ceiling": top, "rock": stone & ~top, "lava": fire, **on_rows, **parts}
+
+
+def _parts_seen(
+    frame: jax.Array, rock: jax.Array, rung: jax.Array, within: dict[str, jax.Array]
+) -> dict[str, jax.Array]:
+    """The kinds that have a category, by colour in its boxes."""
+    return {
+        "platform": rock & within["Platform"],
+        "ladder": (rock | rung) & within["Ladder"],
+        "pole": rock & within["Pole"],
+        "rope": (frame != 0) & within["Rope"],
+        "conveyor": rock & within["Conveyer_Belt"],
+        "door": (frame != 0) & within["Barrier"],
+        "bridge": rock & within["Disappearing_Platform"],
+    }
 
 
 def _rows_of_bricks(rung: jax.Array) -> jax.Array:
