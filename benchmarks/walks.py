@@ -127,7 +127,9 @@ WALKERS = {
     "Tutankham": Walker(
         (7, 8), kept=NO_CREATURES, area=(8, 35, 152, 175), stride=(4, 4), scroll=(65, 4)
     ),
-    "Venture": Walker((1, 2), kept=NO_HALLMONSTERS, area=(4, 26, 156, 182), avoid=("Room",)),
+    "Venture": Walker(
+        (1, 2), kept=NO_HALLMONSTERS, area=(4, 26, 156, 182), stride=(1, 2), avoid=("Room",)
+    ),
     "WizardOfWor": Walker((8, 16), lookahead=4, kept=NO_MONSTERS, area=(16, 24, 144, 141)),
 }
 
