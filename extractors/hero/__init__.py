@@ -10,6 +10,9 @@ points for beings and the maker's name are scenery.
 Slots: Enemy has the tentacle in a river, then the beings of the middle and the lower part. Bomb and
 Explosion have the middle part, then the top.
 
+Terrain: the rocks with their seams and edges, lava, the wall, and the river below the rocks, as
+the playfield's registers in RAM draw them. In the dark, black rocks are on no mask.
+
 RAM: ALE's source (score, lives), OCAtari 2.2 and AtariARI (meaning of the bytes), and the ROM's
 code; the second bank has tables of the rooms. Everything moves before a frame is drawn, except the
 laser and the player's legs and rotor; `decode` undoes their moves.
@@ -76,9 +79,11 @@ from ocjax.extractors.hero.rocks import (
     UPPER_SLOT,
     WALL_SLOT,
     free,
+    is_lava,
     rock_boxes,
     rock_colors,
 )
+from ocjax.extractors.hero.terrain import TERRAIN
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=104, top=179, digits=6)
@@ -101,7 +106,6 @@ HIGHEST = ROM.bytes(0x9EC, 3)
 NEITHER = 3  # `stick`
 BEAM_REACH = 16  # columns that a beam flies
 BEAM_STEP = 3  # columns per frame
-LAVA_HUE = 64  # of a colour
 
 
 class Look(NamedTuple):
@@ -170,7 +174,7 @@ def decode(m: Ram) -> dict[str, Box]:
     beings = _being_boxes(m, room)
     low = _low_boxes(m)
     is_snake = among(m.being, SNAKES.pictures)
-    has_lava = _is_lava(m)
+    has_lava = is_lava(m)
     tentacle = low.where(among(m.low, TENTACLES.pictures))
     return {
         "Player": _player_box(m, room),
@@ -192,11 +196,6 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _is_lava(m: Ram) -> jax.Array:
-    """True if the rocks of the middle part are lava."""
-    return (m.color[1] & 240) == LAVA_HUE
-
-
 def _is_mirrored(m: Ram) -> jax.Array:
     return (m.room == pick(m.level, LASTS.tolist())) & (m.low_x[1] == MIRRORED_X)
 
@@ -206,7 +205,7 @@ def _walls(m: Ram, room: Box) -> Box:
     top = jnp.where(whole, TOPS[0], room.y)
     height = jnp.where(whole, WHOLE_WALL, room.h)
     color = jnp.where(whole, m.color[0], rock_colors(m)) & ~1
-    stone = ((PART != 1) | ~_is_lava(m) | whole) & ((SLOT != UPPER_SLOT) | (m.room != 0))
+    stone = ((PART != 1) | ~is_lava(m) | whole) & ((SLOT != UPPER_SLOT) | (m.room != 0))
     return box(room.x, top, room.w, height, room.valid & stone, color=color)
 
 
@@ -384,6 +383,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    terrain=TERRAIN,
     checks=Checks(
         known={"PowerBar": 0.8},  # full
         moved=0.25,  # many walls

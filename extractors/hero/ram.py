@@ -1,6 +1,6 @@
 """The RAM of Hero."""
 
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag
 
 ROM = Rom("hero", "fca4a5be1251927027f2c24774a02160")
 
@@ -39,6 +39,7 @@ class Ram(RamMap):
     being_y = byte(35, 34, 33)  # rows above the lowest position; top, middle, bottom
     being_x = byte(39, 38, 37)
     low_x = byte(40, 41, 42)  # bottom, middle, top
+    hue = byte(36)  # of the level; 1 in the dark
     power = byte(43)
     walks = byte(44)
     dying = byte(45)  # counts down
@@ -52,8 +53,11 @@ class Ram(RamMap):
     score_start = byte(55)
     waits = byte(58)
     side = byte(62)  # dots at the sides of the middle part
+    outer = byte(65, 64, 63)  # playfield of each part: top, middle, bottom
+    inner = byte(68, 67, 66)
     dots = byte(67)  # of the middle part, where lava closes a passage for some time
     color = byte(71, 70, 69)  # of the rocks: top, middle, bottom
+    is_mirrored = flag(73, bit=0)  # the dots of the middle part
     being = byte(77, 76, 75)  # low byte of the picture's address
     low = byte(88, 89, 90)  # low byte of the picture's address
     flash = byte(97)
@@ -65,4 +69,5 @@ class Ram(RamMap):
     touched = byte(116)  # the object that the beam touched
     level = byte(117)
     points = byte(121, 120, 119)  # frames left of the points shown for a being
+    wave = byte(123)  # of a river
     turns = byte(124)  # frames

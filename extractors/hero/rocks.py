@@ -31,6 +31,7 @@ HEIGHTS = (39, 37, 39)  # lit rows
 EDGES = (8, 152)  # left columns of the dots at the sides
 GAP = (76, 84)  # between rocks; lava closes it
 
+LAVA_HUE = 64  # of a colour
 HALF_WALL = 128  # least `hits` that leave half a wall
 
 
@@ -76,6 +77,11 @@ def rock_boxes(m: Ram) -> Box:
     color = rock_colors(m)
     there = (end > x) & (color > 1)
     return box(x, np.array(TOPS)[PART], end - x, np.array(HEIGHTS)[PART], there, color=color & ~1)
+
+
+def is_lava(m: Ram) -> jax.Array:
+    """True if the rocks of the middle part are lava."""
+    return (m.color[1] & 240) == LAVA_HUE
 
 
 def rock_colors(m: Ram) -> jax.Array:

@@ -9,6 +9,10 @@ one column, each is drawn on every third or fourth frame.
 Slots: Platform has the floors and steps of a level from the top, Ladder a slot for each ladder of
 the three levels.
 
+Terrain: the walls, the floors and steps (the objects of Platform), and the rungs of the ladders, by
+`level`. The ROM has a table of the rows of each level. The dashes are no part of the wall.
+At the end of the third level, the wood has the colour of the background for moments, as it flashes.
+
 RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes) and the ROM's code. The falling
 coconut moves before a frame is drawn. The player, the monkeys (once in 16 frames) and the thrown
 coconuts move afterwards. `decode` undoes these steps as far as the counters show them.
@@ -32,24 +36,18 @@ from ocjax.authoring import (
     Blobs,
     Bounds,
     Box,
-    BoxTable,
     Category,
     Checks,
     Game,
     IconRow,
     NumberDisplay,
     Packed,
-    RamMap,
-    Rom,
     Run,
     Runs,
     Shape,
     Variants,
     among,
-    bcd,
-    bits,
     box,
-    byte,
     display,
     edges,
     lookup,
@@ -57,9 +55,21 @@ from ocjax.authoring import (
     only,
     when,
 )
+from ocjax.extractors.kangaroo.ram import BANK, GAME_OVER, ROM, Ram
+from ocjax.extractors.kangaroo.terrain import (
+    FIRST_LINE,
+    LADDER_LEVEL,
+    LADDERS,
+    LEVELS,
+    MOST_PLATFORMS,
+    PITCH,
+    PLATFORMS,
+    ROWS,
+    RUNG,
+    TERRAIN,
+    WOODEN,
+)
 
-ROM = Rom("kangaroo", "4326edb70ff20d0ee5ba58fa5cb09d60")
-BANK = 0x1000  # offset of the second bank
 FONT = ROM.font(0xB00, rows=7, stride=8)
 CLOCK_FONT = ROM.font(0xD00, rows=5, stride=8, dots=4, pitch=4)
 
@@ -71,7 +81,6 @@ STRAWBERRY = 72
 PINEAPPLE = 40
 MONKEY = 58
 DISPLAY_COLOR = 232
-SKY = 96
 FIELD = (16, 4, 144, 180)
 SCORE_TOP = 183
 SCORE_RIGHT = 145
@@ -79,19 +88,12 @@ SCORE = NumberDisplay(FONT, right=SCORE_RIGHT, top=SCORE_TOP, digits=6)
 HUNDREDS = NumberDisplay(FONT, right=SCORE_RIGHT - 16, top=SCORE_TOP, digits=4)
 LIVES = IconRow(left=16, top=183, width=4, height=7, pitch=8)
 CLOCK = NumberDisplay(CLOCK_FONT, right=95, top=191, digits=4)
-LEVELS = 3
-ROWS = 22  # of a level
-PITCH = 8  # lines from row to row
-FIRST_LINE = 4  # of the first row
 FIST = 2  # columns
 # `x` of a player at a wall, who does not step.
 WEST_END = 1
 EAST_END = 121
-RUNG = 8  # columns
-MOST_PLATFORMS = 20  # of a level
 
 START_LIVES = 2  # `lives` at the start
-GAME_OVER = 128  # its least value after the end
 EMPTY = 128  # least value of bytes without an object
 START_TENS = 2  # of the time
 BLANK = 10  # least digit of the time that is blank
@@ -145,65 +147,6 @@ POSE_AT = (ROM.bytes(BANK + 0xE01, 16) & 15) << 8 | ROM.bytes(BANK + 0xDF1, 16)
 POSES = ROM.pictures(POSE_AT.tolist(), 2 * (PITCH * POSE_ROWS).tolist(), top_first=True)
 PRIZES = ROM.pictures(range(0xB00, 0xC00), 16, top_first=True)
 MONKEYS = ROM.pictures(range(0xE00, 0xF00), 16, top_first=True)
-
-
-def _lit_runs(level: int, row: int) -> list[tuple[int, int]]:
-    """Left edges and widths of the playfield's lit stretches in a row."""
-    at = ROWS * level + row
-    parts = [int(ROM.data[offset + at]) for offset in (0xF00, 0xF42, 0xF84, 0xD52)]
-    dots = [f"{p:08b}"[::step] for p, step in zip(parts, (1, -1, 1, -1), strict=True)]
-    line = np.array([0, *map(int, "".join(dots)), 0])
-    starts = np.flatnonzero(np.diff(line) == 1)
-    ends = np.flatnonzero(np.diff(line) == -1)
-    return [(16 + 4 * a, 4 * (b - a)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
-
-
-def _level_platforms(level: int) -> list[tuple[int, int, int, int]]:
-    """The boxes of a level's floors and steps, from the top; zeros for missing ones."""
-    lit = ((FIRST_LINE + PITCH * row, run) for row in range(ROWS) for run in _lit_runs(level, row))
-    wide = [(x, y, w, 4) for y, (x, w) in lit if w > RUNG]
-    return wide + [(0, 0, 0, 0)] * (MOST_PLATFORMS - len(wide))
-
-
-def _level_ladders(level: int) -> list[tuple[int, ...]]:
-    """Boxes of a level's ladders; the rungs of a ladder lie in successive rows."""
-    found = [(row, x) for row in range(ROWS) for x, w in _lit_runs(level, row) if w == RUNG]
-    tops = [(row, x) for row, x in found if (row - 1, x) not in found]
-    last = [next(r for r in range(row, ROWS) if (r + 1, x) not in found) for row, x in tops]
-    ends = zip(tops, last, strict=True)
-    return [(x, FIRST_LINE + PITCH * row, RUNG, PITCH * (end - row) + 4) for (row, x), end in ends]
-
-
-PLATFORMS = BoxTable([place for level in range(LEVELS) for place in _level_platforms(level)])
-LADDERS = np.array([ladder for level in range(LEVELS) for ladder in _level_ladders(level)])
-LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_level_ladders(level)) for level in range(LEVELS)])
-
-
-class Ram(RamMap):
-    monkey_picture = byte(0, 1, 2, 3)  # low byte of its address
-    monkey_state = byte(4, 5, 6, 7)
-    monkey_row = byte(8, 9, 10, 11)
-    monkey_x = byte(12, 13, 14, 15)  # x + 15
-    row = byte(16)  # of the player's top
-    x = byte(17)  # x - 15
-    pose = byte(18)
-    timer = byte(19)  # of the pose
-    thrown_state = byte(21, 22, 23)
-    thrown_row = byte(25, 26, 27)
-    thrown_x = byte(28, 29, 30)  # x - 14
-    falling_row = byte(33)  # counts the rows of all levels
-    falling_x = byte(34)  # x - 14
-    level = byte(36)
-    score = bcd((39, 40))  # hundreds
-    bell = byte(41)
-    fruits = byte(42, 43, 44)
-    lives = byte(45)
-    scene = byte(54)
-    clock = byte(57)
-    tens = bits(59, first=4, count=4)  # of the time in hundreds; 10 is a blank
-    ones = bits(59, count=4)
-    third = byte(60)  # 0-2; the player steps at 0
-    fire = byte(124)  # at least 128: the button is not pressed
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -385,7 +328,6 @@ def _time(m: Ram) -> Box:
 
 
 # The wood flashes at the end of the third level. A climbing player hides rungs of long ladders.
-WOODEN = tuple(c for c in range(1, 128) if c & 0xF4 == c != SKY)
 RUNG_COLORS = tuple((*WOODEN, FUR) if level == 0 else WOODEN for level in LADDER_LEVEL)
 # Rows of wood, to be ignored for the coconut.
 WOODEN_ROWS = tuple((16, y, 144, y + 4) for y in range(FIRST_LINE, 180, PITCH))
@@ -425,6 +367,7 @@ GAME = Game(
         },
         source="the program in the ROM",
     ),
+    terrain=TERRAIN,
     categories=(
         Category("Player", BODY, attributes=("orientation",), role="player", doc="the mother"),
         Category("Child", CHILD, doc="the child"),

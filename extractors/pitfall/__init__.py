@@ -11,6 +11,10 @@ Platform is the ground of the jungle, and the floor below it; holes do not divid
 the maker's name are scenery. The screen saver puts the objects below the ground behind the left
 edge.
 
+Terrain: the trees, the ground with its holes (`holes`), the earth, the ladder, the wall and the
+floor. Water, tar and other holes are where the ground is not drawn. The forks of the trunks are
+sprites and no terrain.
+
 RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code. Everything
 moves at F66D-FA72, before a scene is drawn at F0CE-F58E, except the first step into a hole and
 Harry's new start; the sprite's position then still has his column. Harry's row of line 117 is drawn
@@ -42,29 +46,23 @@ from ocjax.authoring import (
     Gauge,
     NumberDisplay,
     Pictures,
-    RamMap,
-    Rom,
     Saver,
     Shape,
     ShortRuns,
     among,
-    bcd,
-    bits,
     box,
-    byte,
     display,
     div,
     edges,
     extremes,
-    flag,
-    high,
     match,
     pick,
     registers,
     when,
 )
+from ocjax.extractors.pitfall.ram import ROM, Ram, Saved, Scene, sprite_x
+from ocjax.extractors.pitfall.terrain import BLACK, BLUE, BROWN, EARTH, RED, SILVERY, TERRAIN
 
-ROM = Rom("pitfall", "3e90cf23106f2e08b2781e41299de556")
 FONT = ROM.font(0xF00, rows=8)
 LEFTS = FONT.left.tolist()
 RIGHTS = FONT.right.tolist()
@@ -121,14 +119,6 @@ START_X = 20  # of Harry
 CLOSED_ROW = 255  # value of a closed row of a hole
 
 
-class Scene:  # of `Ram.scene`
-    HOLE = 0
-    HOLES = 1  # three holes
-    CROCODILES = 4
-    TAR = (2, 5, 6)
-    WATER = (3, 4, 7)
-
-
 class Kind:  # of `Ram.kind`: bits with a meaning in some scenes
     METAL = 3  # bits: of a bar
     ROPE = 2  # a bit: over crocodiles
@@ -161,47 +151,13 @@ class Tally:  # of `Ram.tally`, and a bit of it
     TWO = 160
 
 
-class Saved:  # of `Ram.saver_mask`
-    MASK = 247  # the screen saver drops a bit of colours
-
-
-class Ram(RamMap):
-    saver_key = byte(7)  # XORed with colours
-    saver_mask = byte(8)  # mask of colours: 255 in play
-    tally = byte(0)  # marks for lives
-    rope = byte(18)  # 117 minus its lowest line
-    kind = byte(19)  # of the objects
-    scene = byte(20)
-    ladder = byte(29)
-    holes = byte(*range(32, 39))  # playfield of the rows of a hole, from its middle; 0: open
-    pose = byte(53)  # low byte of Harry's picture
-    picture = byte(55)  # low byte, of the objects
-    scorpion = byte(65)  # low byte, of the scorpion
-    copies = bits(84, count=3)
-    score = bcd((85, 86, 87))
-    minutes = bcd(88)
-    seconds = bcd(89)
-    slope = byte(92)  # 1/256 columns per line
-    swing = flag(93, bit=7)  # to the right
-    fine = high(21, 22, 23)  # with `coarse`, x + 1: Harry, object, below the ground
-    coarse = byte(24, 25, 26)
-    x = byte(97)
-    mirrored = flag(101, bit=3)
-    turned = flag(102, bit=3)  # scorpion
-    jump = byte(103)  # step of a jump
-    stick = byte(104)  # at the start of a jump
-    y = byte(105)
-    trees = byte(107)
-    sunk = byte(114)  # rows that a log has pushed Harry down
-
-
 def decode(m: Ram) -> dict[str, Box]:
     hole = _hole_box(m)
     return {
         "Player": _harry_box(m),
         **_thing_boxes(m),
         "Scorpion": _scorpion(m),
-        "Wall": box(_at(m, 2), 148, 7, 32, m.ladder != 0).clip(*VIEW),
+        "Wall": box(sprite_x(m, 2) + when(m.turned, 1), 148, 7, 32, m.ladder != 0).clip(*VIEW),
         "Stair": box(78, 136, 4, 42, m.ladder != 0),
         "StairPit": box(76, 122, 8, 6, among(m.scene, (Scene.HOLE, Scene.HOLES))),
         "Pit": box(np.array((48, 100)), 122, 12, 6, m.scene == Scene.HOLES),
@@ -235,11 +191,6 @@ def _tally_box(m: Ram) -> Box:
     return box(21, 22, jnp.where(marks == Tally.TWO, 3, 1), 8, marks > 0, value=lives)
 
 
-def _at(m: Ram, sprite: int) -> jax.Array:
-    """First column of a sprite: 0 Harry, 1 the object on the ground, 2 scorpion or wall."""
-    return registers.position(m.coarse[sprite], m.fine[sprite]) - 1
-
-
 def _line_of_row(row: jax.Array) -> jax.Array:
     """The line of a row of Harry's band; the ground hides seven rows, and lines repeat below it."""
     return BAND_TOP + row + match((row > 62, 1), (row >= 60, 2), otherwise=0)
@@ -247,7 +198,7 @@ def _line_of_row(row: jax.Array) -> jax.Array:
 
 def _harry_box(m: Ram) -> Box:
     """Harry, without the rows that the ground hides."""
-    x = _at(m, 0)
+    x = sprite_x(m, 0)
     whole = _whole_harry(m, x)
     top_row = whole.y
     bottom_row = whole.y + whole.h - 1
@@ -279,7 +230,7 @@ def _whole_harry(m: Ram, x: jax.Array) -> Box:
 def _thing_boxes(m: Ram) -> dict[str, Box]:
     """The objects on the ground."""
     copy = np.arange(3)
-    x = registers.wrap(_at(m, 1) + copy * registers.spacing(m.copies))
+    x = registers.wrap(sprite_x(m, 1) + copy * registers.spacing(m.copies))
     there = copy < registers.copies(m.copies)
     shapes = OBJECTS.box(m.picture, x, THINGS_TOP, valid=there).clip(*VIEW)
     metal = m.kind & Kind.METAL
@@ -296,7 +247,7 @@ def _scorpion(m: Ram) -> Box:
     look = m.scorpion >> 4 & 1
     west = m.turned
     there = m.ladder == 0
-    return SCORPIONS.box(1 - look, _at(m, 2), 164, mirrored=west, valid=there).clip(*VIEW)
+    return SCORPIONS.box(1 - look, sprite_x(m, 2), 164, mirrored=west, valid=there).clip(*VIEW)
 
 
 def _rope_box(m: Ram) -> Box:
@@ -327,17 +278,11 @@ HAIR = 18
 FACE = 74
 SHIRT = 200
 LEGS = 210
-BLACK = 0
-BROWN = 16
 WHITE = 12
 SHINE = 14
 GRAY = 4
-SILVERY = 6
 GOLDEN = 30
-RED = 66
 GREEN = 208
-EARTH = 20
-BLUE = 164
 HARRY = Bounds((HAIR, FACE, SHIRT, LEGS), (8, 66, 160, 181), exclude=("Logs", "MoneyBag"))
 on_ground = functools.partial(Blobs, region=(8, 117, 160, 134), shapes=Shape(w=(5, 8), h=(8, 15)))
 still = functools.partial(Bounds, regions=(113, 117, 142, 134), min_size=(5, 10))
@@ -374,6 +319,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (29, 193), 12, mask=Saved.MASK, taken=(12, 14, 24, 66)),
+    terrain=TERRAIN,
     checks=Checks(
         rare=("DiamondRing", "Fire", "GoldenBar", "MoneyBag", "Pit", "SilverBar", "Snake"),
     ),

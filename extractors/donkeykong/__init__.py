@@ -10,6 +10,9 @@ keeps its value. Lives are ALE's; at 0 the screen shows none, and Life is not va
 
 Slots: Ladder and Platform have the first board's parts, then the second board's.
 
+Terrain: the girders (the objects of Platform) and the rungs of the ladders, by `board`, as the
+ROM's tables draw them. The rivets and the stack at the lower left are objects.
+
 RAM: ALE's source (score, lives), D. Debro's disassembly (meaning of the records) and the ROM's
 code. Obstacles move before the frame is drawn. Mario, the hammer and the bonus change after it;
 `decode` reverts this.
@@ -44,19 +47,12 @@ from ocjax.authoring import (
     Game,
     Gauge,
     NumberDisplay,
-    RamMap,
-    Rom,
     Shades,
     Shape,
     among,
-    bcd,
-    bits,
     box,
-    byte,
     display,
     edges,
-    flag,
-    high,
     lookup,
     match,
     pick,
@@ -64,8 +60,21 @@ from ocjax.authoring import (
     reached,
     when,
 )
+from ocjax.extractors.donkeykong.ram import ROM, Ram
+from ocjax.extractors.donkeykong.terrain import (
+    BLUE_LADDERS,
+    BLUE_PLATFORMS,
+    BOARD,
+    DRUM,
+    GIRDERS_AT,
+    LADDERS,
+    LADDERS_AT,
+    PLATFORMS,
+    RIVET_X,
+    RIVET_Y,
+    TERRAIN,
+)
 
-ROM = Rom("donkey_kong", "36b20c427975760cb9cf4a47e41369e4")
 FONT = ROM.font(0xC00, rows=7, stride=8)
 
 
@@ -88,38 +97,16 @@ KONG = 52
 GREEN = 218
 PAULINE = (30, 70, 168)
 
-BOARD = (28, 40, 132, 196)
 KONG_AT = (34, 15, 50, 34)
 PAULINE_AT = (63, 18, 71, 34)
-DRUM = (36, 181, 44, 192)
 LIFE_AREA = ((112, 23, 128, 31),)
 SCORE = NumberDisplay(FONT, right=103, top=7, digits=6, leading_zeros=True)
 TIMER = NumberDisplay(FONT, right=103, top=7, digits=4, leading_zeros=True)
 
-PLATFORMS = (
-    *((32, 35, 80, 37), (32, 60, 120, 65), (40, 81, 128, 93), (32, 109, 120, 121)),
-    *((40, 137, 128, 149), (32, 165, 120, 177), (32, 193, 128, 195)),
-)
-# Column, first rung and the row below the last one of the first board's ladders.
-LADDERS = (
-    *((32, 40, 57), (76, 40, 57), (76, 68, 85), (108, 68, 81), (48, 92, 109), (68, 92, 109)),
-    *((100, 88, 113), (64, 116, 141), (88, 120, 137), (108, 120, 137), (48, 148, 165)),
-    *((80, 148, 169), (72, 176, 193), (108, 176, 193)),
-)
-BLUE_PLATFORMS = (
-    (32, 35, 128, 37),  # Donkey Kong's, which is thinner
-    *((32, y, 128, y + 5) for y in range(60, 173, 28)),
-)
-BLUE_LADDERS = tuple((x, y, y + 17) for y in range(40, 153, 28) for x in (40, 60, 96, 116))
-GIRDERS_AT = np.array(PLATFORMS + BLUE_PLATFORMS)
-LADDERS_AT = np.array([(x, top, x + 4, bottom) for x, top, bottom in LADDERS + BLUE_LADDERS])
 BENDS = ROM.bytes(0xDF8, 7)  # `x` where the girders of the first board step
 UPPER_ENDS = ROM.bytes(0xACD, 34)  # `y` of Mario at the upper ends of the ladders
 LOWER_ENDS = ROM.bytes(0xB00, 34)  # `y` of Mario at the lower ends
 FLOORS = tuple(range(22, 160, 28))  # least `y` of the floors below the uppermost one
-RIVET_X = np.array([52, 104] * 4)
-RIVET_Y = np.repeat([144, 116, 88, 60], 2)
-
 BARREL_FLOORS = (12, 33, 61, 89, 117, 145)  # least `y` of barrels
 EMPTY = 93  # `lowest_row` without an obstacle
 PLAYING = 128  # least `state` during a game
@@ -147,40 +134,6 @@ class Heading:  # of `Ram.heading`
 class Stick:  # bits of `Ram.control`; 0: pushed
     LEFT = 64
     RIGHT = 128
-
-
-class Ram(RamMap):
-    obstacle_y = byte(0, 1, 2, 3)  # y - 40, 0: none
-    walk = byte(4)  # counts columns, for Mario's picture
-    air = byte(5)  # frames left of a jump
-    hammer_time = byte(6)  # in 256 frames, 0: not held
-    score = bcd((7, 8))  # hundreds
-    wait = byte(9)  # frames until Mario may move
-    idle = byte(10)  # 128 frames without any input
-    sound_left = byte(11)  # counts down
-    state = byte(12)
-    dying = flag(13, bit=7)
-    sound = byte(15)
-    board = byte(16)
-    girders = byte(26)  # their colour; others in the screen saver
-    x = byte(19)  # x + 4
-    heading = byte(20)
-    hammer = byte(21)  # its picture, low byte of an address
-    y = byte(27)  # of Mario, y - 22
-    hammer_x = byte(28)  # x + 6
-    rivets = byte(31, 32, 33, 34)  # lowest row first; at least 6 or 12 if rivets are gone
-    lives = byte(35)
-    bonus = bcd(36)  # hundreds
-    obstacle_x = byte(65, 66, 67, 68)  # x + 4
-    on_ladder = flag(69, 70, 71, 72, bit=7)
-    goes_right = bits(69, 70, 71, 72)
-    ladder = byte(73, 74, 75, 76)  # number of the ladder that a barrel takes or took
-    coarse_x = byte(*range(82, 76, -1))  # coarse column of each floor's last obstacle, top first
-    fine_x = high(*range(88, 82, -1))
-    lowest_row = byte(97)  # of the obstacle on the lowest floor, y - 77
-    clock = byte(104)
-    at_ladder = byte(106)  # number of Mario's ladder
-    control = byte(107)  # the joystick at the start of the jump; a pushed direction has bit 0
 
 
 def decode(m: Ram) -> dict[str, Box]:
@@ -371,6 +324,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     shades=SAVER,
+    terrain=TERRAIN,
     checks=Checks(
         mirrored={"Player": 0.06},  # the RAM does not record Mario's turn on this frame
     ),
