@@ -123,7 +123,7 @@ def seen(frame: jax.Array) -> dict[str, jax.Array]:
 
 
 def _has_thin(ground: jax.Array, left: int) -> jax.Array:
-    """Whether there is a thin wall: nowhere ground, but ground on both sides."""
+    """True for a thin wall: no ground in its columns, but ground on both sides."""
     own = ground[WALLS_TOP:VIEW_BOTTOM, left : left + THIN_WIDTH]
     beside = ground[:, left - 1] & ground[:, left + THIN_WIDTH]
     return ~jnp.any(own) & jnp.any(beside)
