@@ -19,7 +19,17 @@ from collections.abc import Mapping
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, among, lookup, pick, playfield, when
+from ocjax.authoring import (
+    WIDTH,
+    TerrainKind,
+    TerrainMap,
+    among,
+    area_mask,
+    lookup,
+    pick,
+    playfield,
+    when,
+)
 from ocjax.extractors.hero.ram import ROM, Ram
 from ocjax.extractors.hero.rocks import EDGES, HALF_WALL, LASTS, is_lava
 
@@ -30,7 +40,6 @@ KINDS = (
     TerrainKind("water", "river below the rocks", effect="kills", drawn="background"),
 )
 HEIGHT = 210  # lines of the screen
-SCREEN_LINE = np.arange(HEIGHT)[:, None]
 SCREEN_COLUMN = np.arange(WIDTH, dtype=np.int32)[None]
 TOP = 16
 BOTTOM = 142
@@ -44,18 +53,19 @@ HALF_WIDTH = 4  # columns of half a wall
 WALL_WIDTH = 8  # columns of a wall
 
 
-def _in_lines(first: int, end: int) -> np.ndarray:
-    return np.isin(SCREEN_LINE, np.arange(first, end))
+def _in_lines(top: int, bottom: int) -> np.ndarray:
+    """The visible pixels of some lines, bool `[HEIGHT, 160]`."""
+    return area_mask((EDGES[0], top, WIDTH, bottom))
 
 
-IS_VISIBLE = SCREEN_COLUMN >= 8  # the beam blanks the first columns
+IS_VISIBLE = _in_lines(0, HEIGHT)  # the beam blanks the first columns
 IS_UPPER = _in_lines(UPPER_LINES.start, MIDDLE_LINES.start - 1)
 IS_MIDDLE = _in_lines(MIDDLE_LINES.start - 1, MIDDLE_LINES.stop + 1)
 IS_LAVA_LINE = _in_lines(MIDDLE_LINES.start, MIDDLE_LINES.stop)
 IS_BALL_LINE = _in_lines(UPPER_LINES.start, RIVER_TOP + 1)
 IS_RIVER_LINE = _in_lines(RIVER_TOP, BOTTOM)
 IS_FLOOR_EDGE = _in_lines(RIVER_TOP + 1, BOTTOM)
-IS_INNER = np.isin(SCREEN_COLUMN, np.arange(EDGES[0] + WALL_WIDTH, EDGES[1]))
+IS_INNER = area_mask((EDGES[0] + WALL_WIDTH, 0, EDGES[1], 1), height=1)
 # Masks and PF0 of the ceiling's edge, and masks of the lower edge by `wave`, from the top.
 CEILING_MASKS = ROM.bytes(0xC61, 4)[::-1]
 CEILING_SIDES = ROM.bytes(0xC66, 4)[::-1]
@@ -106,8 +116,8 @@ def _changes(m: Ram, _: Mapping[str, jax.Array]) -> dict[str, jax.Array]:
     return {
         "rock": solid & ~lava & IS_VISIBLE,
         "wall": ball & (m.wall > EDGES[0] + 1) & (m.wall <= EDGES[1]),
-        "lava": lava & IS_VISIBLE,
-        "water": ~dots & (IS_RIVER_LINE & IS_VISIBLE) & _has_river(m),
+        "lava": lava,
+        "water": ~dots & IS_RIVER_LINE & _has_river(m),
     }
 
 
@@ -150,10 +160,10 @@ def _rock_differs(m: Ram) -> jax.Array:
 
 def _seen(frame: jax.Array) -> dict[str, jax.Array]:
     """Walls are the only narrow stretches of rock in the middle part that touch no edge."""
-    river = among(frame, RIVERS) & IS_RIVER_LINE & IS_VISIBLE
+    river = among(frame, RIVERS) & IS_RIVER_LINE
     dark = (frame == BLACK) & IS_RIVER_LINE & ~IS_FLOOR_EDGE & jnp.any(river)
     stone = (_has_rock_color(frame) | dark) & IS_VISIBLE
-    glow = among(frame, LAVA_COLORS) & IS_LAVA_LINE & IS_VISIBLE
+    glow = among(frame, LAVA_COLORS) & IS_LAVA_LINE
     solid = stone | glow
     narrow = _narrow_columns(solid[MIDDLE_LINES])
     upper = narrow & _narrow_columns(solid[UPPER_LINES])
