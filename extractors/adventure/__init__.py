@@ -6,10 +6,13 @@ Screen: a room with walls of one colour on grey. Player is a square in the walls
 bat, keys and the other things are sprites before the walls. Each castle has a Gate. Dark rooms have
 walls as grey as the ground. A sprite lights them round the player; it is scenery, and walls hide
 things there. BridgeEdge is a rail of the bridge. Dot is grey and visible only before walls or
-light. Level is the number on the menu, Author the name in the secret room. Thin walls at the sides
-are scenery.
+light. Level is the number on the menu, Author the name in the secret room.
 
 Slots: a bridge's left rail is first.
+
+Terrain: the walls of the room, from the ROM's table of rooms. Two kinds are apart: thin walls at a
+side of four rooms, and the walls of dark rooms, of which the light shows a part. A thin wall in the
+ground's colour is there, but the pixels do not show it.
 
 RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code shows when
 they change. The game draws two things for three frames (a turn); if a room has more, they
@@ -54,6 +57,7 @@ from ocjax.extractors.adventure.pictures import ROW_LINES
 from ocjax.extractors.adventure.player import player_box
 from ocjax.extractors.adventure.ram import GATES, ROM, Ram, Thing, Wait
 from ocjax.extractors.adventure.rooms import COLORS, VIEW, row_of, walls_at
+from ocjax.extractors.adventure.terrain import TERRAIN
 from ocjax.extractors.adventure.things import cut_things, place_of, thing_box
 from ocjax.extractors.adventure.vision import (
     BLACK,
@@ -189,6 +193,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    terrain=TERRAIN,
     screen=(250, 160),
     pal=True,
     saver=Saver(_saver_key, (20, 120), GRAY, mask=0xF6, taken=(LAMP,), beside=(106, 190)),

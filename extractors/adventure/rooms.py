@@ -18,6 +18,9 @@ MIRRORED = 1
 IN_FRONT = 4  # walls in the dark background's colour are in front of things
 THIN_RIGHT = 64  # a missile that forms a wall of two columns from top to bottom
 THIN_LEFT = 128
+THIN_LEFT_X = 11
+THIN_RIGHT_X = 148
+THIN_WIDTH = 2
 ADDRESSES = ROOM_TABLE[:, 0] | ROOM_TABLE[:, 1] << 8  # of the rooms' pictures
 
 VIEW_BOTTOM = 220
@@ -44,12 +47,17 @@ def _wall_cells(room: int) -> np.ndarray:
 WALLS = np.stack([_wall_cells(room) for room in range(ROOMS)])
 
 
+def _is_thin(column: np.ndarray, left: int) -> np.ndarray:
+    """The columns of a thin wall."""
+    return (column >= left) & (column < left + THIN_WIDTH)
+
+
 def _from_cells(cells: np.ndarray) -> np.ndarray:
     """The walls in each cell and the next two, one bit per column: `[..., 40]`."""
     wide = np.repeat(cells, CELL_WIDTH, axis=-1)
     column = np.arange(wide.shape[-1])
-    at_left = (CONTROLS & THIN_LEFT > 0)[:, None, None] & np.isin(column, (11, 12))
-    at_right = (CONTROLS & THIN_RIGHT > 0)[:, None, None] & np.isin(column, (148, 149))
+    at_left = (CONTROLS & THIN_LEFT > 0)[:, None, None] & _is_thin(column, THIN_LEFT_X)
+    at_right = (CONTROLS & THIN_RIGHT > 0)[:, None, None] & _is_thin(column, THIN_RIGHT_X)
     columns = wide | at_left | at_right
     padded = np.concatenate((columns, columns[..., : 3 * CELL_WIDTH]), axis=-1)
     starts = CELL_WIDTH * np.arange(CELL_COUNT)[:, None] + np.arange(3 * CELL_WIDTH)

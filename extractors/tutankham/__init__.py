@@ -2,12 +2,15 @@
 
 Picture: docs/games/Tutankham.png
 
-Screen: the map scrolls up and down. Scenery is walls, floors, gates to the other side of the map,
-and the remains of creatures and of the man when they die. After a lost life, figures replace Score
-for a second; Score then has their box.
+Screen: the map scrolls up and down. The remains of creatures and of the man when they die are
+scenery. After a lost life, figures replace Score for a second; Score then has their box.
 
 Slots: Creature has the game's records; Treasure has the order in the map. The orientation is the
 side that a picture faces; figures that walk up or down have the picture for right or left.
+
+Terrain: corridors, and the rock round them, from the map's rows in the ROM. Gates at the sides lead
+to the other side of the map. The chip's movement of sprites makes eight columns of single lines
+black, which the pixels count as the line above.
 
 RAM: ALE's source (score, lives) and the ROM's code; `maps` has its tables. After the drawing, the
 game has counted its clock, and at times taken a life or turned a figure; positions are as drawn.
@@ -45,16 +48,11 @@ from ocjax.authoring import (
     Gauge,
     IconRow,
     NumberDisplay,
-    RamMap,
     Shape,
     among,
-    bcd,
-    bits,
     box,
-    byte,
     choose,
     display,
-    flag,
     lookup,
     match,
     shift_up,
@@ -66,6 +64,7 @@ from ocjax.extractors.tutankham.maps import (
     FIGURE_PICTURES,
     INKS,
     LOOKS,
+    MAP_ROW,
     ORDER,
     PLACES,
     ROM,
@@ -76,6 +75,8 @@ from ocjax.extractors.tutankham.maps import (
     THING_ROWS,
     shapes_of,
 )
+from ocjax.extractors.tutankham.ram import Event, Ram, Scene
+from ocjax.extractors.tutankham.terrain import TERRAIN
 
 FONT = ROM.font(0x800, rows=7, stride=8, top_first=True)
 POINTS = NumberDisplay(FONT, right=71, top=186, digits=4)
@@ -84,7 +85,6 @@ FLASH_ICONS = IconRow(left=108, top=24, width=2, height=6, pitch=16)
 MEN = IconRow(left=40, top=186, width=5, height=7, pitch=8)  # in place of the score
 
 VIEW = (0, 35, 160, 175)  # of the map
-MAP_ROW = 4  # rows of the screen per row of the map
 STANDS = 4  # least look of a standing player
 WITH_KEY = 16  # added to the player's look
 FAR = 4 * 256  # behind all figures
@@ -93,45 +93,6 @@ RECORDS = np.array((0x86, 0x89, 0x8C, 0x8F))  # addresses of the figures' record
 TAIL = 144  # right edge of the timer
 THING_WORDS = (THING_ROWS | THING_LEFTS << 8 | THING_COLORS << 16 | ORDER << 24).ravel()
 SHOT_COLOR = 4  # number of the colour of a shot above all figures
-
-
-class Scene:  # of Ram.scene
-    PLAY = 0
-    TITLE = 1
-    LOST = 2
-    OVER = 4
-
-
-class Event:  # of Ram.event
-    DIES = 2
-
-
-class Ram(RamMap):
-    y = byte(6, 9, 12, 15)  # of the player and of creatures, y - 35; 255: none
-    x = byte(7, 10, 13, 16)  # x + 1
-    direction = bits(8, 11, 14, 17, count=2)
-    mirrored = flag(8, 11, 14, 17, bit=1)
-    kind = bits(8, 11, 14, 17, first=2, count=2)  # 0: the player
-    look = bits(8, 11, 14, 17, first=2, count=3)
-    dying = flag(8, 11, 14, 17, bit=4)  # of the player: stands
-    hidden = bits(8, 11, 14, 17, first=5, count=2)  # on even frames, on odd frames
-    shot_y = byte(18)  # y - 35; 255: none
-    shot_x = byte(19)  # x + 2
-    score = bcd((26, 28))
-    lives = bits(30, count=2)
-    flashes = bits(30, first=2, count=2)
-    has_key = flag(32, bit=7)
-    things = byte(34)  # one bit per entry, starting at the highest
-    timer = bits(36, first=3, count=5)
-    event = byte(38)
-    clock = byte(39)  # of frames
-    turns = byte(40)  # of the clock
-    scene = byte(44)
-    comes = byte(51)  # address of the next creature to appear; it is not shown
-    level = byte(59)
-    map = bits(59, count=2)
-    first_row = byte(65)  # of the map, on the screen
-    last_row = byte(66)  # the row after it
 
 
 class Things(NamedTuple):
@@ -336,6 +297,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    terrain=TERRAIN,
     checks=Checks(
         mirrored={"Creature": None},
     ),

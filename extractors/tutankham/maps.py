@@ -6,6 +6,7 @@ from ocjax.authoring import Pictures, Rom, Shape
 ROM = Rom("tutankham", "085322bae40d904f53bdcc56df0593fc")
 SLICES = (3, 4, 0, 1)  # slice of the ROM for each map; 1,024 bytes each
 
+MAP_ROW = 4  # lines of the screen per row of a map
 PLACES = 8  # entries in the list of a map's things; in a list of seven, the last entry has row 255
 ENTRY_BYTES = 5
 THINGS = 0xD7  # offset of the list in a slice

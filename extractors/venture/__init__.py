@@ -6,12 +6,15 @@ Screen: Player is the dot in a hall. In a room he is Winky, and the dot is his S
 carries until he shoots. Six Hallmonsters roam a hall; one of them, larger, enters a room if he
 stays too long. A room has three monsters, alive or dead, and a treasure, which is named by its
 colour. Room 3 has four moving walls instead of monsters. Chamber is the upper wall of the current
-room. Other walls are scenery. Sprites alternate: 0-2 on a frame and 3-5 on the next.
+room. Sprites alternate: 0-2 on a frame and 3-5 on the next.
 
 Slots: the first four of Room are the rooms on the map of a hall.
 
+Terrain: the walls of rooms; in a hall, the outlines of its rooms and the bars between them. The
+moving walls of room 3 are no terrain.
+
 Files: `ram` has the RAM and the meaning of its values. `scene` identifies the hall or room on the
-screen and has its fixed parts. `sprites` has all moving objects.
+screen and has its fixed parts. `sprites` has all moving objects. `terrain` has the walls.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (meaning of the bytes), and the ROM's code.
 
@@ -57,7 +60,9 @@ from ocjax.extractors.venture.scene import (
     FIRST_MAP,
     SECOND_MAP,
     SPLITS,
+    WALL_BOTTOM,
     WALL_COLORS,
+    WALL_TOP,
     Scene,
     is_at_start,
     room_plan,
@@ -73,12 +78,11 @@ from ocjax.extractors.venture.sprites import (
     swaps,
     winky_box,
 )
+from ocjax.extractors.venture.terrain import TERRAIN
 
 FONT = ROM.font(0xF00, rows=8)
 SCORE = NumberDisplay(FONT, right=48, top=9, digits=6, leading_zeros=True)
 ICONS = IconRow(left=112, top=9, width=4, height=8, pitch=8)
-WALL_TOP = 24  # of a room's upper wall
-WALL_HEIGHT = 4
 
 MONSTERS = {  # the room of each
     "Skeleton": 0,
@@ -159,7 +163,9 @@ def _chamber_box(scene: Scene) -> Box:
     """The upper wall of a room."""
     plan = room_plan(scene)
     there = scene.is_room | scene.is_left
-    return box(plan.wall_x, WALL_TOP, plan.wall_width, WALL_HEIGHT, there, color=scene.color)
+    return box(
+        plan.wall_x, WALL_TOP, plan.wall_width, WALL_BOTTOM - WALL_TOP, there, color=scene.color
+    )
 
 
 def _map_boxes(m: Ram, scene: Scene) -> Box:
@@ -214,7 +220,7 @@ MAPPED = Runs(
     most=3,
 )
 
-UPPER_WALL = Bounds(WALL_COLORS, (8, WALL_TOP, 152, WALL_TOP + WALL_HEIGHT))
+UPPER_WALL = Bounds(WALL_COLORS, (8, WALL_TOP, 152, WALL_BOTTOM))
 
 
 def _monster(name: str, color: int, pixels: tuple[int, int], doc: str) -> Category:
@@ -227,6 +233,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    terrain=TERRAIN,
     checks=Checks(
         # A lost life clears the records of the player and the hall monsters. VEM misses monsters
         # that touch.

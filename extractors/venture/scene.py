@@ -22,6 +22,8 @@ ROOMS_BEFORE = 4  # first number of the second hall's rooms
 FIRST_COLOR = 84  # of the walls in the first hall and its rooms
 SECOND_COLOR = 148
 WALL_COLORS = (FIRST_COLOR, SECOND_COLOR)
+WALL_TOP = 24  # of a room's upper wall
+WALL_BOTTOM = 28
 
 
 class Scene(NamedTuple):

@@ -7,12 +7,16 @@ not while his explosion is black. Garwors and Thorwors are invisible until they 
 him, but move and touch him all the time, and are valid. Exploding figures are valid. A wall is a
 side of a cell, without the posts at its ends. Tunnels and the boxes of waiting worriors have walls,
 too. A door is the side between the dungeon and a tunnel, valid while it is closed. Radar is the
-complete radar; its dots, two per frame, repeat the monsters' cells and are no objects. The posts
-are scenery.
+complete radar; its dots, two per frame, repeat the monsters' cells and are no objects.
 
 Slots: each kind of monster has the game's six records. Worluk and Wizard always have the first
 record. Walls have the positions of walls in either maze, row by row, then the walls of tunnels and
 boxes.
+
+Terrain: walls, doors, and the posts at the walls' ends, from the tables that the game draws. The
+level selects the maze, and the frame opens the doors. Pixels show a kind by the walls' colour and
+the position in the grid of cells. Black walls, as in flashes after the Wizard's death, are there,
+but the pixels do not show them.
 
 RAM: ALE's source (score, lives), and the ROM's code. The screen shows the positions before the step
 that follows the drawing (F55E-F730); `as_drawn` undoes this step. The worrior and his shot move
@@ -33,7 +37,7 @@ may have the walls' colour.
 """
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -68,10 +72,14 @@ from ocjax.authoring import (
     pick,
     when,
 )
+from ocjax.extractors.wizardofwor.drawn import DOORS_OPEN, KINDS, SLOTS, Drawn, as_drawn
 from ocjax.extractors.wizardofwor.ram import ROM, Hunt, Kind, Ram, Stage, State, Way
+from ocjax.extractors.wizardofwor.terrain import TERRAIN
 from ocjax.extractors.wizardofwor.walls import (
     CELL_HEIGHT,
     CELL_WIDTH,
+    DOOR_TOP,
+    DOOR_X,
     DUNGEON,
     HORIZONTAL,
     POST,
@@ -79,20 +87,10 @@ from ocjax.extractors.wizardofwor.walls import (
     Walls,
 )
 
-SLOTS = np.arange(6)
-KINDS = range(Kind.BURWOR, Kind.WIZARD + 1)
 HIDING = (Kind.GARWOR, Kind.THORWOR)
-TUNNEL_CELL = 32  # at the right
-TUNNEL_ENDS = (19, 139)  # `monster_x`
-END_UPRIGHT = 10  # `step` at the end of a way up or down
-END_ACROSS = 12
 EXPLODING = 8  # least `death` that shows the explosion
 JUST_FIRED = 5  # `fire_sound` on the frame of a new shot
-NO_MISSILE = 128  # least `missile_y` without a drawn shot
-DOORS_OPEN = 128  # least `frame`
 EXTRA_LIFE = 8000  # the mark in `score`
-DOOR_X = (12, 144)
-DOOR_TOP = 64
 SIZE = 16  # rows of a figure
 HEAD_RIGHT = 1  # column of the worrior's first pixel on his way to the right
 HEAD_UP = 4  # and up, also of a shot above him
@@ -141,20 +139,6 @@ POINTS = NumberDisplay(
 )
 
 
-@dataclass(frozen=True)
-class Drawn:
-    """Values of the frame for which the RAM has newer ones."""
-
-    frame: jax.Array
-    level: jax.Array
-    x: jax.Array  # of the monsters' pictures
-    y: jax.Array
-    step: jax.Array
-    missile_x: jax.Array
-    missile_y: jax.Array
-    missile: jax.Array  # whether it is drawn
-
-
 def decode(m: Ram) -> dict[str, Box]:
     drawn = as_drawn(m)
     monsters = _monster_boxes(m, drawn)
@@ -177,59 +161,6 @@ def decode(m: Ram) -> dict[str, Box]:
         "Score": POINTS.box(mod(score, 100_000), value=score, color=_score_color(m, drawn)),
         "Lives": _icon_row(m, jnp.where(m.flash > 0, _flash_color(drawn), YELLOW)),
     }
-
-
-def as_drawn(m: Ram) -> Drawn:
-    """Undo the game's moves since it drew the frame."""
-    moved = _has_moved(m)
-    across = among(m.way, (Way.LEFT, Way.RIGHT))
-    last_step = match(
-        (~moved, m.step),
-        (m.step == 2, jnp.where(across, END_ACROSS, END_UPRIGHT)),
-        otherwise=m.step - 2,
-    )
-    dx, dy = _direction(m.way)
-    other_end = jnp.where(m.cell == TUNNEL_CELL, *TUNNEL_ENDS)
-    tunnelled = moved & (m.step == 0)
-    x = jnp.where(tunnelled, other_end, m.monster_x - when(moved, 2 * dx)) - 3
-    y = 142 - m.monster_y - when(moved & ~tunnelled, 4 * dy)
-    missile_dx, missile_dy = _direction(m.missile_way)
-    begins = (m.stage == Stage.MUSIC) & (m.music == 1) & (m.level > 0)
-    return Drawn(
-        frame=m.frame - 1 & 255,
-        level=m.level - when(begins, 1),
-        x=x,
-        y=y,
-        step=last_step,
-        missile_x=m.missile_x - 4 - missile_dx,
-        missile_y=138 - m.missile_y - 2 * missile_dy,
-        missile=_missile_flies(m, moved, x, y),
-    )
-
-
-def _direction(way: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """One pixel in a direction, to the right and down."""
-    dx = match((way == Way.LEFT, -1), (way == Way.RIGHT, 1), otherwise=0)
-    return dx, match((way == Way.UP, -1), (way == Way.DOWN, 1), otherwise=0)
-
-
-def _has_moved(m: Ram) -> jax.Array:
-    """True for monsters that have moved since the frame was drawn."""
-    hunts = m.hunt != Hunt.NONE
-    wizard_rests = (m.hunt == Hunt.WIZARD) & ((m.frame & 7) == 0)
-    on_turn = jnp.where(hunts, when(wizard_rests, 2), m.turn - 1)
-    on_frame = jnp.where(hunts, (m.frame & 3) == 0, among(m.turn, range(1, 4)))
-    moving = on_frame & (m.stage == Stage.PLAY) & (m.over == 0)
-    walks = among(m.kind, KINDS) & among(m.way, (Way.UP, Way.DOWN, Way.LEFT, Way.RIGHT))
-    return moving & walks & ((on_turn == SLOTS) | (on_turn + 3 == SLOTS))
-
-
-def _missile_flies(m: Ram, moved: jax.Array, x: jax.Array, y: jax.Array) -> jax.Array:
-    """True if a monster's shot is drawn; a shot that has just left the monster is not."""
-    there = (m.missile_x == x + 8) & (m.missile_y == 131 - y)
-    leaves = jnp.any((m.shooter == SLOTS) & moved & there)
-    flies = (m.missile_way > 0) & (m.missile_y < NO_MISSILE)
-    return flies & ~leaves & (m.stage == Stage.PLAY)
 
 
 def _flash_color(drawn: Drawn) -> jax.Array:
@@ -381,6 +312,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    terrain=TERRAIN,
     saver=Saver(_saver_key, (14, 22), (WALL_SAVED, *WALL_COLORS, 0)),
     checks=Checks(
         rare=("Wizard", "Worluk"),

@@ -16,6 +16,8 @@ LEFT = 16  # of the first cell
 TOP = 24
 FLOOR = 141  # top of the lowest walls
 TUNNEL_ROW = 2
+DOOR_X = (12, 144)
+DOOR_TOP = 64
 DUNGEON = (LEFT - POST, TOP - POST, LEFT + COLUMNS * (CELL_WIDTH + POST), FLOOR + POST)
 # Left and top of fixed walls: of the tunnels, and of the boxes of waiting worriors.
 OUTER_HORIZONTAL = ((4, 60), (148, 60), (4, 80), (148, 80), (16, 161), (136, 161))

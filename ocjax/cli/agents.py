@@ -11,7 +11,7 @@ import typer
 from ocjax._extras import extras
 from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.options import START_HELP, count_option, fields_as_options
+from ocjax.cli.options import START_HELP, Terrain, count_option, fields_as_options
 from ocjax.cli.outputs import write_csv, write_markdown, write_text
 from ocjax.cli.render import extract, pictures, save
 from ocjax.emulators import ram_starts
@@ -241,6 +241,7 @@ def play(
         Path | None,
         typer.Option(help="Recording of what you play. Default with --human: ocjax-<Game>.npz."),
     ] = None,
+    terrain: Terrain = False,
 ) -> None:
     """Let a policy play complete games, under the settings of its training.
 
@@ -259,6 +260,10 @@ def play(
             "repeat_action_probability": repeat_action_probability,
         }
         writing.check_suffix(gif, (".gif",))
+        if terrain:
+            spec.require_terrain()
+            if gif is None and not human:
+                raise ValueError("--terrain paints into a picture: it needs --gif or --human")
         if human:
             plays = (
                 csv is not None
@@ -272,9 +277,8 @@ def play(
                     "that plays: they do not apply with --human"
                 )
             recording = out or writing.unnamed(Path(f"ocjax-{spec.name}.npz"))
-            _play_by_hand(
-                spec, seed, recording, gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif"))
-            )
+            animation = gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif"))
+            _play_by_hand(spec, seed, recording, animation, terrain)
             return
         if out is not None:
             raise ValueError(
@@ -296,7 +300,8 @@ def play(
         if markdown is not None or json is not None:
             raise ValueError("--markdown and --json need --variations, and write its comparison")
         writing.check(csv, gif, reads=[policies.file_of(policy)])
-        played = play_games(spec, policy, episodes, seed=seed, pictures=gif is not None, **protocol)
+        drawing = {"pictures": gif is not None, "with_terrain": terrain}
+        played = play_games(spec, policy, episodes, seed=seed, **drawing, **protocol)
         tables.show(_table(spec, played), console)
         write_csv(csv, ("episode", "return", "frames"), _csv_rows(played))
         if gif is not None:
@@ -319,11 +324,11 @@ def _show_rows(
     write_text(json, json_format.dumps(about, indent=2) + "\n")
 
 
-def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
+def _play_by_hand(game: Game, seed: int, out: Path, gif: Path, with_terrain: bool) -> None:
     """Let a person play, and write the recording and an animation of its first steps."""
     writing.check(out, suffixes=(".npz",))
     writing.check(gif)
-    playing = human_play.HumanGame(game, seed)
+    playing = human_play.HumanGame(game, seed, with_terrain=with_terrain)
     try:
         human_play.play(playing)
     except RuntimeError as error:
@@ -333,11 +338,9 @@ def _play_by_hand(game: Game, seed: int, out: Path, gif: Path) -> None:
     writing.announce(console, f"{len(tape):,} samples of {game.name}", out)
     samples = slice(0, min(len(tape), PICTURE_STEPS))
     with console.status("drawing"):
-        save(
-            [*pictures(tape, extract(tape, ("REM",), samples), samples, scale=2)],
-            gif,
-            frame_time=FRAME_TIME,
-        )
+        objects = extract(tape, ("REM",), samples)
+        drawn = pictures(tape, objects, samples, scale=2, with_terrain=with_terrain)
+        save([*drawn], gif, frame_time=FRAME_TIME)
     writing.announce(console, "The first steps", gif)
 
 

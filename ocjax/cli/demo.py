@@ -15,6 +15,7 @@ from rich.progress import track
 
 from ocjax.cli.gallery import richest
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.options import Terrain
 from ocjax.cli.outputs import write_picture
 from ocjax.emulators.start import load_playable
 from ocjax.envs import AlePool, Settings
@@ -37,10 +38,13 @@ def demo(
     out: Annotated[
         Path | None, typer.Option(help="Picture to write. Default: ocjax-<Game>.png.")
     ] = None,
+    terrain: Terrain = False,
 ) -> None:
     """Play a game with random actions, time both extraction methods, and draw their objects."""
     with errors_in_one_line():
         spec = load_playable(game)
+        if terrain:
+            spec.require_terrain()
         out = out or writing.unnamed(Path(f"ocjax-{spec.name}.png"))
         writing.check(out, suffixes=(".png",))
     result = run(spec, num_envs, steps, seed)
@@ -51,7 +55,9 @@ def demo(
     )
     with errors_in_one_line():
         write_picture(
-            out, picture(result), "Objects on the last frames, REM beside VEM, and their pixels"
+            out,
+            picture(result, terrain),
+            "Objects on the last frames, REM beside VEM, and their pixels",
         )
 
 
@@ -63,6 +69,7 @@ class Demonstration:
         seconds: float `[steps]` for "step" (all emulators), "REM" and "VEM" (whole batch).
         first_call: seconds of the first call of each method, including compilation.
         frames: uint8 `[instances, H, 160]`, the last frames.
+        rams: uint8 `[instances, 128]`, the last RAM.
         objects: the last objects of each method, batch shape `[instances]`.
     """
 
@@ -70,6 +77,7 @@ class Demonstration:
     seconds: dict[str, np.ndarray]
     first_call: dict[str, float]
     frames: np.ndarray
+    rams: np.ndarray
     objects: dict[str, Objects]
 
 
@@ -105,6 +113,7 @@ def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
             {k: np.array(v) for k, v in seconds.items()},
             first_call,
             np.array(pool.screen[:, 1]),
+            np.array(pool.ram),
             on_host,
         )
 
@@ -149,21 +158,27 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
     return f"{low:.2f}-{high:.2f}"
 
 
-def picture(shown: Demonstration) -> Image.Image:
+def picture(shown: Demonstration, with_terrain: bool = False) -> Image.Image:
     """Draw the objects of both methods over the last frames, and REM's objects' own pixels.
 
     It shows the instances with most kinds of objects.
     """
     game, frames = shown.game, shown.frames
-    rem, vem = shown.objects["REM"], shown.objects["VEM"]
-    rows = [
-        [
-            overlay(game, frames[i], rem[i]),
-            overlay(game, frames[i], vem[i]),
-            pixels(game, frames[i], rem[i]),
-        ]
-        for i in richest(game, rem, frames, min(ROWS, len(frames)))
-    ]
+    chosen = richest(game, shown.objects["REM"], frames, min(ROWS, len(frames)))
     return sheet(
-        rows, [f"{game.name}: REM (from RAM; {HIDDEN})", "VEM (from pixels)", "Pixels of objects"]
+        [_row(shown, i, with_terrain) for i in chosen],
+        [f"{game.name}: REM (from RAM; {HIDDEN})", "VEM (from pixels)", "Pixels of objects"],
     )
+
+
+def _row(shown: Demonstration, i: int, with_terrain: bool) -> list[Image.Image]:
+    """The pictures of an instance: objects by REM, by VEM, and their pixels."""
+    game, frame = shown.game, shown.frames[i]
+    rem, vem = shown.objects["REM"][i], shown.objects["VEM"][i]
+    by_ram = game.terrain_of(shown.rams[i]) if with_terrain else None
+    by_pixels = game.terrain_in(frame) if with_terrain else None
+    return [
+        overlay(game, frame, rem, terrain=by_ram),
+        overlay(game, frame, vem, terrain=by_pixels),
+        pixels(game, frame, rem),
+    ]

@@ -95,3 +95,8 @@ def fields_as_options(
         return command
 
     return decorate
+
+
+Terrain = Annotated[
+    bool, typer.Option("--terrain", help="Also paint the walls, ladders and the like.")
+]

@@ -12,6 +12,7 @@ from rich.progress import track
 
 from ocjax import recordings
 from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.options import Terrain
 from ocjax.extraction.objects import Objects
 from ocjax.files import writing
 from ocjax.recordings import Recording
@@ -38,6 +39,7 @@ def render(
     first: Annotated[int, typer.Option(min=0, help="First sample to draw.")] = 0,
     count: Annotated[int, typer.Option(min=1, help="Number of samples in a .gif.")] = 50,
     scale: Annotated[int, typer.Option(min=1, max=8, help="Picture pixels per screen pixel.")] = 2,
+    terrain: Terrain = False,
 ) -> None:
     """Draw objects over the frames of a recording."""
     if method not in METHODS:
@@ -51,10 +53,13 @@ def render(
         raise typer.BadParameter(
             f"{recording} has {len(tape)} samples, so the first to draw cannot be {first}"
         )
+    if terrain:
+        with errors_in_one_line():
+            tape.game.require_terrain()
     samples = slice(first, min(len(tape), first + (count if out.suffix == ".gif" else 1)))
     with console.status("extracting"):
         objects = extract(tape, METHODS[method], samples)
-    drawn = pictures(tape, objects, samples, scale)
+    drawn = pictures(tape, objects, samples, scale, with_terrain=terrain)
     total = samples.stop - samples.start
     images = list(track(drawn, description="drawing", total=total, console=console, transient=True))
     with errors_in_one_line():
@@ -76,15 +81,23 @@ def extract(recording: Recording, methods: Sequence[str], samples: slice) -> dic
 
 
 def pictures(
-    recording: Recording, objects: Mapping[str, Objects], samples: slice, scale: int
+    recording: Recording,
+    objects: Mapping[str, Objects],
+    samples: slice,
+    scale: int,
+    *,
+    with_terrain: bool = False,
 ) -> Iterator[Image.Image]:
     """Draw samples of a recording, the methods side by side."""
     assert recording.screens is not None
-    for i, frame in enumerate(recording.screens[samples]):
-        titles = [f"{recording.game.name} {samples.start + i}: {method}" for method in objects]
-        yield sheet(
-            [[overlay(recording.game, frame, o[i], scale=scale) for o in objects.values()]], titles
-        )
+    game = recording.game
+    for i, (ram, frame) in enumerate(
+        zip(recording.rams[samples], recording.screens[samples], strict=True)
+    ):
+        terrain = game.terrain_of(ram) if with_terrain else None
+        titles = [f"{game.name} {samples.start + i}: {method}" for method in objects]
+        row = [overlay(game, frame, o[i], scale=scale, terrain=terrain) for o in objects.values()]
+        yield sheet([row], titles)
 
 
 def save(images: Sequence[Image.Image], path: Path, *, frame_time: int = FRAME_TIME) -> None:

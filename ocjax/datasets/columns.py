@@ -2,7 +2,7 @@
 
 The schema marks the columns of pictures for the library `datasets`. Objects are lists of records
 with the fields of `OBJECT`. `orientation` and `value` are null if the category lacks them, and the
-orientation is -1 if VEM cannot determine it.
+orientation is -1 if VEM cannot determine it. `terrain` is a picture of the numbers of kinds.
 """
 
 import dataclasses
@@ -16,6 +16,7 @@ import numpy as np
 from PIL import Image
 
 from ocjax._extras import require
+from ocjax._xla import batches
 from ocjax.datasets.plans import MOST_STATES, DatasetError
 from ocjax.emulators.checks import integer
 from ocjax.extraction import records
@@ -23,6 +24,7 @@ from ocjax.extraction.categories import ATTRIBUTES
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files.blocks import Block, compact
+from ocjax.transforms.drawing import terrain_colors
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 STATE = {
@@ -50,6 +52,10 @@ OBJECT = {
     "hud": "bool",
 }
 PICTURES, OBJECTS = ("image", "previous"), ("rem", "hud", "vem")
+TERRAIN = "terrain"  # null in games without terrain
+LABELS = (*OBJECTS, TERRAIN)  # columns that `relabel` replaces
+PICTURE_FIELDS = ("bytes", "path")
+TERRAIN_CHUNK = 64  # states whose masks are made at a time
 FACTS = b"ocjax"  # the metadata key of a shard's facts
 
 
@@ -62,11 +68,12 @@ def schema(facts: Mapping[str, Any]) -> Any:
     pa = require("pyarrow")
     record = pa.struct([(name, pa.type_for_alias(kind)) for name, kind in OBJECT.items()])
     types = {name: pa.type_for_alias(kind) for name, kind in STATE.items()}
-    types |= dict.fromkeys(PICTURES, pa.struct([("bytes", pa.binary()), ("path", pa.string())]))
+    picture = pa.struct([("bytes", pa.binary()), ("path", pa.string())])
+    types |= dict.fromkeys(PICTURES, picture)
     types |= {"ram": pa.list_(pa.uint8(), 128)} | {
         name: pa.type_for_alias(kind) for name, kind in STEP.items()
     }
-    types |= dict.fromkeys(OBJECTS, pa.list_(record))
+    types |= dict.fromkeys(OBJECTS, pa.list_(record)) | {TERRAIN: picture}
     metadata = {
         b"huggingface": json.dumps({"info": {"features": _features()}}),
         FACTS: json.dumps(facts),
@@ -80,12 +87,15 @@ def _features() -> dict[str, Any]:
     record = {name: {"dtype": kind, "_type": "Value"} for name, kind in OBJECT.items()}
     ram = {"feature": {"dtype": "uint8", "_type": "Value"}, "length": 128, "_type": "List"}
     objects = {"feature": record, "_type": "List"}
-    out = (
-        {name: numbers[name] for name in STATE}
-        | {name: {"_type": "Image"} for name in PICTURES}
-        | {"ram": ram}
-    )
-    return out | {name: numbers[name] for name in STEP} | dict.fromkeys(OBJECTS, objects)
+    picture = {"_type": "Image"}
+    return {
+        **{name: numbers[name] for name in STATE},
+        **dict.fromkeys(PICTURES, picture),
+        "ram": ram,
+        **{name: numbers[name] for name in STEP},
+        **dict.fromkeys(OBJECTS, objects),
+        TERRAIN: picture,
+    }
 
 
 def facts_of(stored: Any) -> dict[str, Any]:
@@ -135,7 +145,10 @@ def checked(table: Any, names: Sequence[str] | None = None) -> Any:
     for field in fields:
         places = table.schema.get_all_field_indices(field.name)
         if len(places) != 1:
-            raise DatasetError(f"it must have one column {field.name}, and has {len(places)}")
+            remedy = ": relabel the dataset" if field.name in LABELS else ""
+            raise DatasetError(
+                f"it must have one column {field.name}, and has {len(places)}{remedy}"
+            )
         try:
             column = table.column(places[0]).cast(field.type)
             column.validate(full=True)
@@ -151,6 +164,8 @@ def _parts(column: Any, name: str) -> list[Any]:
     """The arrays of a column that must not have missing values."""
     if name in PICTURES:
         return [column, column.field("bytes")]
+    if name == TERRAIN:  # null in games without terrain
+        return [column, column.field("bytes")] if column.null_count < len(column) else []
     if name == "ram":
         return [column, column.flatten()]
     if name in OBJECTS:
@@ -172,14 +187,37 @@ def pictures(frames: np.ndarray, game: Game) -> Any:
 
     The pictures have the same indices and the game's palette.
     """
+    return _pictures(frames, np.asarray(game.palette))
+
+
+def terrain(rams: np.ndarray, game: Game) -> Any:
+    """Draw the terrain of states, uint8 `[n, 128]`, as a column of PNG pictures.
+
+    A pixel has the number of its kind in `game.terrain`, counted from 1, or 0. If kinds overlap,
+    the last one counts. All entries are null if the game has no terrain.
+    """
     pa = require("pyarrow")
-    table = np.asarray(game.palette).tobytes()
+    if game.terrain is None:
+        return pa.nulls(len(rams), schema({}).field(TERRAIN).type)
+    kind = np.arange(1, len(game.terrain) + 1, dtype=np.uint8)[:, None, None]
+    maps = batches.by_chunks(lambda part: _map_of_kinds(game, part, kind), rams, TERRAIN_CHUNK)
+    colors = np.zeros((256, 3), np.uint8)
+    colors[1 : len(game.terrain) + 1] = list(terrain_colors(game).values())
+    return _pictures(maps, colors)
+
+
+def _map_of_kinds(game: Game, rams: np.ndarray, kind: np.ndarray) -> np.ndarray:
+    """The largest number of a kind at each pixel, uint8 `[n, H, 160]`."""
+    return (np.asarray(game.terrain_of(rams).masks) * kind).max(axis=1)
+
+
+def _pictures(frames: np.ndarray, palette: np.ndarray) -> Any:
+    """Encode uint8 `[n, H, 160]` as a column of PNG pictures with a palette, uint8 `[256, 3]`."""
+    pa = require("pyarrow")
+    table = palette.tobytes()
+    pictures = pa.array([_png(f, table) for f in frames], pa.binary())
     return pa.StructArray.from_arrays(
-        [
-            pa.array([_png(f, table) for f in frames], pa.binary()),
-            pa.nulls(len(frames), pa.string()),
-        ],
-        ["bytes", "path"],
+        [pictures, pa.nulls(len(frames), pa.string())], list(PICTURE_FIELDS)
     )
 
 

@@ -50,7 +50,7 @@ def generate(
 
 
 def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
-    """Replace the objects of a dataset with the results of the present decoders.
+    """Replace the objects and terrain of a dataset with the results of the present decoders.
 
     The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. Each
     shard is replaced when its new version is complete. After an interruption, a second call

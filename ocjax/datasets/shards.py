@@ -78,6 +78,7 @@ def _table(game: Game, plan: Plan, shard: Shard, states: playing.Stretch, found:
         "previous": columns.pictures(states["previous"], game),
         "ram": pa.FixedSizeListArray.from_arrays(pa.array(states["ram"].ravel()), 128),
         **columns.object_columns(found.rem, found.vem, game),
+        columns.TERRAIN: columns.terrain(states["ram"], game),
     }
     schema = columns.schema({})
     return pa.table(
@@ -156,13 +157,13 @@ def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
 
 
 def relabel(path: Path, game: Game) -> None:
-    """Replace the objects of a shard, unless the present decoders made them."""
+    """Replace the labels of a shard, unless the present decoders made them."""
     known = facts(path)
     if known["code"] == code():
         return
     pa, schema = require("pyarrow"), columns.schema({})
     # other decoders may have other categories
-    kept = [name for name in schema.names if name not in columns.OBJECTS]
+    kept = [name for name in schema.names if name not in columns.LABELS]
     states = pa.concat_tables(
         [pa.schema([schema.field(name) for name in kept]).empty_table(), *rows(path, kept)]
     )
@@ -171,8 +172,10 @@ def relabel(path: Path, game: Game) -> None:
         part = states.slice(start, BATCH)
         with reading(path):
             pictures = [columns.frames(part[name], game) for name in columns.PICTURES]
-        found = labels.label(game, columns.rams(part["ram"]), *pictures)
-        for name, column in columns.object_columns(found.rem, found.vem, game).items():
+        rams = columns.rams(part["ram"])
+        found = labels.label(game, rams, *pictures)
+        objects = columns.object_columns(found.rem, found.vem, game)
+        for name, column in {**objects, columns.TERRAIN: columns.terrain(rams, game)}.items():
             part = part.append_column(schema.field(name), column)
         parts.append(part.select(schema.names).cast(schema))
         counts = labels.add(counts, found.counts)

@@ -19,6 +19,7 @@ from ocjax.envs.observations import (
     Pixels,
     Ram,
     Snapshot,
+    TerrainCells,
 )
 from ocjax.envs.perturbed import PerturbObjects
 from ocjax.envs.vector import ObjectVectorEnv
@@ -42,6 +43,7 @@ __all__ = [
     "Settings",
     "Snapshot",
     "States",
+    "TerrainCells",
     "Vector",
     "WorkerError",
     "make",

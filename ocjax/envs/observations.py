@@ -33,6 +33,7 @@ class Snapshot(NamedTuple):
     started: jax.Array  # bool [B], whether an episode has just begun
     # uint8 [B, H, 160] of palette indices, or [B, H, 160, 3] of RGB, the last emulated frame
     screen: jax.Array | None = None
+    ram: jax.Array | None = None  # uint8 [B, 128]
 
     @property
     def objects(self) -> Objects:
@@ -252,6 +253,84 @@ class Masks(Computed):
         )
         memory = push(snapshot.started, drawn, memory)
         return memory.reshape(memory.shape[0], -1, *memory.shape[3:]), memory
+
+
+@dataclass(frozen=True)
+class TerrainCells(Computed):
+    """The cells that contain each kind of terrain, uint8 0 or 1 `[kinds, rows, columns]`.
+
+    The kinds are `game.terrain`, read from RAM in every mode.
+
+    Args:
+        cell: height and width of a cell in pixels.
+        around: rows and columns of cells around the middle of the player, or None for the screen.
+            Cells beyond the screen are 0, and all are 0 without a player.
+
+    Raises:
+        ValueError: a number is below 1.
+    """
+
+    cell: tuple[int, int] = (8, 8)
+    _: KW_ONLY
+    around: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if min(*self.cell, *(self.around or (1, 1))) < 1:
+            raise ValueError(f"cell and around must be at least 1, got {self}")
+
+    @property
+    def needs_objects(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Whether the observation depends on the player's place."""
+        return self.around is not None
+
+    def space(self, game: Game, mode: str) -> gym.Space[Any]:
+        """The observation space of one environment.
+
+        Raises:
+            ValueError: the game has no terrain, or `around` is given and it has no player.
+        """
+        if game.terrain is None:
+            raise ValueError(f"{game.name} has no terrain: choose another observation")
+        if self.around is not None:
+            player_slot(game)
+        height, width = game.screen
+        rows, columns = self.around or (-(-height // self.cell[0]), -(-width // self.cell[1]))
+        return gym.spaces.Box(0, 1, (len(game.terrain), rows, columns), np.uint8)
+
+    def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
+        """The observation; there is no memory."""
+        assert snapshot.ram is not None  # every environment reads the RAM
+        terrain = game.terrain_of(snapshot.ram)
+        if self.around is None:
+            return terrain.grid(self.cell).astype(jnp.uint8), memory
+        slot = player_slot(game)
+        x, y = jnp.moveaxis(snapshot.objects.center[:, slot], -1, 0).astype(jnp.int32)
+        own = jax.vmap(self._around)(terrain.masks, x, y)
+        there = snapshot.objects.valid[:, slot].reshape(-1, 1, 1, 1)
+        return jnp.where(there, own, jnp.uint8(0)), memory
+
+    def _around(self, masks: jax.Array, x: jax.Array, y: jax.Array) -> jax.Array:
+        """Cells around a pixel, uint8 `[kinds, rows, columns]`, from `[kinds, H, W]`."""
+        assert self.around is not None
+        (rows, columns), (height, width) = self.around, self.cell
+        size = rows * height, columns * width
+        padded = jnp.pad(masks, ((0, 0), (size[0], size[0]), (size[1], size[1])))
+        start = jnp.int32(0), y + size[0] - size[0] // 2, x + size[1] - size[1] // 2
+        window = jax.lax.dynamic_slice(padded, start, (len(masks), *size))
+        cells = window.reshape(len(masks), rows, height, columns, width)
+        return cells.any((2, 4)).astype(jnp.uint8)
+
+
+def player_slot(game: Game) -> int:
+    """The first slot of the player.
+
+    Raises:
+        ValueError: the game has no player.
+    """
+    for category in game.categories:
+        if category.role == "player":
+            return game.slices[category.name].start
+    raise ValueError(f"{game.name} has no category with the role 'player'")
 
 
 @dataclass(frozen=True)

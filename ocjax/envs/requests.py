@@ -4,7 +4,16 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 from ocjax.envs.features import Vector
-from ocjax.envs.observations import Computed, Copied, Dqn, Masks, ObjectFields, Pixels, Ram
+from ocjax.envs.observations import (
+    Computed,
+    Copied,
+    Dqn,
+    Masks,
+    ObjectFields,
+    Pixels,
+    Ram,
+    TerrainCells,
+)
 
 Kind = Computed | Copied
 NAMES: Mapping[str, Kind] = {
@@ -17,6 +26,7 @@ NAMES: Mapping[str, Kind] = {
     "binary_masks": Masks("binary"),
     "class_masks": Masks("class"),
     "planes": Masks("planes"),
+    "terrain": TerrainCells(),
 }
 
 # One kind by name or as an instance, several by name, or a dict of either.

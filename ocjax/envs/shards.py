@@ -44,7 +44,7 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     def compute(arrays: Mapping[str, Any], vem: Objects | None, memory: dict[str, Any]) -> Observed:
         rem = game.rem(arrays["ram"]) if mode in ("rem", "both") else None
         gray, pooled, screen = (arrays.get(name) for name in ("gray", "pooled", "screen"))
-        snapshot = Snapshot(rem, vem, gray, pooled, arrays["started"], screen)
+        snapshot = Snapshot(rem, vem, gray, pooled, arrays["started"], screen, arrays["ram"])
         computed, new_memory = {}, dict(memory)
         for name, kind in computed_kinds.items():
             computed[name], new_memory[name] = kind.update(game, mode, snapshot, memory[name])

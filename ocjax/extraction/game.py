@@ -122,6 +122,14 @@ class Game(Declaration):
             )
         return frames
 
+    def require_terrain(self) -> None:
+        """Check that the game has terrain.
+
+        Raises:
+            ValueError: it has none.
+        """
+        scene.map_of(self)
+
     def terrain_of(self, ram: jax.Array | np.ndarray) -> scene.Terrain:
         """Return the terrain of states; a pure function that works under `jit` and `vmap`.
 

@@ -15,10 +15,10 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.ownership import NOBODY, owners_of
 from ocjax.extraction.saver import restored
-from ocjax.extraction.terrain import COVERED, Masks, TerrainKind
+from ocjax.extraction.terrain import COVERED, Masks, TerrainKind, TerrainMap
 from ocjax.vision.colors import EVEN
 
-__all__ = ["Terrain", "from_frames", "from_ram"]
+__all__ = ["Terrain", "from_frames", "from_ram", "map_of"]
 
 CHUNK = 16  # states whose masks fit in the cache
 
@@ -44,7 +44,7 @@ class Terrain:
     @property
     def layouts(self) -> np.ndarray:
         """The layouts that the ROM holds, bool `[layouts, kinds, H, 160]`."""
-        return _map_of(self.game).layouts
+        return map_of(self.game).layouts
 
     @property
     def masks(self) -> jax.Array:
@@ -59,7 +59,7 @@ class Terrain:
         Raises:
             KeyError: the game has no such kind.
         """
-        names = _map_of(self.game).names
+        names = map_of(self.game).names
         if name not in names:
             raise KeyError(f"{self.game.name} has the kinds {', '.join(names)}, got {name!r}")
         return self.masks[..., names.index(name), :, :]
@@ -70,13 +70,35 @@ class Terrain:
         Args:
             cell: height and width of a cell in pixels. Cells at the lower and the right edge may
                 be smaller.
+
+        Raises:
+            ValueError: a cell is smaller than one pixel.
         """
+        if min(cell) < 1:
+            raise ValueError(f"a cell must have at least one pixel, got {cell}")
         return _in_cells(self.masks, cell)
+
+    def to_logic(self, cell: tuple[int, int] = (8, 8)) -> Any:
+        """Convert the cells of `grid` to ground atoms of Prolog and Datalog, without final periods.
+
+        The atoms are `terrain(kind,row,column)`, with kinds as constants such as `wall`.
+
+        Returns:
+            A list of strings for one state; nested lists for a batch.
+        """
+        return _atoms(np.asarray(self.grid(cell)), [kind.name for kind in self.kinds])
 
     def __repr__(self) -> str:
         shape = jnp.shape(self.changed)[:-3] if self.layout is None else jnp.shape(self.layout)
         names = ", ".join(kind.name for kind in self.kinds)
         return f"Terrain({self.game.name}, batch {list(shape)}, {names})"
+
+
+def _atoms(cells: np.ndarray, names: Sequence[str]) -> Any:
+    """Atoms of cells bool `[..., kinds, rows, columns]`, in nested lists of the batch shape."""
+    if cells.ndim > 3:
+        return [_atoms(part, names) for part in cells]
+    return [f"terrain({names[kind]},{row},{column})" for kind, row, column in np.argwhere(cells)]
 
 
 def _in_cells(masks: jax.Array, cell: tuple[int, int]) -> jax.Array:
@@ -89,8 +111,8 @@ def _in_cells(masks: jax.Array, cell: tuple[int, int]) -> jax.Array:
     return whole.reshape(*batch, rows, cell[0], columns, cell[1]).any((-3, -1))
 
 
-def _map_of(game: Declaration) -> Any:
-    """The game's declaration of terrain.
+def map_of(game: Declaration) -> TerrainMap:
+    """Return the game's declaration of terrain.
 
     Raises:
         ValueError: the game has none.
@@ -106,22 +128,30 @@ def from_ram(game: Declaration) -> Callable[[jax.Array | np.ndarray], Terrain]:
     Raises:
         ValueError: the game has no terrain.
     """
-    terrain = _map_of(game)
-
-    def layout(ram: jax.Array) -> jax.Array:
-        return jnp.int32(0) if terrain.layout is None else terrain.layout(game.ram(ram))
+    terrain = map_of(game)
+    index, change = terrain.layout or _first, terrain.changes
+    if change is None:
+        return batches.AnyBatch(
+            lambda rams: Terrain(_strict(lambda ram: index(game.ram(ram)))(rams), None, game),
+            1,
+            CHUNK,
+        )
 
     def changed(ram: jax.Array) -> jax.Array:
-        own = jnp.asarray(terrain.layouts)[layout(ram)]
-        masks = terrain.changes(game.ram(ram), dict(zip(terrain.names, own, strict=True)))
+        own = jnp.asarray(terrain.layouts)[index(game.ram(ram))]
+        masks = change(game.ram(ram), dict(zip(terrain.names, own, strict=True)))
         return _stacked(masks, terrain.names)
 
-    def extract(rams: jax.Array) -> Terrain:
-        if terrain.changes is None:
-            return Terrain(_strict(layout)(rams), None, game)
-        return Terrain(None, batches.in_chunks(_strict(changed), rams, CHUNK), game)
+    return batches.AnyBatch(
+        lambda rams: Terrain(None, batches.in_chunks(_strict(changed), rams, CHUNK), game),
+        1,
+        CHUNK,
+    )
 
-    return batches.AnyBatch(extract, 1, CHUNK)
+
+def _first(m: Any) -> jax.Array:
+    """The index of the only layout."""
+    return jnp.int32(0)
 
 
 def from_frames(
@@ -138,7 +168,7 @@ def from_frames(
     Raises:
         ValueError: the game has no terrain.
     """
-    terrain = _map_of(game)
+    terrain = map_of(game)
     same_thing = {kind.category for kind in terrain.kinds}
     covers = np.array([c.name not in same_thing for c in game.categories])[game.slot_category]
 

@@ -54,6 +54,7 @@ def play(
     *,
     seed: int = 0,
     pictures: bool = False,
+    with_terrain: bool = False,
     hook: Hooks = None,
     preset: str | None = None,
     frame_skip: int | None = None,
@@ -69,6 +70,7 @@ def play(
         policy: "random", "repeat", "trained", or the path of a saved policy; see
             `ocjax.play.policies.make_policy`.
         pictures: whether to draw the first game.
+        with_terrain: whether to paint the terrain into the pictures.
         hook: a hook, such as the name of a variation; see `ocjax.make_vec`.
         preset: replaces the settings of the training; see `ocjax.make_vec`.
         repeat_action_probability: the probability that an emulated frame repeats the previous
@@ -103,7 +105,9 @@ def play(
                 if all(len(own) == most for own, most in zip(played, quota, strict=True)):
                     break
     returns, frames = zip(*(one for own in played for one in own), strict=True)
-    drawn = [_picture(game, moment) for moment in progress(seen, f"drawing {game.name}")]
+    drawn = [
+        _picture(game, moment, with_terrain) for moment in progress(seen, f"drawing {game.name}")
+    ]
     return Played(np.array(returns), np.array(frames), chosen, drawn)
 
 
@@ -126,5 +130,6 @@ def _games(
             yield i, float(pool.episode_return[i]), int(pool.frame_number[i])
 
 
-def _picture(game: Game, moment: _Moment) -> Image.Image:
-    return overlay(game, moment.screen, game.rem(moment.ram), scale=2)
+def _picture(game: Game, moment: _Moment, with_terrain: bool) -> Image.Image:
+    terrain = game.terrain_of(moment.ram) if with_terrain else None
+    return overlay(game, moment.screen, game.rem(moment.ram), scale=2, terrain=terrain)

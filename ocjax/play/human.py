@@ -40,8 +40,9 @@ class HumanGame(gym.Env):
     metadata = {"render_modes": ["rgb_array"], "render_fps": RATE}  # noqa: RUF012
     render_mode = "rgb_array"
 
-    def __init__(self, game: Game, seed: int = 0) -> None:
+    def __init__(self, game: Game, seed: int = 0, *, with_terrain: bool = False) -> None:
         self.game, self.ale = game, start_emulator(game, seed)
+        self.with_terrain = with_terrain
         self.action_space = gym.spaces.Discrete(len(ale_py.Action.__members__))
         self.observation_space = gym.spaces.Box(0, 255, self.ale.getRAM().shape, np.uint8)
         self._samples: dict[str, list[Any]] = {
@@ -93,8 +94,10 @@ class HumanGame(gym.Env):
 
     def render(self) -> np.ndarray:
         """The screen with REM's objects, uint8 `[H * 3, 160 * 6, 3]`."""
-        objects = jax.tree.map(np.asarray, self.game.rem(self.ale.getRAM()))
-        return np.asarray(overlay(self.game, self.screen, objects, scale=SCALE))
+        ram = self.ale.getRAM()
+        objects = jax.tree.map(np.asarray, self.game.rem(ram))
+        terrain = self.game.terrain_of(ram) if self.with_terrain else None
+        return np.asarray(overlay(self.game, self.screen, objects, scale=SCALE, terrain=terrain))
 
     def recording(self) -> Recording:
         """The recording: a sample every 4 emulated frames, and the last one of each game."""

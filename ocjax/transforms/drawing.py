@@ -10,9 +10,20 @@ from PIL import Image, ImageDraw, ImageFont
 from ocjax.console.compass import POINTS
 from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
+from ocjax.extraction.scene import Terrain
 from ocjax.transforms.segmentation import NOBODY, segment
 
-__all__ = ["HIDDEN", "boxes_over", "category_colors", "drawn", "overlay", "pixels", "sheet"]
+__all__ = [
+    "HIDDEN",
+    "boxes_over",
+    "category_colors",
+    "drawn",
+    "overlay",
+    "pixels",
+    "sheet",
+    "terrain_colors",
+    "tinted",
+]
 
 HIDDEN = "dashed: not on this frame"  # the legend of boxes
 
@@ -58,6 +69,7 @@ def overlay(
     scale: int = 3,
     labels: bool = True,
     numbers: bool = False,
+    terrain: Terrain | None = None,
 ) -> Image.Image:
     """Draw the boxes of the valid objects of one state over its frame.
 
@@ -72,10 +84,13 @@ def overlay(
         labels: whether to label the first object of each category, and every object with a value or
             a known orientation.
         numbers: label every object with its number in `objects.to_list()` instead, counted from 1.
+        terrain: of the state, to be painted over the frame; see `tinted`. With `labels` each kind
+            gets one.
     """
     rgb = game.palette[frame] if frame.ndim == 2 else frame
     sx, sy = 2 * scale, scale
-    image = Image.fromarray(rgb).resize(
+    shown_rgb = rgb if terrain is None else tinted(game, rgb, terrain)
+    image = Image.fromarray(shown_rgb).resize(
         (rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST
     )
     draw = ImageDraw.Draw(image)
@@ -86,6 +101,8 @@ def overlay(
     for r, is_shown in zip(records, shown, strict=True):
         corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
         _frame(draw, corners, colors[r["category"]], _line_width(scale), dashed=not is_shown)
+    if terrain is not None and labels:
+        _label_terrain(draw, font, terrain, image.size, scale)
     if numbers:
         for k, r in enumerate(records, 1):
             _label(
@@ -103,6 +120,26 @@ def overlay(
             place = r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy
             _label(draw, font, r["category"] + attributes, place, image.size, colors[r["category"]])
     return image
+
+
+def terrain_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
+    """A bright RGB colour for each kind of the game's terrain, with hues evenly spaced."""
+    return _bright_colors([kind.name for kind in game.terrain or ()])
+
+
+def tinted(game: Declaration, frame: np.ndarray, terrain: Terrain) -> np.ndarray:
+    """Paint each kind of terrain over a dark frame in a colour of its own, uint8 `[H, 160, 3]`.
+
+    Args:
+        game: the game.
+        frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
+        terrain: of one state.
+    """
+    rgb = game.palette[frame] if frame.ndim == 2 else frame
+    out = rgb // 2
+    for mask, color in zip(np.asarray(terrain.masks), terrain_colors(game).values(), strict=True):
+        out[mask] = np.array(color, np.uint8)
+    return out
 
 
 def pixels(
@@ -192,6 +229,24 @@ def _frame(
         end = min(y + _DASH, bottom)
         draw.line(((left, y), (left, end)), color, width)
         draw.line(((right, y), (right, end)), color, width)
+
+
+def _label_terrain(
+    draw: ImageDraw.ImageDraw,
+    font: ImageFont.ImageFont | ImageFont.FreeTypeFont,
+    terrain: Terrain,
+    size: tuple[int, int],
+    scale: int,
+) -> None:
+    """Write the name of each kind at the one of its pixels that is nearest to its middle."""
+    colors = terrain_colors(terrain.game)
+    for mask, (name, color) in zip(np.asarray(terrain.masks), colors.items(), strict=True):
+        y, x = np.nonzero(mask)
+        if not len(x):
+            continue
+        nearest = int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))
+        place = int(x[nearest]) * 2 * scale, int(y[nearest]) * scale, int(y[nearest] + 1) * scale
+        _label(draw, font, name, place, size, color)
 
 
 def _attributes(record: Mapping[str, Any]) -> str:

@@ -95,6 +95,23 @@ def test_render(tmp_path, suffix):
         assert getattr(picture, "n_frames", 1) == (3 if suffix == ".gif" else 1)
 
 
+def test_terrain_in_pictures(tmp_path):
+    """The option changes the picture; games without terrain say so."""
+    recording = DATA / "MsPacman.npz"
+    plain, painted = tmp_path / "plain.png", tmp_path / "painted.png"
+    assert run("render", recording, "--out", plain).exit_code == 0
+    assert run("render", recording, "--out", painted, "--terrain").exit_code == 0
+    with Image.open(plain) as one, Image.open(painted) as other:
+        assert (np.asarray(one) != np.asarray(other)).mean() > 0.1
+    picture = tmp_path / "demo.png"
+    options = "--envs", 2, "--steps", 4, "--out", picture, "--terrain"
+    assert run("demo", "MsPacman", *options).exit_code == 0
+    assert picture.exists()
+    for command in (("demo", "Pong"), ("render", DATA / "Pong.npz", "--out", plain)):
+        assert "Pong has no terrain" in run(*command, "--terrain").output
+    assert "needs --gif or --human" in run("play", "MsPacman", "--terrain").output
+
+
 def test_wrong_use(tmp_path):
     bad = tmp_path / "Pong.npz"
     bad.write_bytes(b"no")

@@ -247,6 +247,7 @@ RIGHT = {
     ("reward", "of large numbers"),
 }
 RIGHT |= {(name, "of large numbers") for name in ("index", "seed", "terminated", "truncated")}
+RIGHT |= {("terrain", "null"), ("terrain", "all null")}  # Pong has no terrain
 RIGHT |= {(name, "of nan") for name in ("terminated", "truncated")}
 
 

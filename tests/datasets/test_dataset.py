@@ -608,3 +608,28 @@ def test_commands(tmp_path):
     wrong = run(app, ["dataset", "Pong", "--policy", "random=30", "--out", out])
     assert wrong.exit_code == 2
     assert "add up to 100" in wrong.output
+
+
+def test_terrain(tmp_path):
+    """The pictures have the numbers of kinds, and relabelling adds them to an old dataset."""
+    game, folder = ocjax.load("MontezumaRevenge"), tmp_path / "dataset"
+    datasets.generate(small_plan(game, 6), folder)
+    made = contents(folder)
+    for row in rows_of(folder):
+        numbers = np.asarray(Image.open(io.BytesIO(row["terrain"]["bytes"])))
+        masks = np.asarray(game.terrain_of(np.array(row["ram"], np.uint8)).masks)
+        for k in range(len(game.terrain)):
+            last = masks[k] & ~masks[k + 1 :].any(axis=0)
+            np.testing.assert_array_equal(numbers == k + 1, last)
+    path = folder / "data" / "train-00000-of-00001.parquet"
+    table, facts = parquet.read_table(path), shards.facts(path)
+    old = table.drop_columns(["terrain"])
+    shards._write(path, old, game, facts | {"code": "old"})
+    with pytest.raises(DatasetError, match="one column terrain, and has 0: relabel the dataset"):
+        list(shards.rows(path))
+    datasets.relabel(folder)
+    assert contents(folder) == made
+
+
+def test_games_without_terrain(folder):
+    assert all(row["terrain"] is None for row in rows_of(folder))

@@ -1,5 +1,6 @@
 """Observations and masks against their definitions."""
 
+import contextlib
 import dataclasses
 
 import jax
@@ -372,3 +373,31 @@ def test_wrong_vector_options_are_refused():
         Vector(history=0)
     with pytest.raises(ValueError, match="stack must be at least 1"):
         Dqn(stack=0)
+
+
+def test_terrain_observation():
+    """The cells of the screen, and those around the player, against the masks."""
+    around = ocjax.envs.TerrainCells((4, 4), around=(5, 7))
+    obs = {"screen": "terrain", "near": around, "ram": "ram"}
+    with contextlib.closing(ocjax.make_vec("MsPacman", num_envs=2, obs=obs)) as envs:
+        envs.reset(seed=0)
+        for _ in range(80):
+            seen = envs.step(envs.action_space.sample())[0]
+        assert envs.observation_space.contains(seen)
+        game, rams = envs.game, np.asarray(seen["ram"])
+        terrain = game.terrain_of(rams)
+        np.testing.assert_array_equal(seen["screen"], terrain.grid((8, 8)))
+        player = envs.objects.of("Player")
+        for i in range(2):
+            x, y = (int(v) for v in player.center[i, 0])
+            padded = np.pad(np.asarray(terrain.masks)[i], ((0, 0), (28, 28), (28, 28)))
+            window = padded[:, y + 28 - 10 : y + 28 + 10, x + 28 - 14 : x + 28 + 14]
+            cells = window.reshape(1, 5, 4, 7, 4).any((2, 4))
+            np.testing.assert_array_equal(np.asarray(seen["near"])[i], cells)
+
+
+def test_terrain_observation_of_wrong_games():
+    with pytest.raises(ValueError, match="Pong has no terrain"):
+        ocjax.make_vec("Pong", num_envs=1, obs="terrain")
+    with pytest.raises(ValueError, match="at least 1"):
+        ocjax.envs.TerrainCells((0, 8))

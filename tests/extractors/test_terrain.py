@@ -99,6 +99,17 @@ def test_grid(game, excerpt):
 
 
 @pytest.mark.terrain
+def test_logic(game, excerpt):
+    terrain = game.terrain_of(excerpt[0][:2])
+    names = [kind.name for kind in game.terrain]
+    cells = np.asarray(terrain.grid((16, 16)))
+    for state, atoms in zip(cells, terrain.to_logic((16, 16)), strict=True):
+        expected = {f"terrain({names[k]},{y},{x})" for k, y, x in np.argwhere(state)}
+        assert set(atoms) == expected
+    assert game.terrain_of(excerpt[0][0]).to_logic((16, 16)) == terrain.to_logic((16, 16))[0]
+
+
+@pytest.mark.terrain
 def test_random_states(game):
     """Arbitrary bytes give masks, and the same ones in any batch."""
     rams = np.random.default_rng(0).integers(0, 256, (8, 128), np.uint8)

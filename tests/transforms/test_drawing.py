@@ -55,3 +55,17 @@ def test_pixels_have_the_color_of_their_category():
         own = (owners >= slots.start) & (owners < slots.stop)
         assert (image[:, ::2][own] == colors[name]).all()
     assert (owners >= 0).any()
+
+
+def test_terrain_is_painted_and_named():
+    game, data = ocjax.load("MsPacman"), excerpt("MsPacman")
+    frame, terrain = data["screens"][7], game.terrain_of(data["rams"][7])
+    wall = np.asarray(terrain.of("wall"))
+    painted = drawing.tinted(game, frame, terrain)
+    assert (painted[wall] == drawing.terrain_colors(game)["wall"]).all()
+    np.testing.assert_array_equal(painted[~wall], game.palette[frame][~wall] // 2)
+    objects = game.rem(data["rams"][7])
+    shown = np.asarray(drawing.overlay(game, frame, objects, scale=1, terrain=terrain))
+    colors = drawing.terrain_colors(game)
+    assert (shown[:, ::2][wall] == colors["wall"]).all(axis=-1).mean() > 0.9  # beside boxes
+    assert (shown == 0).all(axis=-1).any()  # behind labels

@@ -4,9 +4,14 @@ Picture: docs/games/Berzerk.png
 
 Screen: while a room appears, human and robots are absent and not valid. The score is valid, also
 while lives or a bonus replace it on the screen. A robot stays valid while it explodes. Otto and the
-human share a sprite, which shows them alternately. The walls are scenery.
+human share a sprite, which shows them alternately.
 
 Slots: Enemy has the game's own list, from top to bottom, which closes its gaps.
+
+Terrain: the walls, by the room's picture in the ROM and the exit that is shut behind the human. The
+chip's movement of sprites blanks eight columns on the line above each robot; they are no wall. On
+the one frame between two rooms, the RAM lacks four lines of the old walls; after a game, the
+walls' colour changes and the pixels do not show them.
 
 RAM: ALE's source (score, lives), AtariARI, OCAtari 2.2 (positions), a public disassembly by Dennis
 Debro (names), and the ROM's code. The human, his shot and Otto move after the frame is drawn, so
@@ -32,7 +37,6 @@ frames).
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from ocjax.authoring import (
     Blobs,
     Bounds,
@@ -45,22 +49,31 @@ from ocjax.authoring import (
     Game,
     IconRow,
     NumberDisplay,
-    RamMap,
-    Rom,
     Shape,
     ShortRuns,
     Variants,
     among,
-    bcd,
     box,
-    byte,
     display,
     match,
     pick,
     when,
 )
+from ocjax.extractors.berzerk.ram import (
+    APPEARED,
+    ROM,
+    Frame,
+    Missile,
+    Pose,
+    Ram,
+    RobotPose,
+    State,
+    Way,
+    on_last_frame,
+    rows_of_robots,
+)
+from ocjax.extractors.berzerk.terrain import TERRAIN
 
-ROM = Rom("berzerk", "136f75c4dd02c29283752b7e5799f978")
 HUMAN_COLOR = 60  # also of Otto and the human's shot
 TEXT = 28
 ROOM_COLORS = (26, 54, 12, 202, 76, 168, 252, 88)  # of robots and their shots, by room
@@ -86,10 +99,6 @@ RESERVE = IconRow(left=96, top=LINE_TOP, width=6, height=7, pitch=-8)  # in rese
 LINE = SCORE.area
 COPYRIGHT_SIZE = (40, 7)
 
-APPEARED = 255  # `appearing` of a complete room
-NO_ROBOT = 127  # `robot_y` of an absent robot; all later slots are empty, too
-TOP_ROW = 5  # `robot_y` of robots at the start
-SECOND_ROW = range(15, 22)  # with a few steps down
 ABOVE_HEAD = 4  # `missile_x` less `robot_x` for a robot's vertical shot
 OTTO_COMES = 3  # least `otto` with him in the room
 OTTO_FALLS = 128  # least `otto_way` on his way down
@@ -99,82 +108,13 @@ FIRST_PICTURE = 0xA9  # of the human, low byte of its address
 AIMING = range(49, 80)  # bytes from the first picture to the aiming pictures
 
 
-class State:  # of `Ram.state`
-    IN_ROOM = 2
-    LEAVES = 255
-
-
-class Frame:  # of `Ram.frame`
-    LAST = 1  # the human has left the room, but it is still on the screen
-    ROOM_BEGINS = 53  # the first frame of a room, still without figures
-
-
-class Missile:  # other values of `Ram.missile_way` than bits of ways
-    NONE = 0
-    NONE_YET = 15
-
-
-class Way:  # bits of `Ram.way`, `shot_way` and `missile_way`
-    UP = 1
-    DOWN = 2
-    LEFT = 4
-    RIGHT = 8
-    VERTICAL = UP | DOWN
-
-
-class Pose:  # of `Ram.pose`: 0 to 2 walk
-    HIT = 3  # least pose of a hit human
-    SHOCK = 6  # least pose that alternates with a shock
-
-
-class RobotPose:  # of `Ram.robot_pose`
-    TALL = (15, 17, 20, 22)  # of explosions
-    SPARK = 23  # the end of an explosion
-
-
-class Ram(RamMap):
-    state = byte(1)
-    frame = byte(4)
-    figure = byte(9)  # low byte of its address, minus the row on the screen
-    y = byte(11)  # y - 5, already moved on
-    figure_row = byte(12)
-    way = byte(14)
-    pose = byte(17)  # counts up after a hit
-    pace = byte(18)  # an overflow is a step
-    x = byte(19)  # of the sprite - 3, already moved on
-    shot = byte(20)  # in flight
-    shot_way = byte(21)
-    shot_x = byte(22)  # x - 2, already moved on
-    shot_y = byte(23)  # (y - 1) / 2, already moved on
-    missile_way = byte(26)
-    missile_pause = byte(27)  # 0 or 255: no shot flies
-    missile_wait = byte(28)  # counts up before the first shot
-    missile_x = byte(29)  # x - 2
-    missile_y = byte(30)  # y / 2
-    otto_x = byte(46)  # x - 3
-    robot_y = byte(*range(56, 64))  # (y - 4) / 2
-    robot_x = byte(*range(65, 73))  # x - 6
-    otto_low = byte(72)  # lowest position of his bounce
-    robot_pose = byte(*range(82, 90))
-    otto_y = byte(89)  # y - 3
-    lives = byte(90)  # without the last life
-    killed = byte(91)
-    level = byte(92)
-    score = bcd((93, 94, 95))
-    appearing = byte(101)  # visible part of the room
-    glyph = byte(106, 108, 110, 112, 114, 116)  # in the line below, low bytes of addresses
-    otto = byte(118)
-    shot_sound = byte(119)
-    otto_way = byte(121)
-
-
 def decode(m: Ram) -> dict[str, Box]:
     present = _is_present(m)
-    left = (m.state == State.LEAVES) & (m.frame == Frame.LAST) & (m.appearing == APPEARED)
+    left = on_last_frame(m)
     color = pick(m.level - when(left, 1) >> 1 & 7, ROOM_COLORS)
     return {
         "Player": _human(m).where(present),
-        "Enemy": _robots(m, left, color).where(present | left),
+        "Enemy": _robots(m, color).where(present | left),
         "PlayerMissile": _shot(m).where(present),
         "EnemyMissile": _missile_box(m, color, left).where(present | left),
         "EvilOtto": _otto(m).where(present),
@@ -240,21 +180,14 @@ def _walking_pose(m: Ram, moved: jax.Array) -> jax.Array:
     return jnp.where(turn >= 3, turn - 3, turn)
 
 
-def _robots(m: Ram, left: jax.Array, color: jax.Array) -> Box:
-    """All robots. After the human has left the room, the row of the first one is cleared.
-
-    It is known if the second one is in the second row: they start one per row, and are sorted.
-    """
-    number = np.arange(8)
-    first = when(left & ~among(m.robot_y[1], SECOND_ROW), 1)
-    row = jnp.where(left & (number == 0), TOP_ROW, m.robot_y)
-    count = jnp.min(jnp.where(row == NO_ROBOT, number, 8))
+def _robots(m: Ram, color: jax.Array) -> Box:
+    """All robots."""
+    row = rows_of_robots(m)
     is_spark = m.robot_pose == RobotPose.SPARK
     x = m.robot_x + jnp.where(is_spark, 8, 6)
-    y = 2 * row + jnp.where(is_spark, 10, 4)
+    y = 2 * row.y + jnp.where(is_spark, 10, 4)
     height = match((is_spark, 4), (among(m.robot_pose, RobotPose.TALL), 18), otherwise=16)
-    there = (number >= first) & (number < count)
-    return box(x, y, jnp.where(is_spark, 4, 8), height, there, color=color)
+    return box(x, y, jnp.where(is_spark, 4, 8), height, row.valid, color=color)
 
 
 def _shot(m: Ram) -> Box:
@@ -349,6 +282,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    terrain=TERRAIN,
     checks=Checks(
         # The RAM lacks a shot on the frame on which it hits, and the pose before a death.
         agreement={"last": 0.91, "lost": 0.87, "modes": 0.92},
