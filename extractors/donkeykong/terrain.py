@@ -10,7 +10,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, playfield
+from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, area_mask, playfield
 from ocjax.extractors.donkeykong.ram import ROM, Ram
 
 BOARD = (28, 40, 132, 196)
@@ -80,17 +80,14 @@ def _board_pixels(floor_of: Callable[[int], np.ndarray], second: int) -> np.ndar
     return below | girder & np.isin(SCREEN_LINE, (GIRDER_TOP, GIRDER_TOP + 1))
 
 
-def _in_boxes(boxes: np.ndarray) -> np.ndarray:
-    """The pixels in boxes of left, top, right and bottom, bool `[HEIGHT, 160]`."""
-    left, top, right, bottom = boxes.T
-    line = SCREEN_LINE[..., None]
-    column = np.arange(WIDTH)[:, None]
-    return ((line >= top) & (line < bottom) & (column >= left) & (column < right)).any(axis=-1)
+def _in_areas(areas: np.ndarray) -> np.ndarray:
+    """The pixels in areas of left, top, right and bottom, bool `[HEIGHT, 160]`."""
+    return np.logical_or.reduce([area_mask(area) for area in areas.tolist()])
 
 
 LADDERS_OF = (LADDERS_AT[: len(LADDERS)], LADDERS_AT[len(LADDERS) :])
-IS_LADDER = np.array([_in_boxes(boxes) for boxes in LADDERS_OF])  # by board
-IS_GROUND = (SCREEN_LINE >= GIRDER_TOP) & ~_in_boxes(np.array([DRUM]))
+IS_LADDER = np.array([_in_areas(areas) for areas in LADDERS_OF])  # by board
+IS_GROUND = area_mask((0, GIRDER_TOP, WIDTH, HEIGHT)) & ~area_mask(DRUM)
 GROUND = IS_GROUND & [_board_pixels(_first_board, 0), _board_pixels(_second_board, 1)]
 LAYOUTS = np.stack([GROUND & ~IS_LADDER, GROUND & IS_LADDER], axis=1)
 

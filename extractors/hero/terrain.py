@@ -19,7 +19,17 @@ from collections.abc import Mapping
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, among, lookup, pick, playfield, when
+from ocjax.authoring import (
+    WIDTH,
+    TerrainKind,
+    TerrainMap,
+    among,
+    area_mask,
+    lookup,
+    pick,
+    playfield,
+    when,
+)
 from ocjax.extractors.hero.ram import ROM, Ram
 from ocjax.extractors.hero.rocks import EDGES, HALF_WALL, LASTS, is_lava
 
@@ -30,10 +40,9 @@ KINDS = (
     TerrainKind("water", "river below the rocks", effect="kills", drawn="background"),
 )
 HEIGHT = 210  # lines of the screen
-SCREEN_LINE = np.arange(HEIGHT)[:, None]
 SCREEN_COLUMN = np.arange(WIDTH, dtype=np.int32)[None]
-TOP = 16
-BOTTOM = 142
+CEILING_TOP = 16
+FLOOR_BOTTOM = 142
 UPPER_LINES = slice(20, 59)  # lines of the upper part
 MIDDLE_LINES = slice(61, 98)  # lines of the middle part
 RIVER_TOP = 137
@@ -44,18 +53,19 @@ HALF_WIDTH = 4  # columns of half a wall
 WALL_WIDTH = 8  # columns of a wall
 
 
-def _in_lines(first: int, end: int) -> np.ndarray:
-    return np.isin(SCREEN_LINE, np.arange(first, end))
+def _in_lines(top: int, bottom: int) -> np.ndarray:
+    """The visible pixels of some lines, bool `[HEIGHT, 160]`."""
+    return area_mask((EDGES[0], top, WIDTH, bottom))
 
 
-IS_VISIBLE = SCREEN_COLUMN >= 8  # the beam blanks the first columns
+IS_VISIBLE = _in_lines(0, HEIGHT)  # the beam blanks the first columns
 IS_UPPER = _in_lines(UPPER_LINES.start, MIDDLE_LINES.start - 1)
 IS_MIDDLE = _in_lines(MIDDLE_LINES.start - 1, MIDDLE_LINES.stop + 1)
 IS_LAVA_LINE = _in_lines(MIDDLE_LINES.start, MIDDLE_LINES.stop)
 IS_BALL_LINE = _in_lines(UPPER_LINES.start, RIVER_TOP + 1)
-IS_RIVER_LINE = _in_lines(RIVER_TOP, BOTTOM)
-IS_FLOOR_EDGE = _in_lines(RIVER_TOP + 1, BOTTOM)
-IS_INNER = np.isin(SCREEN_COLUMN, np.arange(EDGES[0] + WALL_WIDTH, EDGES[1]))
+IS_RIVER_LINE = _in_lines(RIVER_TOP, FLOOR_BOTTOM)
+IS_FLOOR_EDGE = _in_lines(RIVER_TOP + 1, FLOOR_BOTTOM)
+IS_INNER = area_mask((EDGES[0] + WALL_WIDTH, 0, EDGES[1], 1), height=1)
 # Masks and PF0 of the ceiling's edge, and masks of the lower edge by `wave`, from the top.
 CEILING_MASKS = ROM.bytes(0xC61, 4)[::-1]
 CEILING_SIDES = ROM.bytes(0xC66, 4)[::-1]
@@ -86,7 +96,7 @@ def _colors_of_line() -> np.ndarray:
         for hue in HUES
     ]
     all_levels = np.array([*by_hue, [*[NO_COLOR] * 9, *[DIM] * 3]], np.uint8).T
-    margins = ((TOP, HEIGHT - BOTTOM), (0, 0))
+    margins = ((CEILING_TOP, HEIGHT - FLOOR_BOTTOM), (0, 0))
     return np.pad(all_levels[COLOR_OF_LINE], margins, constant_values=NO_COLOR)
 
 
@@ -95,7 +105,7 @@ ROCK_COLORS = _colors_of_line()
 
 def _changes(m: Ram, _: Mapping[str, jax.Array]) -> dict[str, jax.Array]:
     """All of a room's masks: the registers and colours are in RAM."""
-    dots = jnp.pad(_playfield_lines(m), ((TOP, HEIGHT - BOTTOM), (0, 0)))
+    dots = jnp.pad(_playfield_lines(m), ((CEILING_TOP, HEIGHT - FLOOR_BOTTOM), (0, 0)))
     is_shown = _rock_differs(m)
     column = 1 - m.wall + SCREEN_COLUMN
     in_wall = (column >= 0) & (column < jnp.where(m.hits >= HALF_WALL, HALF_WIDTH, WALL_WIDTH))
@@ -106,8 +116,8 @@ def _changes(m: Ram, _: Mapping[str, jax.Array]) -> dict[str, jax.Array]:
     return {
         "rock": solid & ~lava & IS_VISIBLE,
         "wall": ball & (m.wall > EDGES[0] + 1) & (m.wall <= EDGES[1]),
-        "lava": lava & IS_VISIBLE,
-        "water": ~dots & (IS_RIVER_LINE & IS_VISIBLE) & _has_river(m),
+        "lava": lava,
+        "water": ~dots & IS_RIVER_LINE & _has_river(m),
     }
 
 
@@ -143,17 +153,17 @@ def _rock_differs(m: Ram) -> jax.Array:
     shades = np.concatenate([CEILING_SHADES, FLOOR_SHADES]) | m.hue
     colors = jnp.concatenate([shades, m.hue[None], m.color])[COLOR_OF_LINE]
     river = when(_has_river(m), pick(m.level & 3, RIVERS))
-    below = np.arange(TOP, BOTTOM) >= RIVER_TOP
+    below = np.arange(CEILING_TOP, FLOOR_BOTTOM) >= RIVER_TOP
     background = jnp.where(below & _has_river(m), river, m.flash)
-    return jnp.pad((colors | 1) != (background | 1), (TOP, HEIGHT - BOTTOM))[:, None]
+    return jnp.pad((colors | 1) != (background | 1), (CEILING_TOP, HEIGHT - FLOOR_BOTTOM))[:, None]
 
 
 def _seen(frame: jax.Array) -> dict[str, jax.Array]:
     """Walls are the only narrow stretches of rock in the middle part that touch no edge."""
-    river = among(frame, RIVERS) & IS_RIVER_LINE & IS_VISIBLE
+    river = among(frame, RIVERS) & IS_RIVER_LINE
     dark = (frame == BLACK) & IS_RIVER_LINE & ~IS_FLOOR_EDGE & jnp.any(river)
     stone = (_has_rock_color(frame) | dark) & IS_VISIBLE
-    glow = among(frame, LAVA_COLORS) & IS_LAVA_LINE & IS_VISIBLE
+    glow = among(frame, LAVA_COLORS) & IS_LAVA_LINE
     solid = stone | glow
     narrow = _narrow_columns(solid[MIDDLE_LINES])
     upper = narrow & _narrow_columns(solid[UPPER_LINES])

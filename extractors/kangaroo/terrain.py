@@ -5,7 +5,7 @@ import functools
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, BoxTable, TerrainKind, TerrainMap, playfield
+from ocjax.authoring import WIDTH, BoxTable, TerrainKind, TerrainMap, area_mask, playfield
 from ocjax.extractors.kangaroo.ram import GAME_OVER, ROM, Ram
 
 LEVELS = 3
@@ -77,24 +77,19 @@ LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_level_ladders(level)) for leve
 
 
 SCREEN_LINE = np.arange(HEIGHT)[:, None]
-SCREEN_COLUMN = np.arange(WIDTH)
-IS_FIELD = (SCREEN_LINE >= FIRST_LINE) & (SCREEN_LINE < BOTTOM)
-IS_BLANKED = (
-    np.isin((SCREEN_LINE - FIRST_LINE) % PITCH, HMOVE_LINES) & IS_FIELD & (SCREEN_COLUMN < 8)
+IS_INSIDE = area_mask((WEST_WALL, FIRST_LINE, EAST_WALL, BOTTOM))
+IS_BLANKED = area_mask((0, FIRST_LINE, 8, BOTTOM)) & np.isin(
+    (SCREEN_LINE - FIRST_LINE) % PITCH, HMOVE_LINES
 )
-IS_INSIDE = (SCREEN_COLUMN >= WEST_WALL) & (SCREEN_COLUMN < EAST_WALL) & IS_FIELD
 # The walls begin a line above the first row.
-IS_WALL = (SCREEN_LINE >= FIRST_LINE - 1) & (SCREEN_LINE < BOTTOM) & ~IS_INSIDE & ~IS_BLANKED
+IS_WALL = area_mask((0, FIRST_LINE - 1, WIDTH, BOTTOM)) & ~IS_INSIDE & ~IS_BLANKED
 NOTHING = len(KINDS) * [np.zeros((HEIGHT, WIDTH), bool)]
 
 
 def _is_ladder(level: int) -> np.ndarray:
     """The pixels in the boxes of a level's ladders, bool `[HEIGHT, 160]`."""
-    left, top, columns, lines = np.array(_level_ladders(level)).T
-    column = SCREEN_COLUMN[:, None]
-    line = SCREEN_LINE[..., None]
-    in_columns = (column >= left) & (column < left + columns)
-    return (in_columns & (line >= top) & (line < top + lines)).any(axis=-1)
+    boxes = _level_ladders(level)
+    return np.logical_or.reduce([area_mask((x, y, x + w, y + h)) for x, y, w, h in boxes])
 
 
 def _level_masks(level: int) -> list[np.ndarray]:

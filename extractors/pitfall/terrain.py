@@ -18,7 +18,7 @@ from collections.abc import Mapping
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, among, playfield
+from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, among, area_mask, playfield
 from ocjax.extractors.pitfall.ram import ROM, Ram, Scene, sprite_x
 
 BLACK = 0
@@ -42,9 +42,9 @@ KINDS = (
     TerrainKind("hole", "above the ladder and beside it", drawn="background", category="Pit"),
 )
 HEIGHT = 210  # lines of the screen
-SCREEN_LINE = np.arange(HEIGHT)[:, None]
 SCREEN_COLUMN = np.arange(WIDTH, dtype=np.int32)[None]
-IS_VISIBLE = SCREEN_COLUMN >= 8
+VISIBLE_LEFT = 8
+IS_VISIBLE = SCREEN_COLUMN >= VISIBLE_LEFT
 TREE_KINDS = 4  # of `trees`
 LEAVES_TOP = 6
 PATTERN_TOP = 57
@@ -67,7 +67,8 @@ BRICKS = np.tile(ROM.rows(0xDB0, 16), 2)  # dots of the wall's lines, from the t
 
 
 def _in_lines(top: int, bottom: int) -> np.ndarray:
-    return np.isin(SCREEN_LINE, np.arange(top, bottom))
+    """The visible pixels of some lines, bool `[HEIGHT, 160]`."""
+    return area_mask((VISIBLE_LEFT, top, WIDTH, bottom))
 
 
 def _on_lines(top: int, lines: np.ndarray) -> np.ndarray:
@@ -85,11 +86,11 @@ def _tree_pixels(trees: int) -> np.ndarray:
 
 
 RUNGS = np.pad(ROM.data[[0xC95 + entry for entry in LADDER_ENTRIES]] & ENABLED, LADDER_TOP)[:HEIGHT]
-IS_LADDER = _in_lines(LADDER_TOP, FLOOR_TOP) & np.isin(SCREEN_COLUMN, np.arange(*RUNGS_AT))
+IS_LADDER = area_mask((RUNGS_AT[0], LADDER_TOP, RUNGS_AT[1], FLOOR_TOP))
 IS_RUNG = (RUNGS != 0)[:, None] & IS_LADDER
-IS_FLOOR = _in_lines(FLOOR_TOP, FLOOR_BOTTOM) & IS_VISIBLE
-IS_GROUND = _in_lines(GROUND_TOP, EARTH_TOP) & IS_VISIBLE
-IS_EARTH = _in_lines(EARTH_TOP, CAVE_TOP) & IS_VISIBLE
+IS_FLOOR = _in_lines(FLOOR_TOP, FLOOR_BOTTOM)
+IS_GROUND = _in_lines(GROUND_TOP, EARTH_TOP)
+IS_EARTH = _in_lines(EARTH_TOP, CAVE_TOP)
 EMPTY = np.zeros((HEIGHT, WIDTH), bool)
 LAYOUTS = np.array(
     [
