@@ -1,12 +1,14 @@
 """Walk planned paths in the emulator, to test that a game's terrain tells where the player can go.
 
-    python benchmarks/walks.py [GAME ...] [--walks 100] [--seed 0] [--markdown FILE]
+    python benchmarks/walks.py [GAME ...] [--walks 100] [--seed 0]
 
 Each walk begins in a state of random play. A path on the terrain leads from the player to a random
 reachable place at least 40 pixels away, and the joystick follows it. After a death the walk begins
 again, at most three times. Columns, in percent of all walks: `arrived` within four pixels of the
 place, `blocked` (the player pressed on for two seconds and did not move), `died` (four times) and
 `late` (did not arrive in time). `length` is the mean length of the paths in pixels.
+
+The rows are written to benchmarks/README.md.
 
 The planner is a recipe: nodes are positions of the player's body, and SciPy finds the shortest
 paths.
@@ -16,12 +18,11 @@ import argparse
 import collections
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import ale_py
 import numpy as np
-from rich.console import Console
+from _page import PageTable
 from rich.progress import track
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
@@ -30,7 +31,6 @@ import ocjax
 from ocjax.console.boxes import Area
 from ocjax.console.playfield import area_mask
 from ocjax.console.rom_files import rom_path
-from ocjax.evaluation import tables
 
 ACTIONS = {(0, 0): 0, (0, -1): 2, (1, 0): 3, (-1, 0): 4, (0, 1): 5}  # by step, in ALE
 LADDERS = ("ladder", "shaft")
@@ -45,6 +45,7 @@ FRAMES_PER_PIXEL = 8
 LADDER_GAP = 10  # pixels between rails
 SETTLE = 60  # frames without action before a walk on floors
 MOST_SNAP = 6  # pixels from the player to a node
+BEGIN, END = "<!-- walks -->", "<!-- /walks -->"
 HEADER = ("game", "walks", "arrived", "blocked", "died", "late", "length")
 
 
@@ -456,7 +457,7 @@ def walk(player: Player) -> tuple[str, int] | None:
     return result, length
 
 
-def measure(name: str, walks: int, seed: int) -> list[tables.Cell]:
+def measure(name: str, walks: int, seed: int) -> list[str]:
     """Walk in one game; a row of the table."""
     player = Player(name, seed)
     results: collections.Counter[str] = collections.Counter()
@@ -469,8 +470,8 @@ def measure(name: str, walks: int, seed: int) -> list[tables.Cell]:
                 break
         results[walked[0]] += 1
         lengths.append(walked[1])
-    share = [round(100 * results[key] / walks, 1) for key in HEADER[2:6]]
-    return [name, walks, *share, round(float(np.mean(lengths)))]
+    share = [f"{100 * results[key] / walks:.0f}" for key in HEADER[2:6]]
+    return [name, str(walks), *share, f"{np.mean(lengths):.0f}"]
 
 
 def main() -> None:
@@ -479,13 +480,9 @@ def main() -> None:
     parser.add_argument("games", nargs="*", help="default: all games with a walker")
     parser.add_argument("--walks", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--markdown", type=Path)
     args = parser.parse_args()
-    rows = [measure(name, args.walks, args.seed) for name in args.games or WALKERS]
-    table = tables.Table("Walks on the terrain", HEADER, rows)
-    tables.show(table, Console())
-    if args.markdown:
-        args.markdown.write_text(tables.to_markdown([table]))
+    table = PageTable(BEGIN, END, HEADER)
+    table.measure(args.games or WALKERS, lambda name: measure(name, args.walks, args.seed))
 
 
 if __name__ == "__main__":
