@@ -66,11 +66,15 @@ class Walker:
         player: category of the player.
         kept: bytes of RAM that are written before each frame, to keep enemies away.
         plays: bytes of RAM in which the player is alive and moves.
+        most: bytes of RAM, and their most value while the player is alive.
         step: most pixels between floors that the player walks over.
         grip: most pixels between the middles of the player and a ladder.
         rungs: lines between the rungs of ladders, which end at floors; 0: ladders have no gaps.
         sunk: lines of thick floors that are behind the player's feet.
         foot: width of the body's middle that must be above a floor.
+        stride: pixels of a step across and of one down.
+        avoid: categories of objects that lead elsewhere, such as the rooms of a hall.
+        scroll: byte of RAM that counts what the screen has scrolled down, and pixels of a unit.
         area: left, top, right and bottom of the field, without the outside that tunnels lead to;
             None if walls enclose it.
     """
@@ -85,7 +89,11 @@ class Walker:
     plays: Mapping[int, int] = field(default_factory=dict)
     rungs: int = 0
     sunk: int = 0
+    most: Mapping[int, int] = field(default_factory=dict)
     foot: int = 2
+    stride: tuple[int, int] = (1, 1)
+    avoid: tuple[str, ...] = ()
+    scroll: tuple[int, int] | None = None
     area: Area | None = None
 
 
@@ -122,29 +130,47 @@ NO_MONKEYS: dict[int, int] = {
 }
 # Donkey Kong: no barrels, and the bonus does not count down.
 NO_BARRELS: dict[int, int] = {**dict.fromkeys(range(4), 0), 36: 0x50}
+NO_DRAGONS: dict[int, int] = {36: 27, 41: 27, 46: 27}  # Adventure: all in a room far away
+# Berzerk: an empty list of robots, no shot, no Otto.
+NO_ROBOTS = {**dict.fromkeys(range(56, 64), 127), 26: 0, 118: 0}
+NO_CREATURES = {9: 255, 12: 255, 15: 255, 36: 240}  # Tutankham: and a full timer
+NO_HALLMONSTERS = dict.fromkeys(range(20, 26), 81)  # Venture: below the screen
+NO_MONSTERS = dict.fromkeys(range(80, 86), 0)  # Wizard of Wor
 WALKERS = {
+    "Adventure": Walker((4, 8), kept=NO_DRAGONS, area=(8, 36, 152, 212), stride=(4, 8)),
     "Alien": Walker((8, 13), lookahead=4, kept=NO_ALIENS, area=(16, 5, 144, 173)),
     "Amidar": Walker((4, 3), "lines", lookahead=4, kept=PLAYER_ONLY),
     "BankHeist": Walker((8, 8), lookahead=4, kept=NO_DANGER, area=(16, 37, 144, 178)),
-    "Hero": Walker((8, 24), "flies", lookahead=6, kept=NO_BEINGS, area=(8, 20, 160, 137)),
-    "Kangaroo": Walker(
-        (8, 24), "floors", grip=0, kept=NO_MONKEYS, rungs=4, area=(16, 10, 144, 180)
-    ),
+    "Berzerk": Walker((8, 20), kept=NO_ROBOTS, most={17: 2}, area=(8, 8, 152, 176)),
+    # without Donkey Kong's girder and the one below, where barrels and the end of the board are
     "DonkeyKong": Walker(
         (8, 17),
         "floors",
-        grip=0,
         kept=NO_BARRELS,
         plays={12: 255},
+        grip=0,
         rungs=3,
         area=(28, 46, 132, 196),
     ),
-    "MontezumaRevenge": Walker(body=(8, 20), moves="floors", grip=1, kept={46: 8}, plays={2: 4}),
-    "Pitfall": Walker(
-        (8, 20), "floors", plays={100: 5, 20: 0}, rungs=2, sunk=8, foot=8, area=(12, 0, 148, 190)
+    "Hero": Walker((8, 24), "flies", lookahead=6, kept=NO_BEINGS, area=(8, 20, 160, 137)),
+    # without the child's floor, where the level ends
+    "Kangaroo": Walker(
+        (8, 24), "floors", kept=NO_MONKEYS, grip=0, rungs=4, area=(16, 10, 144, 180)
     ),
+    "MontezumaRevenge": Walker(body=(8, 20), moves="floors", grip=1, kept={46: 8}, plays={2: 4}),
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
     "Pacman": Walker((8, 14), lookahead=4, kept=CAUGHT, area=(0, 25, 160, 195)),
+    # scenes with a ladder, in which Harry stands
+    "Pitfall": Walker(
+        (8, 20), "floors", plays={20: 0, 100: 5}, rungs=2, sunk=8, foot=8, area=(12, 0, 148, 190)
+    ),
+    "Tutankham": Walker(
+        (7, 8), kept=NO_CREATURES, area=(8, 35, 152, 175), stride=(4, 4), scroll=(65, 4)
+    ),
+    "Venture": Walker(
+        (1, 2), kept=NO_HALLMONSTERS, area=(4, 26, 156, 182), stride=(1, 2), avoid=("Room",)
+    ),
+    "WizardOfWor": Walker((8, 16), lookahead=4, kept=NO_MONSTERS, area=(16, 24, 144, 141)),
 }
 
 
@@ -170,10 +196,10 @@ def kinds_of(game: Any, masks: np.ndarray, effect: str, names: tuple[str, ...] =
 
 
 def nodes_and_edges(
-    game: Any, masks: np.ndarray, walker: Walker
+    game: Any, masks: np.ndarray, walker: Walker, avoided: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Nodes, bool `[H, W]`, and edges with their costs: int `[n, 2]` of flat positions, `[n]`."""
-    blocked = kinds_of(game, masks, "blocks")
+    blocked = kinds_of(game, masks, "blocks") | avoided
     if walker.moves == "lines":
         blocked = ~without_gaps(kinds_of(game, masks, "carries"))
     if walker.area is not None:
@@ -183,7 +209,8 @@ def nodes_and_edges(
         free = free_positions(blocked | kills, walker.body)
         depth = np.asarray(ndimage.distance_transform_cdt(np.pad(free, 1), "taxicab"))
         room = np.minimum(depth[1:-1, 1:-1], 6)
-        return free, *edges_between(free, free, 1.0 + 2 * (6 - room), across=True, down=True)
+        cost = 1.0 + 2 * (6 - room)
+        return free, *edges_between(free, free, cost, across=True, down=True, stride=walker.stride)
     width, height = walker.body
     carries = kinds_of(game, masks, "carries")
     climbed = kinds_of(game, masks, "carries", CLIMBED)
@@ -246,10 +273,11 @@ def between_floors(rungs: np.ndarray, floors: np.ndarray, gap: int) -> np.ndarra
     """
     joined = ndimage.binary_closing(rungs | floors, np.ones((gap + 1, 1))) & ~floors
     labels, _ = ndimage.label(joined, np.array([[0, 1, 0]] * 3))  # pyright: ignore
+    ends = np.pad(floors, ((1, 1), (0, 0)))
     out = np.zeros_like(rungs)
     for box in ndimage.find_objects(labels):
         lines, column = box[0], box[1].start
-        has_floors = floors[lines.start - 1, column] and floors[lines.stop, column]
+        has_floors = ends[lines.start, column] and ends[lines.stop + 1, column]
         out[box] |= bool(rungs[box].any() and has_floors)
     for _ in range(MOST_FLOOR):
         out |= shifted(out, 1) & floors
@@ -284,17 +312,24 @@ def shifted(mask: np.ndarray, rows: int) -> np.ndarray:
 
 
 def edges_between(
-    start: np.ndarray, end: np.ndarray, cost: np.ndarray, *, across: bool, down: bool, step: int = 0
+    start: np.ndarray,
+    end: np.ndarray,
+    cost: np.ndarray,
+    *,
+    across: bool,
+    down: bool,
+    step: int = 0,
+    stride: tuple[int, int] = (1, 1),
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Edges of one pixel in both directions, and their costs.
+    """Edges of one pixel, or of a stride, in both directions, and their costs.
 
     With `step`, an edge across may also go so many rows up or down.
     """
     h, w = start.shape
     number = np.arange(h * w).reshape(h, w)
     pairs = []
-    offsets = [(dy, 1) for dy in range(-step, step + 1)] if across else []
-    for dy, dx in [*offsets, *([(1, 0)] if down else [])]:
+    offsets = [(dy, stride[0]) for dy in range(-step, step + 1)] if across else []
+    for dy, dx in [*offsets, *([(stride[1], 0)] if down else [])]:
         rows, below = slice(max(-dy, 0), h - max(dy, 0)), slice(max(dy, 0), h + min(dy, 0))
         one = start[rows, : w - dx] & end[below, dx:] | end[rows, : w - dx] & start[below, dx:]
         pairs.append(np.stack([number[rows, : w - dx][one], number[below, dx:][one]], axis=1))
@@ -354,6 +389,7 @@ class Player:
         self.ale.setFloat("repeat_action_probability", 0.0)
         self.ale.loadROM(rom_path(self.game.rom))
         self.rng = np.random.default_rng(seed)
+        self.origin = 0  # what the screen had scrolled when the walk began
 
     def act(self, action: int) -> None:
         """Emulate a frame."""
@@ -369,10 +405,31 @@ class Player:
         x, y, w, h = np.asarray(objects.xywh[self._slot]).astype(int).tolist()
         width, height = self.walker.body
         left = x + (w - width) // 2
+        y = y + self.scrolled() - self.origin
         return left, (y + h - height if self.walker.moves == "floors" else y + (h - height) // 2)
+
+    def scrolled(self) -> int:
+        """Pixels that the screen has scrolled down, from the map's top."""
+        if self.walker.scroll is None:
+            return 0
+        address, pixels = self.walker.scroll
+        return pixels * int(self.ale.getRAM()[address])
+
+    def avoided(self) -> np.ndarray:
+        """Pixels in the boxes of the objects that lead elsewhere, bool `[H, W]`."""
+        objects = self.game.rem(self.ale.getRAM())
+        out = np.zeros(self.game.screen, bool)
+        for name in self.walker.avoid:
+            slots = self.game.slices[name]
+            boxes = np.asarray(objects.xywh[slots])[np.asarray(objects.valid[slots])].astype(int)
+            for x, y, w, h in boxes.tolist():
+                out[y : y + h, x : x + w] = True
+        return out
 
     def settled(self) -> tuple[int, int] | None:
         """The position, on floors after some frames without action, if he stands still then."""
+        if any(self.ale.getRAM()[at] > value for at, value in self.walker.most.items()):
+            return None
         if self.walker.moves != "floors":
             return self.position()
         lives = self.ale.lives()
@@ -452,10 +509,13 @@ def direction(plan: Plan, node: int, walker: Walker) -> int:
 
 def walk(player: Player) -> tuple[str, int] | None:
     """Walk once from the present state; the outcome and the path's length, or None without one."""
+    player.origin = player.scrolled()
     at = player.settled()
     if at is None:
         return None
-    nodes, pairs, costs = nodes_and_edges(player.game, player.masks(), player.walker)
+    nodes, pairs, costs = nodes_and_edges(
+        player.game, player.masks(), player.walker, player.avoided()
+    )
     around = Plan(np.zeros(0), np.where(nodes, 0.0, np.inf).ravel(), nodes.shape)
     start = around.nearest(*at)
     if start is None:
@@ -464,7 +524,7 @@ def walk(player: Player) -> tuple[str, int] | None:
     if place is None:
         return None
     plan = Plan.to(place, nodes, pairs, costs)
-    length = len(plan.way(start, 2000)) - 1
+    length = int(np.abs(np.diff(plan.way(start, 2000), axis=0)).sum())
     state = player.ale.cloneState()
     result = "died"
     for _ in range(TRIES):

@@ -11,8 +11,8 @@ light. Level is the number on the menu, Author the name in the secret room.
 Slots: a bridge's left rail is first.
 
 Terrain: the walls of the room, from the ROM's table of rooms. Two kinds are apart: thin walls at a
-side of four rooms, and the walls of dark rooms, of which the light shows a part. A thin wall in the
-ground's colour is there, but the pixels do not show it.
+side of four rooms, and the walls of dark rooms, of which the pixels show only those in the light. A
+thin wall in the ground's colour is there, but the pixels do not show it.
 
 RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code shows when
 they change. The game draws two things for three frames (a turn); if a room has more, they

@@ -5,14 +5,12 @@ In dark rooms the walls are as grey as the ground. Only the sprite that lights t
 shows them, as gaps.
 """
 
-from collections.abc import Mapping
-
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, among, area_mask, when
+from ocjax.authoring import WIDTH, TerrainKind, TerrainMap, area_mask, when
 from ocjax.extractors.adventure.drawn import as_drawn
-from ocjax.extractors.adventure.ram import Ram, Shown
+from ocjax.extractors.adventure.ram import Ram
 from ocjax.extractors.adventure.rooms import (
     ADDRESSES,
     BEFORE_ROWS,
@@ -32,9 +30,6 @@ from ocjax.extractors.adventure.rooms import (
 from ocjax.extractors.adventure.vision import CORNER_LINE, GRAY, LAMP, WALLS_TOP
 
 HEIGHT = 250
-LIGHT_WIDTH = 32  # of the sprite that lights a dark room
-LIGHT_HEIGHT = 64
-WIDER_LATER = 1  # column: the chip begins a wide sprite so much later
 LAST_COLUMNS = 5  # of the line below the view, until the picture ends
 LINES = np.arange(HEIGHT)
 COLUMNS = np.arange(WIDTH)
@@ -77,25 +72,6 @@ def layout(m: Ram) -> jax.Array:
     return jnp.where(fits, room, jnp.max(when(has_picture, number)))
 
 
-def changes(m: Ram, masks: Mapping[str, jax.Array]) -> dict[str, jax.Array]:
-    """In dark rooms, only the walls in the light."""
-    hidden = masks["dark_wall"]
-    light = _lit(m) & jnp.any(hidden)
-    return {**masks, "dark_wall": hidden & _around(light & ~hidden)}
-
-
-def _lit(m: Ram) -> jax.Array:
-    """The sprite that lights a room, one of the two that are drawn, bool `[250, 160]`."""
-    drawn = as_drawn(m)
-    is_first = m.first == Shown.LIGHT
-    is_second = m.second == Shown.LIGHT
-    left = jnp.where(is_first, drawn.first.x, drawn.second.x) + WIDER_LATER
-    top = jnp.where(is_first, drawn.first.y, drawn.second.y)
-    in_columns = among(jnp.asarray(COLUMNS) - left, range(LIGHT_WIDTH)) & (COLUMNS > 0)
-    in_lines = among(jnp.asarray(LINES) - top, range(LIGHT_HEIGHT)) & (LINES < VIEW_BOTTOM)
-    return in_lines[:, None] & in_columns[None, :] & (is_first | is_second)
-
-
 def _around(pixels: jax.Array) -> jax.Array:
     """The box of some pixels, bool `[250, 160]`."""
     return _between(jnp.any(pixels, axis=1))[:, None] & _between(jnp.any(pixels, axis=0))[None, :]
@@ -123,7 +99,7 @@ def seen(frame: jax.Array) -> dict[str, jax.Array]:
 
 
 def _has_thin(ground: jax.Array, left: int) -> jax.Array:
-    """Whether there is a thin wall: nowhere ground, but ground on both sides."""
+    """True for a thin wall: no ground in its columns, but ground on both sides."""
     own = ground[WALLS_TOP:VIEW_BOTTOM, left : left + THIN_WIDTH]
     beside = ground[:, left - 1] & ground[:, left + THIN_WIDTH]
     return ~jnp.any(own) & jnp.any(beside)
@@ -140,13 +116,12 @@ TERRAIN = TerrainMap(
         ),
         TerrainKind(
             "dark_wall",
-            "walls of dark rooms in the light round the player",
+            "walls of dark rooms; only the light round the player shows them",
             effect="blocks",
             drawn="background",
         ),
     ),
     layouts=LAYOUTS,
     layout=layout,
-    changes=changes,
     seen=seen,
 )

@@ -31,12 +31,13 @@ from ocjax.extractors.montezumarevenge.rooms import (
 )
 
 KINDS = (
-    TerrainKind("rock", "ceilings, walls and the sides of pits", "blocks", category="Wall"),
+    TerrainKind("ceiling", "the ceiling of a room", "blocks", drawn="background"),
+    TerrainKind("rock", "walls and the sides of pits", "blocks", category="Wall"),
     TerrainKind("platform", "ledges", "carries", category="Platform"),
-    TerrainKind("brick", "the bricks below the floor", "blocks"),
-    TerrainKind("mortar", "the joints between bricks", "blocks", drawn="background"),
+    TerrainKind("brick", "the bricks below the floor", "blocks", drawn="background"),
+    TerrainKind("mortar", "the joints between bricks", "blocks"),
     TerrainKind("ladder", "rails and rungs", "carries", category="Ladder"),
-    TerrainKind("shaft", "a ladder in the bricks", "carries", drawn="background"),
+    TerrainKind("shaft", "a ladder in the bricks", "carries"),
     TerrainKind("pole", "a pole", "carries", drawn="sprites", category="Pole"),
     TerrainKind("rope", "a rope", "carries", drawn="sprites", category="Rope"),
     TerrainKind("conveyor", "a belt, in two phases", "carries", category="Conveyer_Belt"),
@@ -59,8 +60,9 @@ BlockRows = tuple[tuple[int, int], ...]  # (number of lines, blocks of the left 
 FULL = 0xFFFFF
 BRICKS: BlockRows = ((1, FULL), (3, 0x55555), (3, 0xAAAAA))
 SHAFT: BlockRows = ((1, 0xFFFFD), (3, 0x55555), (2, 0xAAAAC), (1, 0xAAAAD))
-CEILING_TOP = 47
-CEILING_HEIGHT = 3
+CEILING = (0, 47, 160, 50)
+BLANKS = {1: 150, 5: 102}  # rows whose first columns are black, by room
+BLANK_WIDTH = 8
 LOWER_TOP = 93  # of the lower part of a room
 LOWER_HEIGHT = 102
 PIT: BlockRows = (
@@ -120,11 +122,8 @@ def _lines_of_rock(room: int) -> int:
 
 
 def _rock_of(room: int) -> np.ndarray:
-    """The rock of a room with everything that rock draws but its walls, bool `[H, 160]`."""
-    ceiling = _drawn_rows(CEILING_TOP, ((CEILING_HEIGHT, FULL),))
-    if room not in ROCK_ROOMS:
-        return ceiling
-    return ceiling | _drawn_rows(_start_of_lower_part(room), ROCK_ROOMS[room])
+    """The rock below the floor of a room and the ledges on it, bool `[H, 160]`."""
+    return _drawn_rows(_start_of_lower_part(room), ROCK_ROOMS.get(room, ()))
 
 
 def _lines_of_bricks(room: int) -> int:
@@ -167,7 +166,8 @@ def _rails_and_rungs(part: Part) -> np.ndarray:
     box = area_mask((part.left, part.top, part.left + part.width, end))
     between = area_mask((part.left + RAIL, 0, part.left + part.width - RAIL, HEIGHT))
     line = (np.arange(HEIGHT) - part.top + is_high) % RUNG_PERIOD
-    return box & (~between | (line >= RUNG_PERIOD - 2)[:, None])
+    is_rung = (line >= RUNG_PERIOD - 2) & (np.arange(HEIGHT) < end - 1)
+    return box & (~between | is_rung[:, None])
 
 
 def _ladders_of(room: int) -> np.ndarray:
@@ -200,6 +200,12 @@ def _lava_of(room: int) -> np.ndarray:
     return fire & ~_rock_of(room) if room in LAVA_ROOMS else np.zeros_like(fire)
 
 
+def _blank(room: int) -> np.ndarray:
+    """The black pixels at the left edge, where a sprite moves, bool `[H, 160]`."""
+    row = BLANKS.get(room, HEIGHT)
+    return area_mask((0, row, BLANK_WIDTH, row + 1))
+
+
 def _rope_of(room: int) -> np.ndarray:
     """The rope of a room, bool `[H, 160]`."""
     if room not in ROPE_ROOMS:
@@ -221,7 +227,8 @@ def _fixed_parts(room: int) -> dict[str, np.ndarray]:
     joints = _between_bricks(room) & ~_bricks_of(room)
     shaft = joints & area_mask(SHAFT_AREA) & (room in SHAFT_ROOMS)
     return {
-        "rock": stone & ~platform & ~_in(LADDERS, room),
+        "ceiling": area_mask(CEILING),
+        "rock": stone & ~(platform | _in(LADDERS, room) | _blank(room) | _between_bricks(room)),
         "platform": platform,
         "brick": _bricks_of(room),
         "mortar": joints & ~shaft,
@@ -270,26 +277,33 @@ def _seen(frame: jax.Array, *boxes: jax.Array) -> dict[str, jax.Array]:
     rock = among(frame, ROCK_COLORS)
     rung = among(frame, RUNG_COLORS)
     rows = _rows_of_bricks(rung)
-    climbed = within["Ladder"]
+    parts = _parts_seen(frame, rock & ~rows, rung & ~rows, within)
     on_rows = {
         "brick": rock & rows,
-        "mortar": rung & rows & ~climbed,
-        "shaft": rung & rows & climbed,
+        "mortar": rung & rows & ~within["Ladder"],
+        "shaft": rung & rows & within["Ladder"],
     }
-    parts = {
+    side_wall = ((rung & _above_floor()) | (frame == FORCE_COLOR)) & _at_side()
+    others = functools.reduce(jnp.logical_or, parts.values())
+    stone = (rock & ~rows & ~others & _below_score()) | side_wall
+    fire = among(frame, LAVA_COLORS) & area_mask((0, LAVA_TOP, 160, LAVA_END + 1))
+    top = rock & area_mask(CEILING)
+    return {"ceiling": top, "rock": stone & ~top, "lava": fire, **on_rows, **parts}
+
+
+def _parts_seen(
+    frame: jax.Array, rock: jax.Array, rung: jax.Array, within: dict[str, jax.Array]
+) -> dict[str, jax.Array]:
+    """The kinds that have a category, by colour in its boxes."""
+    return {
         "platform": rock & within["Platform"],
-        "ladder": (rock | rung) & climbed & ~rows,
+        "ladder": (rock | rung) & within["Ladder"],
         "pole": rock & within["Pole"],
         "rope": (frame != 0) & within["Rope"],
         "conveyor": rock & within["Conveyer_Belt"],
         "door": (frame != 0) & within["Barrier"],
         "bridge": rock & within["Disappearing_Platform"],
     }
-    side_wall = (rung | (frame == FORCE_COLOR)) & _above_floor() & _at_side()
-    others = functools.reduce(jnp.logical_or, parts.values())
-    stone = (rock & ~rows & ~others) | side_wall
-    fire = among(frame, LAVA_COLORS) & area_mask((0, LAVA_TOP, 160, LAVA_END + 1))
-    return {"rock": stone & _below_score(), "lava": fire, **on_rows, **parts}
 
 
 def _rows_of_bricks(rung: jax.Array) -> jax.Array:
@@ -300,17 +314,17 @@ def _rows_of_bricks(rung: jax.Array) -> jax.Array:
     return (joints | above | below)[:, None]
 
 
+def _below_score() -> np.ndarray:
+    return area_mask((0, CEILING[1], 160, HEIGHT))
+
+
 def _above_floor() -> np.ndarray:
-    return area_mask((0, 0, 160, LOWER_TOP + 2))
+    return area_mask((0, 0, 160, LOWER_TOP))
 
 
 def _at_side() -> np.ndarray:
     left, right = SIDE
     return ~area_mask((left, 0, right, HEIGHT))
-
-
-def _below_score() -> np.ndarray:
-    return area_mask((0, CEILING_TOP, 160, HEIGHT))
 
 
 TERRAIN = TerrainMap(

@@ -31,7 +31,7 @@ BOX_BOTTOM = BOXES + CELL_HEIGHT
 BOTTOM = BOX_BOTTOM + POST
 
 LINE_COUNT = 2 * ROWS - 1  # lines in a table; the first line is the last byte
-# What the lines fill: the sides of cells and the walls between them by turns; one line more below.
+# The lines alternate: the sides of cells, and the walls between cells. The lowest one is higher.
 LINE_HEIGHTS = (*(CELL_HEIGHT, POST) * (ROWS - 1), CELL_HEIGHT + 1)
 OUTSIDES = (0xF9A, 0xF8F)  # tables for PF0: with shut doors, with open ones
 MAZES = ROM.bytes(0xFD1, 4).reshape(2, 2) + 0xF00  # tables for PF1 and for PF2 of both mazes
