@@ -32,10 +32,12 @@ from ocjax.console.boxes import Area
 from ocjax.console.playfield import area_mask
 from ocjax.console.rom_files import rom_path
 
-ACTIONS = {(0, 0): 0, (0, -1): 2, (1, 0): 3, (-1, 0): 4, (0, 1): 5}  # by step, in ALE
+# By step, in ALE.
+ACTIONS = {(0, 0): 0, (0, -1): 2, (1, 0): 3, (-1, 0): 4, (0, 1): 5, (1, -1): 6, (-1, -1): 7}
 LADDERS = ("ladder", "shaft")
 ROPES = ("rope", "pole", "vine")
 CLIMBED = LADDERS + ROPES
+PITS = ("hole", "tar", "water")  # below the surface of a floor
 DASHED = ("conveyor", "bridge")  # floors that are drawn with gaps
 LEAST_DISTANCE = 40
 NEAR = 4  # pixels from the place
@@ -43,6 +45,9 @@ TRIES = 4
 PATIENCE = 120  # frames without a move
 FRAMES_PER_PIXEL = 8
 LADDER_GAP = 10  # pixels between rails
+PIT_DEPTH = 10  # lines from the surface to the bottom of a pit's narrowest part
+HOLE = 3  # most lines of a hole in a girder
+MOST_FLOOR = 12  # lines of a floor that the player climbs through
 SETTLE = 60  # frames without action before a walk on floors
 MOST_SNAP = 6  # pixels from the player to a node
 BEGIN, END = "<!-- walks -->", "<!-- /walks -->"
@@ -55,7 +60,8 @@ class Walker:
 
     Args:
         body: width and height that walls stop.
-        moves: "free" in four directions, on "lines", or on "floors" and ladders.
+        moves: "free" in four directions, on "lines", on "floors" and ladders, or "flies": the
+            player sinks unless the stick points up.
         lookahead: pixels of the path that decide the direction. In games where the stick chooses
             the next turn, more than 1.
         player: category of the player.
@@ -64,6 +70,8 @@ class Walker:
         most: bytes of RAM, and their most value while the player is alive.
         step: most pixels between floors that the player walks over.
         grip: most pixels between the middles of the player and a ladder.
+        rungs: lines between the rungs of ladders, which end at floors; 0: ladders have no gaps.
+        sunk: lines of thick floors that are behind the player's feet.
         foot: width of the body's middle that must be above a floor.
         stride: pixels of a step across and of one down.
         avoid: categories of objects that lead elsewhere, such as the rooms of a hall.
@@ -80,6 +88,8 @@ class Walker:
     step: int = 2
     grip: int = 2
     plays: Mapping[int, int] = field(default_factory=dict)
+    rungs: int = 0
+    sunk: int = 0
     most: Mapping[int, int] = field(default_factory=dict)
     foot: int = 2
     stride: tuple[int, int] = (1, 1)
@@ -110,6 +120,17 @@ NO_DANGER: dict[int, int] = {
 }
 # Alien: no aliens, and no eaten eggs, so the maze never ends.
 NO_ALIENS: dict[int, int] = {**dict.fromkeys(range(42, 45), 0), 91: 0}
+# Hero: no beings, and full power.
+NO_BEINGS: dict[int, int] = {**dict.fromkeys(range(37, 43), 147), 43: 81}
+# Kangaroo: no monkeys and coconuts, and the time stands still.
+NO_MONKEYS: dict[int, int] = {
+    **dict.fromkeys(range(4, 8), 255),
+    **dict.fromkeys(range(21, 24), 255),
+    33: 255,
+    59: 0x20,
+}
+# Donkey Kong: no barrels, and the bonus does not count down.
+NO_BARRELS: dict[int, int] = {**dict.fromkeys(range(4), 0), 36: 0x50}
 NO_DRAGONS: dict[int, int] = {36: 27, 41: 27, 46: 27}  # Adventure: all in a room far away
 # Berzerk: an empty list of robots, no shot, no Otto.
 NO_ROBOTS = {**dict.fromkeys(range(56, 64), 127), 26: 0, 118: 0}
@@ -122,9 +143,28 @@ WALKERS = {
     "Amidar": Walker((4, 3), "lines", lookahead=4, kept=PLAYER_ONLY),
     "BankHeist": Walker((8, 8), lookahead=4, kept=NO_DANGER, area=(16, 37, 144, 178)),
     "Berzerk": Walker((8, 20), kept=NO_ROBOTS, most={17: 2}, area=(8, 8, 152, 176)),
+    # without Donkey Kong's girder and the one below, where barrels and the end of the board are
+    "DonkeyKong": Walker(
+        (8, 17),
+        "floors",
+        kept=NO_BARRELS,
+        plays={12: 255},
+        grip=0,
+        rungs=3,
+        area=(28, 46, 132, 196),
+    ),
+    "Hero": Walker((8, 24), "flies", lookahead=6, kept=NO_BEINGS, area=(8, 20, 160, 137)),
+    # without the child's floor, where the level ends
+    "Kangaroo": Walker(
+        (8, 24), "floors", kept=NO_MONKEYS, grip=0, rungs=4, area=(16, 10, 144, 180)
+    ),
     "MontezumaRevenge": Walker(body=(8, 20), moves="floors", grip=1, kept={46: 8}, plays={2: 4}),
     "MsPacman": Walker(body=(8, 10), lookahead=4, kept=PENNED),
     "Pacman": Walker((8, 14), lookahead=4, kept=CAUGHT, area=(0, 25, 160, 195)),
+    # scenes with a ladder, in which Harry stands
+    "Pitfall": Walker(
+        (8, 20), "floors", plays={20: 0, 100: 5}, rungs=2, sunk=8, foot=8, area=(12, 0, 148, 190)
+    ),
     "Tutankham": Walker(
         (7, 8), kept=NO_CREATURES, area=(8, 35, 152, 175), stride=(4, 4), scroll=(65, 4)
     ),
@@ -165,8 +205,9 @@ def nodes_and_edges(
         blocked = ~without_gaps(kinds_of(game, masks, "carries"))
     if walker.area is not None:
         blocked = blocked | ~area_mask(walker.area, game.screen[0])
+    kills = kinds_of(game, masks, "kills")
     if walker.moves != "floors":
-        free = free_positions(blocked, walker.body)
+        free = free_positions(blocked | kills, walker.body)
         depth = np.asarray(ndimage.distance_transform_cdt(np.pad(free, 1), "taxicab"))
         room = np.minimum(depth[1:-1, 1:-1], 6)
         cost = 1.0 + 2 * (6 - room)
@@ -175,23 +216,43 @@ def nodes_and_edges(
     carries = kinds_of(game, masks, "carries")
     climbed = kinds_of(game, masks, "carries", CLIMBED)
     floors = blocked | (carries & ~climbed) | filled(kinds_of(game, masks, "carries", DASHED))
-    free = free_positions(blocked, walker.body)
+    if walker.rungs:
+        floors = np.asarray(ndimage.binary_closing(floors, np.ones((HOLE + 1, 1))))
+    floors = lowered(floors & ~above_pits(game, masks), walker.sunk)
+    free = free_positions(blocked | kills, walker.body)
     foot_left = (width - walker.foot) // 2
     no_floor = moved_left(free_positions(floors, (walker.foot, 1)), foot_left)
     stands = free & ~shifted(no_floor, height) & shifted(no_floor, height - 1)
-    ladders = moved_left(
-        middles_of_runs(kinds_of(game, masks, "carries", LADDERS), walker.grip), width // 2
-    )
+    drawn = kinds_of(game, masks, "carries", LADDERS)
+    rungs = between_floors(drawn, floors & ~blocked, walker.rungs) if walker.rungs else drawn
+    ladders = moved_left(middles_of_runs(rungs, walker.grip), width // 2)
     ropes = moved_left(
         middles_of_runs(kinds_of(game, masks, "carries", ROPES), walker.grip), width // 2
     )
     on_ladder = shifted(np.asarray(ndimage.maximum_filter1d(ladders, 3, axis=0)), height - 1)
     climbs = on_ladder | (ropes & shifted(ropes, height - 1))
+    if walker.area is not None:
+        climbs &= free_positions(~area_mask(walker.area, game.screen[0]), walker.body)
     flat = np.ones(free.shape)
     sideways = edges_between(stands, stands, flat, across=True, down=False, step=walker.step)
     upright = edges_between(climbs | stands, climbs, flat, across=True, down=True)
     pairs = np.concatenate([sideways[0], upright[0]])
     return stands | climbs, pairs, np.concatenate([sideways[1], upright[1]])
+
+
+def above_pits(game: Any, masks: np.ndarray) -> np.ndarray:
+    """Pixels a few lines above a pit: the surface of a floor may be drawn over it."""
+    chosen = [kind.name in PITS for kind in game.terrain]
+    pits = np.pad(masks[chosen].any(axis=0), ((0, PIT_DEPTH), (0, 0)))
+    lines = np.lib.stride_tricks.sliding_window_view(pits, PIT_DEPTH + 1, axis=0)
+    return np.asarray(lines.any(axis=-1))
+
+
+def lowered(floors: np.ndarray, lines: int) -> np.ndarray:
+    """Floors without the upper lines of those that are thicker."""
+    thick = np.asarray(ndimage.binary_opening(floors, np.ones((lines + 1, 1))), bool)
+    below = np.pad(thick, ((lines, 0), (0, 0)))[: len(thick)]
+    return floors & ~thick | thick & below
 
 
 def filled(mask: np.ndarray) -> np.ndarray:
@@ -203,6 +264,24 @@ def filled(mask: np.ndarray) -> np.ndarray:
         ys, xs = np.nonzero(mask[box])
         top, left = box[0].start, box[1].start
         out[top + ys.min() : top + ys.max() + 1, left + xs.min() : left + xs.max() + 1] = True
+    return out
+
+
+def between_floors(rungs: np.ndarray, floors: np.ndarray, gap: int) -> np.ndarray:
+    """Ladders whose rungs, at most `gap` lines apart, lead from a floor to the floor above.
+
+    The player climbs through the floor above.
+    """
+    joined = ndimage.binary_closing(rungs | floors, np.ones((gap + 1, 1))) & ~floors
+    labels, _ = ndimage.label(joined, np.array([[0, 1, 0]] * 3))  # pyright: ignore
+    ends = np.pad(floors, ((1, 1), (0, 0)))
+    out = np.zeros_like(rungs)
+    for box in ndimage.find_objects(labels):
+        lines, column = box[0], box[1].start
+        has_floors = ends[lines.start, column] and ends[lines.stop + 1, column]
+        out[box] |= bool(rungs[box].any() and has_floors)
+    for _ in range(MOST_FLOOR):
+        out |= shifted(out, 1) & floors
     return out
 
 
@@ -421,9 +500,12 @@ def direction(plan: Plan, node: int, walker: Walker) -> int:
     moves = np.sign(np.diff(way, axis=0))
     if not len(moves):
         return ACTIONS[(0, 0)]
-    upright = moves[moves[:, 1] != 0]
+    if walker.moves == "flies":
+        aside = moves[moves[:, 0] != 0, 0]
+        return ACTIONS[(int(aside[0]) if len(aside) else 0, -1 if moves[:, 1].min() < 0 else 0)]
+    upright = moves[moves[:, 0] == 0]  # a step on a slope also goes across
     x, y = (upright[0] if on_floors and len(upright) else moves[-1]).tolist()
-    return ACTIONS[(0, y) if y else (x, 0)]
+    return ACTIONS[(x, 0) if x else (0, y)]
 
 
 def walk(player: Player) -> tuple[str, int] | None:
