@@ -155,6 +155,7 @@ def _page(game: Game) -> Iterator[str]:
         yield f"| {dot} | {names} | {slots} | {attributes} | {c['doc']} |"
     yield "\nThe coloured squares are the colours of the boxes in the picture."
     yield "Objects in dashed boxes exist, but the game does not draw them on this frame.\n"
+    yield from _terrain(game)
     yield "## Accuracy\n\n| figure | % |\n|---|---|"
     yield from (
         f"| {text} | {about['accuracy'][key]:.2f} |"
@@ -166,6 +167,19 @@ def _page(game: Game) -> Iterator[str]:
     yield from _variants(about)
     yield from _play(about)
     yield from _machine(about)
+
+
+def _terrain(game: Game) -> Iterator[str]:
+    """The kinds of terrain, if the game has some."""
+    if game.terrain is None:
+        return
+    yield "## Terrain\n"
+    yield "[`game.terrain_of(ram).masks`](../terrain.md) has a mask of each kind.\n"
+    yield "| kind | effect | drawn by | category | what it is |\n|---|---|---|---|---|"
+    for kind in game.terrain:
+        category = f"`{kind.category}`" if kind.category else ""
+        yield f"| `{kind.name}` | {kind.effect or ''} | {kind.drawn} | {category} | {kind.doc} |"
+    yield ""
 
 
 def _environment(game: Game) -> Iterator[str]:

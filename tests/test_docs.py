@@ -149,3 +149,14 @@ def test_notebooks_run(notebook, tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert notebook.stat().st_size < 400_000
+
+
+def test_terrain_page_lists_all_games_and_kinds():
+    rows = [
+        f"| {game.name} | {', '.join(kind.name for kind in game.terrain)} |"
+        for game in map(ocjax.load, ocjax.games())
+        if game.terrain
+    ]
+    page = (ROOT / "docs" / "terrain.md").read_text()
+    assert "\n".join(rows) in page
+    assert f"In {len(rows)} games" in page

@@ -273,7 +273,7 @@ def _changes(m: Ram, masks: dict[str, jax.Array]) -> dict[str, jax.Array]:
 
 def _seen(frame: jax.Array, *boxes: jax.Array) -> dict[str, jax.Array]:
     """The kinds by colour, in the boxes of their categories."""
-    within = dict(zip(SEARCHED, boxes, strict=True))
+    within: dict[str, jax.Array] = dict(zip(SEARCHED, boxes, strict=True))
     rock = among(frame, ROCK_COLORS)
     rung = among(frame, RUNG_COLORS)
     rows = _rows_of_bricks(rung)

@@ -1,5 +1,6 @@
 """Everything known about a game, from its file and from the package's measurements."""
 
+import dataclasses
 import importlib.resources
 import inspect
 import json
@@ -21,8 +22,8 @@ PICTURE = "Picture: "  # before the path of a picture in the repository
 def describe(game: Game) -> dict[str, Any]:
     """Describe a game in JSON values.
 
-    They have its ROM, categories, address map, accuracy, modes and their meanings, variations and
-    notes, and whether an agent ships with ocjax.
+    They have its ROM, categories, terrain, address map, accuracy, modes and their meanings,
+    variations and notes, and whether an agent ships with ocjax.
     """
     notes_of = comments(game)
     title, *notes = PARAGRAPH.split(inspect.getdoc(inspect.getmodule(game.decode)) or game.name)
@@ -34,6 +35,7 @@ def describe(game: Game) -> dict[str, Any]:
         "screen": list(game.screen),
         "slots": game.num_slots,
         "categories": [_category(game, c) for c in game.categories],
+        "terrain": [dataclasses.asdict(kind) for kind in game.terrain or ()],
         "ram": [_field(field, notes_of.get(name, "")) for name, field in game.ram.fields().items()],
         "accuracy": accuracy().get(game.name, {}),
         "variants": variants(game),

@@ -3,7 +3,7 @@
 If no frame of a batch shows the saver, the batch is not changed.
 """
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
@@ -38,7 +38,7 @@ def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
     return (shown | frames[:, y, x].astype(jnp.int32)) & EVEN & ~saver.mask != 0
 
 
-def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) -> jax.Array:
+def restored(frames: jax.Array, saver: Saver, categories: Sequence[Category]) -> jax.Array:
     """Restore the colours of play in frames uint8 `[B, H, 160]`.
 
     The frames are words, as in `bitmap.planes`, in a loop of zero or one iteration. `lax.cond`
@@ -61,11 +61,14 @@ def restored(frames: jax.Array, saver: Saver, categories: Iterable[Category]) ->
     return lax.bitcast_convert_type(words, jnp.uint8).reshape(frames.shape)
 
 
-def _colors_of_play(saver: Saver, categories: Iterable[Category]) -> np.ndarray:
+def _colors_of_play(saver: Saver, categories: Sequence[Category]) -> np.ndarray:
     """Map colours without the bits that the saver drops to colours of play, uint8 `[256]`."""
     table = np.arange(256, dtype=np.uint8)
     rules = [rule for c in categories for rule in (c.rule, c.otherwise) if rule is not None]
-    for color in (*reversed([color for rule in rules for color in rule.palette]), *saver.taken):
+    of_rules = [color for rule in rules for color in rule.palette]
+    of_pixels = [color for c in categories for colors in c.slot_colors() for color in colors]
+    # Later ones take precedence: the first colours of rules before others.
+    for color in (*reversed(of_pixels), *reversed(of_rules), *saver.taken):
         table[color & saver.mask] = color
     return table
 
