@@ -129,6 +129,14 @@ def _print_page(about: dict[str, Any]) -> None:
             ["Category", "Slots", "Attributes", "Meaning"],
             [_category(c) for c in about["categories"]],
         ),
+        (
+            "Terrain",
+            ["Kind", "Effect", "Category", "Meaning"],
+            [
+                [k["name"], k["effect"] or "", k["category"] or "", k["doc"]]
+                for k in about["terrain"]
+            ],
+        ),
         ("Modes and difficulties", ["Option", "Number", "Meaning"], _meanings(about)),
         ("Variations", ["Variation", "Difference"], list(about["variations"].items())),
         ("RAM that REM reads", ["Field", "Bytes", "Read as", "Meaning"], fields),

@@ -65,6 +65,10 @@ def test_a_page_of_a_game(tmp_path):
     assert about["variations"]["lazy_enemy"] == "The enemy stays in the middle of the court."
     assert not json.loads(run("games", "Krull", "--json").output)["agent"]
     assert "lazy_enemy" in run("games", "Pong").output
+    assert "Terrain" not in run("games", "Pong").output
+    kinds = json.loads(run("games", "Kangaroo", "--json").output)["terrain"]
+    assert [kind["name"] for kind in kinds] == ["wall", "platform", "ladder"]
+    assert "Terrain" in run("games", "Kangaroo").output
     for wrong, message in (
         (("games", "Pongg"), "Pong"),
         (("games", "--picture", out), "needs the name of a game"),
