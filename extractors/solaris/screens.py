@@ -30,7 +30,8 @@ BAR_RIGHT = Pixel(130, 50)
 BAR_BELOW = Pixel(30, 120)
 BESIDE_BAR = Pixel(20, 50)
 ON_GROUND = (Pixel(12, 140), Pixel(12, 160), Pixel(12, 120))  # lines may cover some of them
-ALARM_POINTS = (Pixel(12, 30), Pixel(80, 60), Pixel(150, 90))  # an object or a star covers one of them
+# Points in space; an object or a star covers one of them at most.
+ALARM_POINTS = (Pixel(12, 30), Pixel(80, 60), Pixel(150, 90))
 JUMP_STARS = (Pixel(69, 16), Pixel(125, 23), Pixel(157, 27), Pixel(21, 30))  # fixed during a jump
 BESIDE_STAR = -9  # columns
 
