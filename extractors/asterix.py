@@ -24,6 +24,7 @@ has the hero's colour.
 """
 
 import functools
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -126,7 +127,7 @@ def decode(m: Ram) -> dict[str, Box]:
     }
 
 
-def _things(m: Ram, kinds: range, **fields: jax.Array) -> Box:
+def _things(m: Ram, kinds: range, **fields: Any) -> Box:
     """The things of some kinds, by lane."""
     kind = _kind_by_lane(m)
     there = among(kind, kinds)
