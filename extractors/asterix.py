@@ -19,11 +19,12 @@ the other lacks hero and icons. The game has one mode and one difficulty.
 
 Not exact: nothing known.
 
-VEM: Reward and Consumable are in raster order. Helmets and lamps are a column or a row too small,
-because one of their rows has another object's colour.
+VEM: Reward and Consumable are in raster order. Lamps are a row too small, because their last row
+has the hero's colour.
 """
 
 import functools
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -33,6 +34,7 @@ from ocjax.authoring import (
     Bounds,
     Box,
     Category,
+    Checks,
     Digits,
     Game,
     Gauge,
@@ -46,11 +48,14 @@ from ocjax.authoring import (
     byte,
     display,
     div,
+    pick,
     score_box,
 )
 
 ROM = Rom("asterix", "89a68746eff7f266bbf08de2483abe55")
 FONT = ROM.font(0xB01, rows=7, stride=8)
+PICTURE_TABLE = 0xC3D  # offset of the pictures in the lanes
+COLOR_TABLE = 0xD82  # offset of the colours of their rows
 
 ROWS = 11  # of every picture
 PITCH = 12  # bytes per picture; a zero byte ends each
@@ -69,7 +74,11 @@ PINK = 74
 RED = 68
 REWARD = 8
 BORDERS = (88, 120, 216, 56, 40, 152, 136, 72, 50, 104)  # around the digits of rewards
-EDIBLE = (68, 66, 12, 14, 76, 214, 88)  # except the rows in the hero's or the rewards' colours
+EDIBLE = (68, 66, 12, 14, 214, 88)  # except the lamps' rows in the hero's colour
+HELMET = (76, 8, 10, 12, 14)
+COLOR_ROW = 5  # of a picture of food, with the colour of its largest part
+FIRST_COLOR = COLOR_TABLE + PITCH * FOODS.start + COLOR_ROW
+FOOD_COLORS = (ROM.bytes(FIRST_COLOR, len(FOODS), PITCH) & 0xFE).tolist()
 TOPS = range(26, 150, 16)  # of the lanes
 STAGE_AREA = (0, 26, 160, 149)
 FLOORS = tuple((0, y + ROWS, 160, y + 16) for y in TOPS)
@@ -85,8 +94,8 @@ MOST_ICONS = 3
 def _lane_pictures(kinds: range) -> Pictures:
     """Tight extents of some kinds of pictures in the lanes, without their black rows."""
     offsets = range(PITCH * kinds.start, PITCH * kinds.stop, PITCH)
-    dots = ROM.rows([0xC3D + o for o in offsets], ROWS)
-    colors = ROM.rows([0xD82 + o for o in offsets], ROWS)
+    dots = ROM.rows([PICTURE_TABLE + o for o in offsets], ROWS)
+    colors = ROM.rows([COLOR_TABLE + o for o in offsets], ROWS)
     return Pictures.of(np.where(colors == 0, 0, dots))
 
 
@@ -111,18 +120,29 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": _hero_box(m).where(hero_drawn),
         "Enemy": _things(m, LYRES).where(drawn),
-        "Consumable": _things(m, FOODS).where(drawn),
+        "Consumable": _eatables(m).where(drawn),
         "Reward": _things(m, REWARDS).where(drawn),
         "Score": _shown_score(m).where(drawn),
         "Lives": _lives_box(m).where(hero_drawn),
     }
 
 
-def _things(m: Ram, kinds: range) -> Box:
+def _things(m: Ram, kinds: range, **fields: Any) -> Box:
     """The things of some kinds, by lane."""
-    kind = div(m.picture, PITCH)  # a pointer into the middle of a picture counts as that picture
+    kind = _kind_by_lane(m)
     there = among(kind, kinds)
-    return _lane_pictures(kinds).box(kind - kinds.start, m.lane_x, np.array(TOPS), valid=there)
+    index = kind - kinds.start
+    return _lane_pictures(kinds).box(index, m.lane_x, np.array(TOPS), valid=there, **fields)
+
+
+def _kind_by_lane(m: Ram) -> jax.Array:
+    """Kinds of the things, by lane; a pointer into a picture counts as that picture."""
+    return div(m.picture, PITCH)
+
+
+def _eatables(m: Ram) -> Box:
+    """What to eat, by lane."""
+    return _things(m, FOODS, color=pick(_kind_by_lane(m) - FOODS.start, FOOD_COLORS))
 
 
 def _is_drawn(m: Ram) -> jax.Array:
@@ -165,7 +185,8 @@ thing = functools.partial(Category, count=8)
 HERO = Blobs(YELLOW, STAGE_AREA, Shape(w=(5, 16), h=(9, ROWS)))
 LYRE = Bounds(PINK, tuple((0, y, 160, y + ROWS) for y in TOPS), min_size=(3, 9))
 sprites = functools.partial(Blobs, gap=(1, 1), ignore=FLOORS)
-FOOD = sprites(EDIBLE, STAGE_AREA, shapes=Shape(w=(4, 8), h=(5, ROWS)))
+WHOLE_HELMET = sprites(HELMET, STAGE_AREA, shapes=Shape(w=(6, 7), h=ROWS))
+FOOD = sprites(EDIBLE, STAGE_AREA, shapes=Shape(w=(4, 8), h=(5, ROWS)), also=(WHOLE_HELMET,))
 POINTS = sprites((REWARD, *BORDERS), STAGE_AREA, shapes=Shape(w=(4, 8), h=(9, ROWS)))
 SCORE = Bounds(YELLOW, (54, 184, 104, 191), value=Digits(FONT, DIGIT_LEFTS, SCORE_TOP))
 LIVES = Bounds(YELLOW, (60, 169, 100, 180), value=Gauge(ICON_PITCH, start=6, base=2))
@@ -175,10 +196,11 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(rare=("Consumable",)),  # helmets
     categories=(
         Category("Player", HERO, role="player", doc="Asterix, later Obelix"),
         thing("Enemy", LYRE, colors=(PINK, RED), doc="lyres, by lane"),
-        thing("Consumable", FOOD, doc="what to eat, by lane"),
+        thing("Consumable", FOOD, color_row=COLOR_ROW, doc="what to eat, by lane"),
         thing("Reward", POINTS, rgb=(170, 170, 170), doc="points given, by lane"),
         display("Score", SCORE, role="score", doc="points"),
         display("Lives", LIVES, role="lives", doc="icons; value: lives"),

@@ -8,8 +8,8 @@ shadow on the ground. Sky, mountains, ground and explosions are scenery. While a
 broken sensor blanks the view, no object in it is valid. Objects as black as the night ground are
 invalid until a shot lights them, and so are objects in fog of their colour. The radar still shows
 the enemy. Score counts this squadron's hit tanks, Squadrons the completely destroyed squadrons.
-Both are black and disappear before a black sky: in blanked views and during messages, which follow
-each lost tank and end the game.
+Both are black, and not valid before a black sky: while the vision sensor is broken and during
+messages, which follow each lost tank, announce the weather and end the game.
 
 RAM: ALE's source (score, lives), OCAtari (meaning of some bytes), and the ROM's code. Its two banks
 alternate with each call. The game computes a frame completely before it draws it. Only the enemy's
@@ -20,9 +20,9 @@ Covered: day, night and fog, all broken sensors, lost tanks, the end of the game
 Not exact: in fog, shots in front of ground stripes of their colour.
 
 VEM: in fog it misses shots that touch stripes of their colour. At night it sees a black shadow on a
-bright stripe. It misses Score before a black sky, an enemy or its shot when they touch, and a radar
-dot that touches the beam. It may take part of an enemy behind the sight for a shadow. It reads
-Score only in the first squadron.
+bright stripe. It misses an enemy or its shot when they touch, and a radar dot that touches the
+beam. It may take part of an enemy behind the sight for a shadow. It reads Score only in the first
+squadron.
 """
 
 import dataclasses
@@ -94,6 +94,7 @@ DAY_LEFT = 66
 CLOCK_RIGHT = 106
 NOISE = 63  # `lost` below this: noise on all frames
 WHITE = 14
+GREY = 12  # of the clock beside a message
 GREEN = 214
 RED = 68
 BLACK = 0
@@ -148,6 +149,10 @@ class Ground:  # of `Ram.ground`
     FOG = 6
 
 
+class Blinding:  # of `Ram.blank`
+    BLACK = 64  # the vision sensor is broken; otherwise the view flashes
+
+
 class Ram(RamMap):
     left_x = byte(34)  # of the enemy's halves; 0: out of view
     right_x = byte(35)
@@ -188,6 +193,7 @@ class Ram(RamMap):
 def decode(m: Ram) -> dict[str, Box]:
     screen = ~_is_noise(m)
     view = screen & (m.message == 0) & (m.blank == 0)
+    sky = screen & (m.message == 0) & (m.blank != Blinding.BLACK)
     sight = view & (m.gone == 0)
     lit = sight & ~_is_dark(m)
     lift = pick(mod(m.stride >> 1, len(BOBBING)), BOBBING)
@@ -203,8 +209,8 @@ def decode(m: Ram) -> dict[str, Box]:
         "RadarSensor": _sensor_box(m, 108, 142, Broken.RADAR).where(screen),
         "CanonSensor": _sensor_box(m, 44, 158, Broken.CANNON).where(screen),
         "TreadSensor": _sensor_box(m, 108, 158, Broken.TREADS).where(screen),
-        "Score": _icons(m.hits, 22, SQUADRON * m.squadrons + m.hits),
-        "Squadrons": _icons(m.squadrons, 33, m.squadrons),
+        "Score": _icons(m.hits, 22, SQUADRON * m.squadrons + m.hits).where(sky),
+        "Squadrons": _icons(m.squadrons, 33, m.squadrons).where(sky),
         "Lives": _icons(m.reserve, 175, m.reserve + 1).where(screen),
         "Clock": _clock_box(m).where(screen),
     }
@@ -294,7 +300,8 @@ def _clock_box(m: Ram) -> Box:
     tens = div(m.day, 10)
     first, _, _, _ = DIGIT_EXTENTS.extent(jnp.where(tens > 0, tens, m.day))
     left = jnp.where(tens > 0, TENS_LEFT, DAY_LEFT) + first
-    return edges(left, 10, CLOCK_RIGHT, 18, value=24 * m.day + m.hour)
+    color = jnp.where(m.message > 0, GREY, WHITE)
+    return edges(left, 10, CLOCK_RIGHT, 18, value=24 * m.day + m.hour, color=color)
 
 
 FIELD = (VIEW_LEFT, 80, 160, VIEW_BOTTOM)
@@ -371,7 +378,7 @@ def _icon_rule(color: int, y: int, base: int) -> Bounds:
 
 
 CLOCK_DIGITS = Digits(FONT, (DAY_LEFT, 82, 90), 10, weights=(24, 10, 1), required=True)
-CLOCK_RULE = Bounds((WHITE, 12), (TENS_LEFT, 10, CLOCK_RIGHT, 18), value=CLOCK_DIGITS)
+CLOCK_RULE = Bounds((WHITE, GREY), (TENS_LEFT, 10, CLOCK_RIGHT, 18), value=CLOCK_DIGITS)
 _in_view = functools.partial(Category, needs=("Player_Crosshair",))
 
 GAME = Game(
@@ -380,7 +387,9 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     checks=Checks(
-        agreement={"last": 0.93, "lost": 0.96},  # VEM misses Score before a black sky
+        rare=("Score", "Squadrons"),  # flashes, and announcements of the weather
+        unscored=4,  # messages, and a broken sensor
+        miscounted={"Score": 1},  # likewise
     ),
     categories=(
         Category(
@@ -400,7 +409,6 @@ GAME = Game(
             "Score",
             _icon_rule(BLACK, 22, 1),
             needs=("Radar",),
-            blinks=True,
             role="score",
             doc="tanks hit of this squadron; value: of all",
         ),
@@ -408,7 +416,6 @@ GAME = Game(
             "Squadrons",
             _icon_rule(BLACK, 33, 1),
             needs=("Radar",),
-            blinks=True,
             doc="squadrons that were hit",
         ),
         display(

@@ -16,7 +16,7 @@ RAM that the emulator returns, bats move and flap (D943-DB7B, F1DF-F285), and th
 shield move (F099-F1DF). `as_drawn` undoes these moves. Birds, shots and the ship move before the
 drawing. The program switches shots in the middle of a line, so a shot is a line longer or shorter
 left of the beam. It begins two lines late if no bird or bat is in its row, and is black in lines
-164-165.
+164-165. Enemies' shots have the colour that the program last used; `rgb` is that of the first line.
 
 Covered: all waves, later rounds, half bats, the shield, holes in the ship, deaths, the extra life,
 the end of the game.
@@ -27,7 +27,8 @@ that it still does (80 to 90 % of boxes are right). The RAM also lacks the frame
 their turning points, where they become slower, moved last (1 % of boxes), and the shield's first
 frame.
 
-VEM: a shot that touches a bird or a bat takes the same colours and becomes a part of it.
+VEM: a shot that touches a bird or a bat takes the same colours and becomes a part of it. In the
+second wave, it takes enemies' shots in the colour of the player's shot for that.
 """
 
 import functools
@@ -43,6 +44,7 @@ from ocjax.authoring import (
     Box,
     Category,
     Cells,
+    Checks,
     Game,
     IconRow,
     NumberDisplay,
@@ -55,6 +57,7 @@ from ocjax.authoring import (
     color_mask,
     display,
     div,
+    lookup,
     match,
     materialize,
     mod,
@@ -116,6 +119,23 @@ CEILINGS = (0x99, 0xAD)  # row of the highest bat
 LAST_BAT_FLOOR = 0x23
 DEPTH = 0x76  # rows from the ceiling to the floor of the other bats
 APART = 24  # least distance in rows between enemies' shots
+
+
+def _beside_birds(wing: int) -> tuple[int, ...]:
+    """Colours of enemies' shots beside birds, by row below the first one."""
+    return (wing,) * 2 + (WHITE,) * 5 + (wing,) * 4 + (PURPLE,) * 4 + (wing,) * 3
+
+
+# By stage, and row below the first one of an enemy: the program draws shots in its colours.
+ROW_COLORS = np.array(
+    [
+        _beside_birds(58),
+        _beside_birds(BALL),
+        (142,) * 6 + (130,) * 3 + (132, 132, 136, 136, 138, 138) + (142,) * 3,
+        (58,) * 6 + (82,) * 3 + (RED, RED, 68, 68, 70, 70, 72, 72, 58),
+        (WHITE,) * ROW_LINES,
+    ]
+).ravel()
 
 
 class Drawn(NamedTuple):
@@ -283,8 +303,19 @@ def _missile_boxes(m: Ram, d: Drawn) -> Box:
     def in_slots(v: jax.Array) -> jax.Array:
         return sum((when(h, v[i]) for i, h in enumerate(here)), jnp.zeros(8, jnp.int32))
 
-    boxes = box(in_slots(x), in_slots(top), 1, in_slots(bottom - top))
+    color = in_slots(_colors_of_shots(d, top))
+    boxes = box(in_slots(x), in_slots(top), 1, in_slots(bottom - top), color=color)
     return boxes.where(functools.reduce(jnp.logical_or, here)).clip(*AIR)
+
+
+def _colors_of_shots(d: Drawn, top: jax.Array) -> jax.Array:
+    """Colours of enemies' shots in their first lines."""
+    y = LINE_PLUS_ROW - top
+    offset = place(d.sky, y)
+    beside = d.stage * ROW_LINES + jnp.minimum(offset, ROW_LINES - 1)
+    lowest = jnp.min(jnp.where(d.sky.rows > 0, d.sky.rows, NO_ROW))
+    between = d.sky.birds & (offset != NO_ROW) & (y > lowest)
+    return jnp.where((offset < ROW_LINES) | between, lookup(ROW_COLORS, beside), WHITE)
 
 
 def _own_slots(m: Ram) -> jax.Array:
@@ -373,13 +404,14 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    checks=Checks(rare=("Bat", "Enemy_Projectile", "Phoenix")),  # shots beside enemies
     categories=(
         Category("Player", PLAYER, role="player", doc="the cannon"),
         Category("Shield", SHIELD, doc="around it"),
         Category("Player_Projectile", SHOTS, doc="its shot"),
         Category("Phoenix", FLYING, count=8, rgb=(125, 48, 173), doc="birds: side * 4 + row"),
         Category("Bat", BOTH_WINGS, count=7, color_row=3, doc="bats, eggs and half bats: row"),
-        Category("Enemy_Projectile", MISSILES, count=8, rgb=(236, 236, 236), doc="enemies' shots"),
+        Category("Enemy_Projectile", MISSILES, count=8, doc="enemies' shots"),
         Category("Boss", BOSS_FIGURE, rgb=(28, 32, 156), doc="the alien in the ship"),
         Category("Boss_Block_Green", DOMES, count=2, doc="domes of the mother ship"),
         block("Boss_Block_Blue", _block_cells(BLUE, BELT, BELT_ROWS), count=40, doc="its belt"),

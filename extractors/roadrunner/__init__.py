@@ -214,7 +214,21 @@ def _cacti(m: Ram, d: Drawn) -> Box:
     x = m.cactus_x - when(moved, d.scrolled) + when(d.lost, way)
     inset = when(~open_road(m) & (slow == 2), 1)  # the upper one is small
     y = np.array((46, 55)) + when((m.scene == Scene.ROCKS) & (m.sign_x < 149), 1)
-    return box(x + inset, y, 8 - 3 * inset, 8, m.cactus_x < 148).clip(*VIEW)
+    there = (m.cactus_x < 148) | (slow == 1)
+    top, bottom = _cactus_rows(x, inset == 0)
+    return box(x + inset, y + top, 8 - 3 * inset, bottom - top, there).clip(*VIEW)
+
+
+def _cactus_rows(x: jax.Array, large: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The rows of the visible part of cacti: beside the edges of the view, only of an arm.
+
+    Returns the first one, and the row after the last one.
+    """
+    columns_out = when(large, VIEW[0] - x)
+    columns_in = jnp.where(large, VIEW[2] - x, 8)
+    top = match((columns_out > 4, 2), (columns_in < 4, 5), otherwise=0)
+    bottom = match((columns_out > 6, 5), (columns_out > 4, 6), (columns_in < 4, 7), otherwise=8)
+    return top, bottom
 
 
 def _sign_box(m: Ram, d: Drawn) -> Box:
@@ -286,6 +300,7 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         rare=(
+            "Cactus",
             "AcmeMine",
             "Enemy",
             "Player",

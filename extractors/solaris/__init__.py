@@ -14,6 +14,8 @@ RAM: a kernel of bank 2 ($F000-$F2C9) draws space, a kernel of bank 3 ($F000-$F2
 part of bank 3 ($F484) draws the chart. One sprite shows four records that do not overlap in height,
 from the top down. The other sprite shows the fifth record, the two shots and the ship.
 
+Alarm: space is red while enemies attack a planet of the quadrant. Rows in that red are invisible.
+
 Warp: a hyper jumper arrives as two lights, one from each side. They fly to each other in the same
 row and become the jumper where they meet ($F267 and $F92E of bank 0).
 
@@ -30,7 +32,8 @@ derived anything from its records yet; `Ram` then has the values of the first fr
 game, all records already belong to the next game, while the frame is the last one of the old game.
 
 VEM: it sees overlapping pictures as one, cannot distinguish blockaders of one dot from stars, and
-misses black rows of craters on the ground's black lines.
+misses black rows of craters on the ground's black lines. During an alarm it sees the uppermost rows
+of large red planets as objects of their own. It takes the blue part of some jumpers for a planet.
 """
 
 import functools
@@ -109,6 +112,7 @@ GAME = Game(
         # On the last frame, all records belong to the next game. When a life is lost, fuel, ships
         # left and the target belong to the next one.
         agreement={"last": 0.3, "lost": 0.96},
+        rare=("Darter", "HyperJumper"),  # during an alarm
         # Symbols differ in their pictures alone, and a grid's cells have no pictures.
         known={"ChartSymbol": 0},
     ),

@@ -14,7 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from ocjax.authoring import lookup
-from ocjax.extractors.solaris.ram import ROM, Picture
+from ocjax.extractors.solaris.ram import ROM, Picture, Sky
 
 VIEW_TOP = 23  # the kernel draws objects from this row
 VIEW_BOTTOM = 168  # the row below the last one
@@ -25,6 +25,9 @@ UNUSED = (0x11, 0x12, 0x13, 0x30, 0x31)  # numbers without a picture
 BLUE_COLOR_ROW = 6  # row of blue planets with their colour, in their bright part
 
 GROUND = 98  # colour
+ALARM_COLOR = 66
+SKIES = (Sky.SPACE, Sky.PLANET, Sky.ALARM)
+BEHIND = {Sky.SPACE: 0, Sky.PLANET: GROUND, Sky.ALARM: ALARM_COLOR}
 GROUND_TOP = 85  # row of a planet's ground; the rows above are black, as craters are
 
 BANK_SIZE = 4096
@@ -86,10 +89,10 @@ COLOR_BITS = Bits(23, 7)  # without its lowest bit, which the chip ignores
 LEFTMOST = 32
 
 
-def shown_of(picture: jax.Array, on_planet: jax.Array, cut: jax.Array) -> Shown:
-    """Visible parts of pictures, by their cuts from `cut_at`."""
+def shown_of(picture: jax.Array, sky: jax.Array, cut: jax.Array) -> Shown:
+    """Visible parts of pictures before a sky, by their cuts from `cut_at`."""
     known = jnp.minimum(picture, Picture.NONE - 1)
-    packed = lookup(TABLE, (on_planet * Picture.NONE + known) * CUTS + cut)
+    packed = lookup(TABLE, (sky * Picture.NONE + known) * CUTS + cut)
     return Shown(
         left=LEFT_BITS.of(packed) - LEFTMOST,
         top=FIRST_ROW_BITS.of(packed),
@@ -111,16 +114,16 @@ def cut_at(y: jax.Array) -> jax.Array:
 
 
 def _all_shown() -> np.ndarray:
-    """The visible part of each picture, packed: `[screen, picture, cut]`, flat."""
+    """The visible part of each picture, packed: `[sky, picture, cut]`, flat."""
     pictures = range(Picture.NONE)
-    packed = [_all_cuts(picture, planet) for planet in (False, True) for picture in pictures]
+    packed = [_all_cuts(picture, sky) for sky in SKIES for picture in pictures]
     return np.array(packed, np.int32).ravel()
 
 
-def _all_cuts(picture: int, planet: bool) -> list[int]:
+def _all_cuts(picture: int, sky: int) -> list[int]:
     """The visible part of a picture for each cut."""
-    rows = _rows_of(picture, planet)
-    seen = [i for i, row in enumerate(rows) if _differs(row, picture, planet)]
+    rows = _rows_of(picture, sky == Sky.PLANET)
+    seen = [i for i, row in enumerate(rows) if _differs(row, picture, sky)]
     is_blue = Picture.PLANET <= picture < Picture.RED_PLANET
     color_row = BLUE_COLOR_ROW if is_blue else 0
     whole = _tight_box(rows, seen, color_row)
@@ -141,11 +144,10 @@ def _rows_of(picture: int, planet: bool) -> list[Row]:
     return _rows_on_planet(picture) if planet else _rows_in_space(picture)
 
 
-def _differs(row: Row, picture: int, planet: bool) -> bool:
+def _differs(row: Row, picture: int, sky: int) -> bool:
     """True if a row differs from the background. Craters are dark; other dark rows are gaps."""
-    is_crater = planet and picture >= Picture.RINGED_PLANET
-    behind = GROUND if planet else None
-    return row.dots > 0 and (is_crater or row.color > 1) and row.color & ~1 != behind
+    is_crater = sky == Sky.PLANET and picture >= Picture.RINGED_PLANET
+    return row.dots > 0 and (is_crater or row.color > 1) and row.color & ~1 != BEHIND[sky]
 
 
 def _started(rows: Sequence[Row], above: int) -> list[Row]:

@@ -2,7 +2,7 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag, low
+from ocjax.authoring import RamMap, Rom, bcd, bits, byte, flag, low, match
 
 ROM = Rom("solaris", "e72eb8d4410152bdcb69e7fba327b420")
 
@@ -54,7 +54,15 @@ FIRST_TARGET = 1
 FIRST_Y = (2, 17, 43, 61, 76)
 
 
+class Sky:  # of `Ram.sky`: what is behind the pictures
+    SPACE = 0
+    PLANET = 1
+    ALARM = 2  # space in red
+
+
 class Ram(RamMap):
+    attacked = flag(10, bit=7)  # enemies attack a planet of the quadrant
+    state = byte(13)
     sleeps = bits(13, first=0)  # the joystick did not move for 65,536 frames ($F8DE, bank 1)
     waits = bits(13, first=1)  # play stands still, as after the loss of the ship ($F857, bank 1)
     jumps = bits(13, first=4)  # the ship flies through streaks
@@ -78,8 +86,10 @@ class Ram(RamMap):
     shot_depth = byte(60, 61)
     depth = byte(62, 63, 64, 65, 66)  # of the records
     way_out_depth = byte(67)
+    way = byte(78)  # to another sector; 0: none
     announces = bits(77, first=6, count=2)  # "SCANNER" replaces the score ($F5BB)
     ship_x = byte(79)  # moved on since the frame was drawn
+    leaving = byte(83)
     heads_out = flag(83, bit=5)  # the ship jumps
     departs = bits(83, first=7)  # the ship leaves, lands or crashes
     lives = low(89)
@@ -99,6 +109,12 @@ class Ram(RamMap):
     def flies(self) -> jax.Array:
         """True if the screen shows space or a planet."""
         return (self.jumps == 0) & (self.on_chart == 0)
+
+    @property
+    def sky(self) -> jax.Array:
+        """What is behind the pictures ($F92E of bank 1)."""
+        alarm = self.attacked & (self.state == 0) & (self.leaving == 0) & (self.way == 0)
+        return match((alarm, Sky.ALARM), (self.on_planet == 1, Sky.PLANET), otherwise=Sky.SPACE)
 
     @property
     def ship_pointer(self) -> jax.Array:

@@ -94,7 +94,7 @@ def _ringed(m: Ram, shown: Box) -> Box:
 def _records_shown(m: Ram) -> Box:
     """The visible part of each record."""
     y = FIRST_Y - m.y
-    look = shown_of(m.picture, m.on_planet, cut_at(y))
+    look = shown_of(m.picture, m.sky, cut_at(y))
     x = m.x + look.left + when(m.is_darter & IN_SHIP_SPRITE, DARTER_SHIFT)
     there = (m.picture < Picture.NONE) & (m.y < ABOVE_VIEW) & m.flies & ~m.is_over
     valid = there & ~_is_new(m)

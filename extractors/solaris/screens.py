@@ -7,7 +7,7 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 from ocjax.authoring import Bitmap, Searched, color_mask, match, materialize
-from ocjax.extractors.solaris.pictures import GROUND, VIEW_BOTTOM, VIEW_TOP
+from ocjax.extractors.solaris.pictures import ALARM_COLOR, GROUND, VIEW_BOTTOM, VIEW_TOP
 
 
 class Screen:  # values of `_which_screen`
@@ -15,6 +15,7 @@ class Screen:  # values of `_which_screen`
     PLANET = 1
     CHART = 2
     JUMP = 3  # streaks
+    ALARM = 4  # space in red
 
 
 class Pixel(NamedTuple):
@@ -29,6 +30,8 @@ BAR_RIGHT = Pixel(130, 50)
 BAR_BELOW = Pixel(30, 120)
 BESIDE_BAR = Pixel(20, 50)
 ON_GROUND = (Pixel(12, 140), Pixel(12, 160), Pixel(12, 120))  # lines may cover some of them
+# Points in space; an object or a star covers one of them at most.
+ALARM_POINTS = (Pixel(12, 30), Pixel(80, 60), Pixel(150, 90))
 JUMP_STARS = (Pixel(69, 16), Pixel(125, 23), Pixel(157, 27), Pixel(21, 30))  # fixed during a jump
 BESIDE_STAR = -9  # columns
 
@@ -43,10 +46,13 @@ def _which_screen(planes: jax.Array) -> jax.Array:
     is_jump = functools.reduce(jnp.logical_and, [_is_star(planes, at) for at in JUMP_STARS])
     grounds = [_is(_bits_at(planes, at), GROUND) for at in ON_GROUND]
     is_planet = functools.reduce(jnp.logical_or, grounds)
+    reds = [_is(_bits_at(planes, at), ALARM_COLOR).astype(jnp.int32) for at in ALARM_POINTS]
+    is_alarm = sum(reds, jnp.int32(0)) >= len(ALARM_POINTS) - 1
     return match(
         (is_chart, Screen.CHART),
         (is_jump, Screen.JUMP),
         (is_planet, Screen.PLANET),
+        (is_alarm, Screen.ALARM),
         otherwise=Screen.SPACE,
     )
 
@@ -72,7 +78,8 @@ def _is(pixel: jax.Array, color: int) -> jax.Array:
 
 def in_space(planes: jax.Array) -> jax.Array:
     """True for frames that show space: bool `[B]`."""
-    return _which_screen(planes) == Screen.SPACE
+    screen = _which_screen(planes)
+    return (screen == Screen.SPACE) | (screen == Screen.ALARM)
 
 
 def on_planet(planes: jax.Array) -> jax.Array:
@@ -133,7 +140,11 @@ def _looked_at(look: Look, view: jax.Array, screen: jax.Array) -> Bitmap:
     """The pixels of one look."""
     if look.all:
         return color_mask(view, look.all)
-    by_screen = ((Screen.SPACE, look.space), (Screen.PLANET, look.planet))
+    by_screen = (
+        (Screen.SPACE, look.space),
+        (Screen.ALARM, tuple(c for c in look.space if c != ALARM_COLOR)),
+        (Screen.PLANET, look.planet),
+    )
     cases = [(screen == shown, color_mask(view, colors)) for shown, colors in by_screen if colors]
     return match(*cases, otherwise=0)
 

@@ -158,7 +158,8 @@ RED_SHAPES = (
     Shape(2, 2),
     Shape(3, (2, 4), pixels=(6, 12)),
     Shape(4, (2, 5)),
-    Shape(5, (2, 6), pixels=(8, 12)),
+    Shape(5, (2, 3), pixels=(8, 12)),
+    Shape(5, (4, 6), pixels=(8, 11)),  # a darter before an alarm has 12
     Shape(5, (2, 6), pixels=(14, 30)),
     Shape((6, 16), (1, 24)),
 )
@@ -186,9 +187,15 @@ GROUND_PIRATES = _ground(JUMPER_OR_PIRATE, GROUND_PIRATE_SHAPES)
 PIRATES = _space(PIRATE, Shape((1, 8), (1, 9)), gap=(2, 2), also=(GROUND_PIRATES,))
 ALL_PIRATE_COLORS = (*PIRATES.palette, 18)
 WARPS = _space(WARP, Shape(8, 8, 18), gap=(1, 1))
-DARTERS = _space(DARTER_OR_RAIDER, (Shape(2, 1), Shape(5, 5, 13), Shape(3, 3, 5)))
+DARTER_SHAPES = (Shape(2, 1), Shape(5, 5, 13), Shape(5, 4, 12), Shape(3, 3, 5))
+DARTERS = _space(DARTER_OR_RAIDER, DARTER_SHAPES)
 RAIDERS = _ground(DARTER_OR_RAIDER, _pictures((7, 8, 30), (3, 5, 12)))
-JUMPERS = _space(JUMPER_OR_PIRATE, _pictures((8, 10, 54), (6, 8, 32), (5, 6, 21), (3, 3, 7)))
+# Jumpers before black, then those without their rows in the colour of an alarm.
+JUMPER_SHAPES = (
+    *_pictures((8, 10, 54), (6, 8, 32), (5, 6, 21), (3, 3, 7)),
+    *_pictures((8, 7, 40), (8, 9, 50), (6, 6, 26)),
+)
+JUMPERS = _space(JUMPER_OR_PIRATE, JUMPER_SHAPES)
 MEN = _ground(MAN, (Shape((5, 8), (6, 11), (15, 40)), Shape(3, 5, (7, 9))), gap=(0, 1))
 KILLER_TOPS = (164, 166, 168, 172, 174)  # colours of their first rows
 KILLERS = _space(KILLER_OR_ZONE, (Shape(2, 1), Shape((4, 16), (2, 12))), first=KILLER_TOPS)

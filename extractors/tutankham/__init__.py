@@ -21,7 +21,8 @@ Covered: the first map in play, the others by writing RAM; all modes, deaths, fl
 
 Not exact, because the RAM does not have it: the direction of a figure before it turned, so its box
 is a column off; the creatures of a game's last frame; frames of the last map that the game begins a
-row late. A box that the lower edge cuts can be wider than its remaining rows.
+row late. A box that the lower edge cuts can be wider than its remaining rows. A shot may have the
+colour of a creature instead of the man's, or white.
 
 VEM: it includes a shot that touches the man in his box, and misses treasures in the walls' colours.
 """
@@ -119,7 +120,7 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": figure[0:1].where((m.scene != Scene.OVER) & (m.event != Event.DIES)),
         "Creature": figure[1:],
-        "PlayerShot": _shot_box(m).where(in_play),
+        "PlayerShot": _shot_box(m, y).where(in_play),
         "Treasure": thing[TREASURES],
         "Key": thing[KEYS],
         "Door": thing[DOORS],
@@ -214,10 +215,12 @@ def _of_inks(m: Ram, number: jax.Array) -> jax.Array:
     return lookup(INKS.ravel(), INKS.shape[1] * m.map + number)
 
 
-def _shot_box(m: Ram) -> Box:
+def _shot_box(m: Ram, figure_y: jax.Array) -> Box:
+    """The shot, in the colour of the man if the program has drawn him above it."""
     distance = jnp.abs(m.shot_x - m.x[0])
     width = 1 << jnp.minimum(distance >> 5, 3)
-    color = _of_inks(m, when(m.shot_y >> 2 <= m.y[0] >> 2, SHOT_COLOR))
+    above = _is_drawn(m)[0] & (figure_y[0] >> 2 <= (m.shot_y >> 2) + 1)
+    color = _of_inks(m, when(~above, SHOT_COLOR))
     y = (m.shot_y & ~3) + 2 + VIEW[1]
     return box(m.shot_x - 2, y, width, 1, m.shot_y != NONE, color=color).clip(*VIEW)
 
@@ -299,6 +302,7 @@ GAME = Game(
     decode=decode,
     terrain=TERRAIN,
     checks=Checks(
+        rare=("PlayerShot",),  # in several colours
         mirrored={"Creature": None},
     ),
     categories=(

@@ -63,6 +63,7 @@ class Checks:
             no object. A pair holds REM's and VEM's value, if these differ.
         lives: how the game shows the lives, if no category has both their role and their value.
         scored: whether a value follows the sum of the rewards.
+        unscored: number of sampled states whose screen hides a score that is not 0.
         miscounted: by category, the number of states of all modes whose value differs from the
             score or the lives.
         known: by category, the least share of VEM's objects with a known value, if it is below 0.9;
@@ -79,6 +80,7 @@ class Checks:
     at_limits: Mapping[str, tuple[int | tuple[int, int], ...]] = field(default_factory=dict)
     lives: tuple[LivesAsIcons | LivesAsNumber, ...] = ()
     scored: bool = True
+    unscored: int = 0
     miscounted: Mapping[str, int] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     value_error: Mapping[str, int] = field(default_factory=dict)

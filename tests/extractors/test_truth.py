@@ -115,11 +115,22 @@ def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):
     assert min(shares) < game.checks.moved, shares
 
 
-def test_score_and_lives_follow_the_emulator(truth, detected):
-    shares = metrics.value_shares(detected[0], truth["rewards"], truth["lives"])
+def test_score_and_lives_follow_the_emulator(game, truth, detected):
+    shown = shows_score(game, detected[0])
+    assert np.count_nonzero(~shown & (truth["rewards"] != 0)) == game.checks.unscored
+    shares = metrics.value_shares(
+        detected[0][shown], truth["rewards"][shown], truth["lives"][shown]
+    )
     assert all(share == 1 for share in shares.values() if share == share), (
         shares
     )  # nan: never shown
+
+
+def shows_score(game, rem):
+    """The states whose screen shows a score, and all states of games without one, bool `[n]`."""
+    scores = [c.name for c in game.categories if c.role == "score" and "value" in c.attributes]
+    shown = [rem.valid[:, game.slices[name].start] for name in scores]
+    return np.logical_or.reduce(shown) if shown else np.ones(len(rem.valid), bool)
 
 
 def test_rewards_are_checked(game, truth):
