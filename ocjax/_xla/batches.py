@@ -84,12 +84,19 @@ class AnyBatch:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
         rank: number of axes of `tail`.
         chunk: elements that `f` processes at a time (`in_chunks`).
+        compiler: `jit`, or `jax.jit` for functions that are faster with XLA's newer emitters.
     """
 
-    def __init__(self, f: Callable[[jax.Array], Any], rank: int, chunk: int) -> None:
+    def __init__(
+        self,
+        f: Callable[[jax.Array], Any],
+        rank: int,
+        chunk: int,
+        compiler: Callable[[Any], Any] = jit,
+    ) -> None:
         self._inlined, self._rank, self._chunk = jax.jit(f), rank, chunk
         divided = by_device(self._folded, rank)
-        self._compiled, self._compiled_divided = jit(self._folded), jit(divided)
+        self._compiled, self._compiled_divided = compiler(self._folded), compiler(divided)
         self._traced = jax.custom_batching.custom_vmap(divided)
         self._traced.def_vmap(self._of_larger_batch)
 
