@@ -45,6 +45,7 @@ from ocjax.authoring import (
     NumberDisplay,
     Searched,
     Variants,
+    Word,
     box,
     display,
     meanings_of_bits,
@@ -87,7 +88,7 @@ FULL_WIDTH = 8  # of players who are not drawn
 HEIGHTS = np.array((23, 23, 19, 19))  # of players who are not drawn, by `Who`
 BASKET_BOX = (76, 42, 8, 9)
 BOARD_BOX = (68, 28, 24, 16)
-BYTES = (0, 8, 16, 24)  # bit positions of the sides of a box in a number
+BOX_WORD = Word(x=8, y=8, w=8, h=8)  # selecting one number is faster than selecting four
 LIMIT = NumberDisplay(SMALL_FONT, right=43, top=18, digits=2)
 SHOT_CLOCK = NumberDisplay(SMALL_FONT, right=115, top=18, digits=2)
 PLAYER_SCORE = NumberDisplay(FONT, right=52, top=9, digits=2)
@@ -122,7 +123,8 @@ def _player_boxes(m: Ram, drawn: Drawn) -> Box:
     of_figure = only(is_his, _packed(_figure_boxes(m, drawn))[None], axis=1)
     whole = box(m.x + FIRST_COLUMN, LINE_0 - m.y - HEIGHTS, FULL_WIDTH, HEIGHTS)
     word = jnp.where(jnp.any(is_his, axis=1), of_figure, _packed(whole))
-    return box(*(word >> shift & 255 for shift in BYTES))
+    sides = BOX_WORD.unpack(word)
+    return box(sides.x, sides.y, sides.w, sides.h)
 
 
 def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
@@ -133,14 +135,11 @@ def _figure_boxes(m: Ram, drawn: Drawn) -> Box:
     index = extent_index(drawn.figure, drawn.mirrored, lines.lowest, highest)
     extent = EXTENTS.at(index, x=drawn.x, y=top)
     lost = LINE_0 - extent.y - top_seen(m, lines, LINE_0 - extent.y)
-    return extent.trimmed(top=lost, bottom=-lines.repeats)
+    return extent.trimmed(top=lost, bottom=when(lines.repeats, -1))
 
 
 def _packed(of: Box) -> jax.Array:
-    """Boxes as one number each, because selecting one number is faster than selecting four."""
-    sides = (of.x, of.y, of.w, jnp.maximum(of.h, 0))
-    words = [(side & 255) << shift for side, shift in zip(sides, BYTES, strict=True)]
-    return words[0] | words[1] | words[2] | words[3]
+    return BOX_WORD.pack(x=of.x, y=of.y, w=of.w, h=jnp.maximum(of.h, 0))
 
 
 def _whose(m: Ram, drawn: Drawn) -> jax.Array:

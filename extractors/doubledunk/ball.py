@@ -34,7 +34,7 @@ def ball_step(m: Ram) -> jax.Array:
     return match(
         (~m.loose | m.waits, _carried(m)),
         (m.passed, _passed(m)),
-        (m.falls, when(moves, 1 - 2 * m.flies_left)),
+        (m.falls, when(moves, jnp.where(m.flies_left, -1, 1))),
         otherwise=_step_of_shot(m),
     )
 
@@ -52,14 +52,14 @@ def _carried(m: Ram) -> jax.Array:
 
 def _passed(m: Ram) -> jax.Array:
     """The step of a passed ball from one column to another, on every other frame."""
-    to = _of_player(m, 1 - m.short_holds)
+    to = _of_player(m, ~m.short_holds)
     moves = ((m.frame & 1) == 1) & (m.ball_x != to)
     return when(moves, jnp.sign(to - _of_player(m, m.short_holds)))
 
 
-def _of_player(m: Ram, short: jax.Array) -> jax.Array:
-    """The column of a player of the team with the ball."""
-    column = jnp.where(short == 1, m.x[2:], m.x[:2])
+def _of_player(m: Ram, is_short: jax.Array) -> jax.Array:
+    """The column of the short or the tall player of the team with the ball."""
+    column = jnp.where(is_short, m.x[2:], m.x[:2])
     return jnp.where(m.white_holds, column[1], column[0])
 
 

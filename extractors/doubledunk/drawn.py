@@ -24,7 +24,7 @@ class Drawn(NamedTuple):
     """The players as drawn, `[4]` each, in the order of `lines`."""
 
     figure: jax.Array  # number of the picture; NO_PICTURE: none
-    mirrored: jax.Array
+    mirrored: jax.Array  # bool
     x: jax.Array  # column of the screen
     feet: jax.Array  # line
     lines: Lines
@@ -39,7 +39,7 @@ def as_drawn(m: Ram) -> Drawn:
     last = _last_column(m, x[3], feet[3], figure[3])
     return Drawn(
         figure=figure,
-        mirrored=jnp.stack([m.mirrored_right, m.mirrored] * 2),
+        mirrored=jnp.stack([m.mirrors_1, m.mirrors_0] * 2),
         x=jnp.concatenate([x[:3], last[None]]),
         feet=feet,
         lines=drawn_lines(m, feet),

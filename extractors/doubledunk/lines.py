@@ -48,7 +48,7 @@ class Lines(NamedTuple):
     end: jax.Array  # the line after the last one
     changes: jax.Array  # the sprite changes to its lower figure there
     lowest: jax.Array  # lines from the feet up to the lowest visible one
-    repeats: jax.Array  # 1: the last line is drawn twice
+    repeats: jax.Array  # bool: the last line is drawn twice
 
 
 def drawn_lines(m: Ram, feet: jax.Array) -> Lines:
@@ -105,8 +105,9 @@ def _is_others_turn(asked: jax.Array, both: jax.Array) -> jax.Array:
     """
     is_below = asked < COURT_MIDDLE.start
     begins_anew = is_below & (both >= COURT_MIDDLE.start)
-    first_turn = jnp.where(begins_anew, 1, both & 1)
-    return (first_turn ^ SPRITE[: len(asked)] ^ when(~is_below, 1)) == 1
+    begins_odd = begins_anew | ((both & 1) == 1)
+    is_sprite_1 = SPRITE[: len(asked)] == 1
+    return begins_odd ^ is_sprite_1 ^ ~is_below
 
 
 def _sprite_changes(m: Ram, end: jax.Array) -> jax.Array:
@@ -153,13 +154,13 @@ def _lowest_lines(m: Ram, feet: jax.Array, end: jax.Array, other_changes: jax.Ar
 
 
 def _is_repeated(feet: jax.Array, end: jax.Array, other_changes: jax.Array) -> jax.Array:
-    """1 if the line of the feet is drawn twice, because the other sprite ends below it.
+    """True if the line of the feet is drawn twice, because the other sprite ends below it.
 
     At that end, this sprite keeps its content for one line.
     """
     upper = end[OTHER_UPPER]
     lower = end[OTHER_LOWER]
-    return when((feet == lower + 1) | (~other_changes & (feet == upper + 1)), 1)
+    return (feet == lower + 1) | (~other_changes & (feet == upper + 1))
 
 
 def top_seen(m: Ram, lines: Lines, top: jax.Array) -> jax.Array:

@@ -7,7 +7,7 @@ the size. A picture has 27 or 24 lines from the feet to above the head.
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import BoxTable, lookup, mirrored
+from ocjax.authoring import BoxTable, lookup, mirrored, when
 from ocjax.extractors.doubledunk.ram import ROM
 
 FIGURE_COUNT = 32
@@ -83,7 +83,8 @@ def extent_index(
     """
     first = jnp.clip(low, 0, PICTURE_LINES - 1)
     last = jnp.clip(high, 0, PICTURE_LINES - 1)
-    return ((2 * figure + is_mirrored) * PICTURE_LINES + first) * PICTURE_LINES + last
+    picture = 2 * figure + when(is_mirrored, 1)
+    return (picture * PICTURE_LINES + first) * PICTURE_LINES + last
 
 
 def _all_pictures(first: int, height: int) -> np.ndarray:

@@ -22,10 +22,10 @@ class Ram(RamMap):
 
     clock_runs = flag(0, bit=4)  # a shot clock runs
     white_holds = flag(1, bit=6)  # a white player has the ball, or had it last
-    short_holds = bits(1, first=7)  # a short player has it
+    short_holds = flag(1, bit=7)  # a short player has it
     falls = flag(2, bit=4)  # the ball flies to a player or the ground
     descends = flag(2, bit=5)  # towards the basket
-    flies_left = bits(2, first=6)
+    flies_left = flag(2, bit=6)
     frame = byte(3)
     waits = flag(7, bit=7)  # the team with the ball has not begun
     loose = flag(11, bit=7)  # no player has the ball
@@ -35,8 +35,8 @@ class Ram(RamMap):
     figure = bits(29, 30, 31, 32, count=4)  # a player's activity
     y = byte(33, 34, 35, 36)  # line of his feet
     x = byte(37, 38, 39, 40)  # column - 11
-    mirrored = bits(41, first=3)  # of sprite 0
-    mirrored_right = bits(41, first=4)  # of sprite 1
+    mirrors_0 = flag(41, bit=3)  # sprite 0 shows mirror images
+    mirrors_1 = flag(41, bit=4)  # sprite 1 does
     ball_top = byte(45)  # line above it
     ball_bottom = byte(46)  # its lowest line
     ball_x = byte(47)  # column - 12

@@ -31,7 +31,6 @@ the colour of the body's upper end, and the bomb is a row too high.
 
 import functools
 import operator
-from dataclasses import replace
 from typing import NamedTuple
 
 import jax
@@ -303,7 +302,7 @@ GAME = Game(
         ),
         display(
             "Score",
-            replace(SCORE.rule(FLASHES), filters=(_not_sky,)),
+            SCORE.rule(FLASHES, filters=(_not_sky,)),
             role="score",
             colors=YELLOW,  # in flashes, the sky can have the score's colour of another moment
             doc="points",

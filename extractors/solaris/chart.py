@@ -1,7 +1,5 @@
 """The chart of a quadrant in Solaris: the symbols of its sectors, and the time left on it."""
 
-from dataclasses import replace
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -54,7 +52,7 @@ def _distinct(colors: np.ndarray) -> tuple[int, ...]:
     return tuple(sorted(set(colors.tolist())))
 
 
-TIMER_RULE = replace(TIMER.rule(_distinct(TIMER_COLORS)), filters=(ON_CHART,))
+TIMER_RULE = TIMER.rule(_distinct(TIMER_COLORS), filters=(ON_CHART,))
 SYMBOL_RULE = Cells(
     _distinct(SYMBOL_COLORS),
     tuple(SECTOR_X.tolist()),

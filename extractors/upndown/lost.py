@@ -23,13 +23,14 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import among, lookup, match, only, when
+from ocjax.authoring import among, lookup, match, mod, only, when
 from ocjax.extractors.upndown.ram import GROUND, Kind, Ram
 from ocjax.extractors.upndown.road import course_at, is_on_road, piece_places
 
 VIEW_ROWS = 160  # from row 0 to the end of the rows below the last sprite
 GAP_ROWS = 2  # that a gap does not count
-PIECES_SHOWN = 42  # pieces of the road on the screen, four rows each
+PIECES_SHOWN = 42  # pieces of the road on the screen
+PIECE_ROWS = 4
 
 PICTURE_KINDS = {  # by the first low byte of a picture's address
     0: Kind.HIDDEN,
@@ -53,22 +54,15 @@ FULL = (16, 17)  # `gaps` after a sprite that loses its last rows: 16 if the roa
 LOST_ROWS = range(18)  # lost by such a sprite
 FAR = 512  # rows, more than any
 
-TRIED_PHASES = np.arange(4)  # of the first sprite: the tries
+PHASE_COUNT = 4
+TRIED_PHASES = np.arange(PHASE_COUNT)  # of the first sprite
 IMPOSSIBLE = 4  # invalid fine scroll; valid ones are 0-3
-PLACE_TRIES = np.arange(8).reshape(2, 4)  # numbers of the tries, by the piece's position and phase
-NO_TRY = 8
+TRY_NUMBERS = np.arange(2 * PHASE_COUNT).reshape(2, PHASE_COUNT)  # by the piece's position, phase
+NO_TRY = 2 * PHASE_COUNT
 
-# Records that fit sprites' rows: one bit per pair, 3 * sprite + record.
-PAIR_BITS = 1 << np.arange(9).reshape(3, 3, 1, 1)
-ALL_BITS = 512  # numbers of nine bits
-ORDERS = tuple(itertools.permutations(range(3)))  # the records from the top
-RANKS = np.argsort(np.array(ORDERS), axis=1).ravel()  # of the records, by order
-NO_ORDER = len(ORDERS)
-NEEDED = [sum(1 << 3 * i + record for i, record in enumerate(order)) for order in ORDERS]
-FIRST_ORDER = [  # allowed by some bits
-    next((i for i, needed in enumerate(NEEDED) if bits & needed == needed), NO_ORDER)
-    for bits in range(ALL_BITS)
-]
+ORDERS = np.array(list(itertools.permutations(range(3))))  # the records from the top
+ORDER_NUMBERS = np.arange(len(ORDERS))
+RANKS = np.argsort(ORDERS, axis=1)  # of the records, by order
 
 
 class Sprites(NamedTuple):
@@ -85,10 +79,18 @@ class Sprites(NamedTuple):
 
 
 class Tries(NamedTuple):
-    """The results for each phase of the first sprite."""
+    """The sprites as drawn, for each phase of the first one."""
 
     rows: jax.Array  # of the sprites, `[4, tries]`
     fine: jax.Array  # of the road's scroll, or IMPOSSIBLE, `[tries]`
+
+
+class Best(NamedTuple):
+    """The first try in which all records are on the road."""
+
+    is_known: jax.Array  # False if no try fits
+    phase: jax.Array  # of the first sprite; the first phase if no try fits
+    rank: jax.Array  # of the records from the top, `[3]`; 0 if no try fits
 
 
 class Records(NamedTuple):
@@ -103,14 +105,16 @@ def drawn_records(m: Ram) -> Records:
     """The records on the frame of a lost life."""
     sprites = _all_sprites(m)
     tries = _all_tries(m, sprites)
-    of_sprites = _without_player(sprites, sprites.kind)
+    sprite_kinds = _without_player(sprites, sprites.kind)
     rows = _without_player(sprites, tries.rows)
-    best, pairs = _best_try(m, of_sprites, rows, tries.fine)
-    is_best = (best & 3) == TRIED_PHASES
+    best = _best_try(_possible_orders(m, sprite_kinds, rows, tries.fine))
+    is_best = best.phase == TRIED_PHASES
     y = only(is_best[None], rows, axis=1)
-    rank = lookup(RANKS, 3 * lookup(FIRST_ORDER, pairs) + np.arange(3))
-    kind = jnp.where(best < NO_TRY, _ranked(of_sprites, rank), Kind.HIDDEN)
-    return Records(kind, _ranked(y, rank), only(is_best, tries.fine))
+    return Records(
+        kind=jnp.where(best.is_known, _ranked(sprite_kinds, best.rank), Kind.HIDDEN),
+        y=_ranked(y, best.rank),
+        fine=only(is_best, tries.fine),
+    )
 
 
 def _without_player(sprites: Sprites, values: jax.Array) -> jax.Array:
@@ -144,9 +148,14 @@ def _all_sprites(m: Ram) -> Sprites:
 def _player_sprite(is_hidden: jax.Array, apart: jax.Array, twice_first: jax.Array) -> jax.Array:
     """The player's sprite: the hidden sprite nearest to his row."""
     below_first = jnp.sum(jnp.where(np.tri(4, 3, -1, dtype=bool), apart[None], 0), axis=1)
-    away = jnp.abs(below_first + _half(twice_first) - GROUND)
-    nearest_with_number = jnp.min(4 * jnp.where(is_hidden, away, FAR) + SPRITE_NUMBERS)
-    return nearest_with_number & 3
+    off = jnp.abs(below_first + _half(twice_first) - GROUND)
+    away = jnp.where(is_hidden, off, FAR)
+    return _lowest(away == jnp.min(away), SPRITE_NUMBERS, none=len(SPRITE_NUMBERS))
+
+
+def _lowest(chosen: jax.Array, numbers: np.ndarray, none: int) -> jax.Array:
+    """The lowest number of the chosen entries, otherwise `none`, which is higher than all."""
+    return jnp.min(jnp.where(chosen, numbers, none))
 
 
 def _half(twice: jax.Array) -> jax.Array:
@@ -216,20 +225,33 @@ def _is_possible(m: Ram, sprites: Sprites, rows: jax.Array) -> jax.Array:
     return agrees & ((lost == 0) | (sprites.player_loses & among(lost, LOST_ROWS)))
 
 
-def _best_try(
-    m: Ram, kind: jax.Array, rows: jax.Array, fine: jax.Array
-) -> tuple[jax.Array, jax.Array]:
-    """The first try with all records on the road, and its fitting pairs."""
-    coarse = piece_places(m) - PIECES_SHOWN
-    way = (rows + fine[None])[:, None, :] + 4 * coarse[None, :, None]  # [sprite, place, phase]
+def _possible_orders(m: Ram, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax.Array:
+    """True for orders that put all records on the road: bool `[order, position, phase]`."""
+    fits = _pairs(m, kind, rows, fine)
+    by_order = [fits[0, top] & fits[1, middle] & fits[2, last] for top, middle, last in ORDERS]
+    return jnp.stack(by_order) & (fine < IMPOSSIBLE)[None, None]
+
+
+def _pairs(m: Ram, kind: jax.Array, rows: jax.Array, fine: jax.Array) -> jax.Array:
+    """True for records on the road in a sprite's row: bool `[sprite, record, position, phase]`.
+
+    A hidden sprite fits any record.
+    """
+    map_rows = PIECE_ROWS * (piece_places(m) - PIECES_SHOWN)  # of row 0, by the piece's position
+    way = (rows + fine[None])[:, None, :] + map_rows[None, :, None]  # [sprite, position, phase]
     course = course_at(m, way)[:, None]
-    fits = is_on_road(course, m.x[None, :, None, None]) | _any_fits(kind)
-    pairs = jnp.sum(jnp.where(fits, PAIR_BITS, 0), axis=(0, 1))
-    good = (lookup(FIRST_ORDER, pairs) < NO_ORDER) & (fine < IMPOSSIBLE)[None]
-    best = jnp.min(jnp.where(good, ALL_BITS * PLACE_TRIES + pairs, ALL_BITS * NO_TRY))
-    return best >> 9, best & ALL_BITS - 1
+    x = m.x[None, :, None, None]
+    is_hidden = (kind == Kind.HIDDEN)[:, None, None, None]
+    return is_on_road(course, x) | is_hidden
 
 
-def _any_fits(kind: jax.Array) -> jax.Array:
-    """True for hidden sprites, which fit any record: bool `[sprite, 1, 1, 1]`."""
-    return (kind == Kind.HIDDEN)[:, None, None, None]
+def _best_try(possible: jax.Array) -> Best:
+    """The first try with a possible order, and the first of its orders."""
+    number = _lowest(jnp.any(possible, axis=0), TRY_NUMBERS, NO_TRY)
+    in_best = jnp.any(possible & (number == TRY_NUMBERS)[None], axis=(1, 2))
+    order = _lowest(in_best, ORDER_NUMBERS, len(ORDERS))
+    return Best(
+        is_known=number < NO_TRY,
+        phase=mod(number, PHASE_COUNT),
+        rank=only((order == ORDER_NUMBERS)[:, None], RANKS, axis=0),
+    )

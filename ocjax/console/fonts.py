@@ -121,7 +121,9 @@ class Digits:
     Args:
         font: the pictures.
         lefts: left column of each digit's cell, most significant digit first.
-        top: first row of the cells.
+        top: first row of the cells, the same on every frame. If a number moves between a few rows,
+            declare a rule for each row, the second one as `Category.otherwise`. VEM cannot read a
+            number that moves freely.
         weights: value of a 1 in each cell; powers of ten by default.
         base: value of a display of zeros.
         required: whether the object is valid only if the last cell matches a picture, and the cells

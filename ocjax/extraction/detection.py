@@ -54,8 +54,9 @@ def _blobs(scene: Scene, categories: Sequence[Category]) -> Found:
     They come first, because other rules exclude the pixels of their objects.
     """
     blobs = _of(categories, Blobs)
-    heads = any(needs_color(scene, c) for c in categories if c.name in blobs)
-    return detect_blobs(scene, blobs, heads=heads)
+    has_steps = any(rule.then for rule, _ in blobs.values())  # steps may read heads
+    reads_color = any(needs_color(scene, c) for c in categories if c.name in blobs)
+    return detect_blobs(scene, blobs, heads=has_steps or reads_color)
 
 
 def _after_blobs(scene: Scene, categories: Sequence[Category]) -> Found:

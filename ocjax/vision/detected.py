@@ -21,7 +21,8 @@ class Detected(NamedTuple):
     # uint32 [count, B]: x, y, w and h, one byte each, x lowest; 0 without an object
     box: jax.Array
     value: jax.Array | None = None  # int32 [count, B]; None: 0
-    # int32 [count, B], column of the first pixel in the top row; None: unknown
+    # int32 [count, B], column of the first pixel in the top row. Steps of `Bounds` and `Blobs`
+    # get it, unless the rule splits components or an earlier step drops it; None: unknown
     head: jax.Array | None = None
     # int32 [count, B], palette indices or `OWN_COLOR`; None: all `OWN_COLOR`
     color: jax.Array | None = None

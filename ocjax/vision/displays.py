@@ -9,6 +9,7 @@ import numpy as np
 from ocjax.console.boxes import Area, Box, Number, box
 from ocjax.console.fonts import Digits, Font, score_box
 from ocjax.vision.colors import Colors
+from ocjax.vision.filters import Filter
 from ocjax.vision.rules import Bounds, Cells, Gauge
 
 __all__ = ["IconRow", "Icons", "NumberDisplay", "Static"]
@@ -59,17 +60,24 @@ class NumberDisplay:
         }
         return score_box(self.font, shown, **place, **{"value": shown, **fields})
 
-    def rule(self, colors: Colors, region: Area | None = None, **options: Any) -> Bounds:
+    def rule(
+        self,
+        colors: Colors,
+        region: Area | None = None,
+        *,
+        filters: tuple[Filter, ...] = (),
+        **options: Any,
+    ) -> Bounds:
         """Return the rule with which VEM finds and reads the number.
 
         Args:
             colors: of the digits.
             region: area to search; by default the cells.
+            filters: applied in order to the pixels, before the digits are read.
             options: of `Digits`.
         """
-        return Bounds(
-            colors, region or self.area, value=Digits(self.font, self.lefts, self.top, **options)
-        )
+        digits = Digits(self.font, self.lefts, self.top, **options)
+        return Bounds(colors, region or self.area, value=digits, filters=filters)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ from ocjax.console.fonts import DIGITS_3X5, hex_font
 from ocjax.extraction.categories import Category
 from ocjax.extraction.detection import detect
 from ocjax.vision.displays import IconRow, Icons, NumberDisplay, Static
+from ocjax.vision.filters import ShortRuns
+from ocjax.vision.unknown import UNKNOWN_VALUE
 
 FONT = hex_font(DIGITS_3X5, dots=3, dot=(1, 1), pitch=4)
 COLOR = 20
@@ -18,20 +20,35 @@ def seen(rule, frame):
     return [int(v[0, 0]) for v in (found.x, found.y, found.w, found.h, found.value)]
 
 
+def drawn(display, text):
+    """A frame with a character in each cell of a display."""
+    frame = np.zeros((210, 160), np.uint8)
+    for left, digit in zip(display.lefts, text, strict=True):
+        for row, dots in enumerate(FONT.glyphs[int(digit)] if digit != " " else ()):
+            for dot in range(FONT.dots):
+                frame[display.top + row, left + dot] = COLOR * (dots >> (FONT.dots - 1 - dot) & 1)
+    return frame
+
+
 @pytest.mark.parametrize(
     ("number", "leading_zeros"), [(0, False), (7, False), (1230, False), (45, True)]
 )
 def test_a_number_is_read_where_its_box_is(number, leading_zeros):
     display = NumberDisplay(FONT, right=100, top=30, digits=4, leading_zeros=leading_zeros)
-    frame = np.zeros((210, 160), np.uint8)
-    text = f"{number:04d}" if leading_zeros else f"{number:4d}"
-    for left, digit in zip(display.lefts, text, strict=True):
-        for row, dots in enumerate(FONT.glyphs[int(digit)] if digit != " " else ()):
-            for dot in range(FONT.dots):
-                frame[30 + row, left + dot] = COLOR * (dots >> (FONT.dots - 1 - dot) & 1)
+    frame = drawn(display, f"{number:04d}" if leading_zeros else f"{number:4d}")
     b = display.box(jnp.int32(number))
     assert [int(v) for v in (b.x, b.y, b.w, b.h, b.value)] == seen(display.rule(COLOR), frame)
     assert int(display.box(jnp.int32(number), value=jnp.int32(3)).value) == 3
+
+
+def test_a_number_is_read_without_filtered_pixels():
+    display = NumberDisplay(FONT, right=100, top=30, digits=4)
+    frame = drawn(display, "  42")
+    frame[20:60, display.lefts[0]] = COLOR  # a wall in an empty cell
+    low = display.rule(COLOR, filters=(ShortRuns(FONT.height),))
+    b = display.box(jnp.int32(42))
+    assert seen(low, frame) == [int(v) for v in (b.x, b.y, b.w, b.h, b.value)]
+    assert seen(display.rule(COLOR), frame)[-1] == UNKNOWN_VALUE
 
 
 @pytest.mark.parametrize("icons", [1, 2, 5])

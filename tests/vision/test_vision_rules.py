@@ -10,13 +10,14 @@ from ocjax.extraction.detection import detect
 from ocjax.vision.bitmap import color_mask
 from ocjax.vision.blobs import _boards
 from ocjax.vision.components.search import Search, window_words
+from ocjax.vision.detected import boxes
 from ocjax.vision.filters import Lines, Searched, ShortRuns
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, Cells
 from ocjax.vision.scene import Scene
 from ocjax.vision.shades import Shades
 from ocjax.vision.shapes import Shape
-from ocjax.vision.steps import Raised, SideBySide
+from ocjax.vision.steps import Raised, SideBySide, Step
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
 
@@ -90,6 +91,33 @@ def test_heads_of_another_colour():
     rule = Blobs(20, None, Shape(w=6, h=(6, 10)), then=(Raised(4),))
     boxes, _, _ = found((Category("Player", rule, count=2),), frame)
     assert boxes == [[[60, 0, 6, 8], [30, 36, 6, 14]]]
+
+
+class FromHead(Step):
+    """Boxes that begin at the column of their first pixel."""
+
+    def __call__(self, found, context):
+        """The objects after the step."""
+        w = found.x + found.w - found.head
+        return found._replace(box=boxes(found.head, found.y, w, found.h, found.valid))
+
+
+@pytest.mark.parametrize("rgb", [None, (1, 2, 3)])
+@pytest.mark.parametrize("colors", [20, (20, 30)])
+@pytest.mark.parametrize(
+    "rule",
+    [
+        lambda colors: Blobs(colors, then=(FromHead(),)),
+        lambda colors: Bounds(colors, (20, 30, 60, 60), then=(FromHead(),)),
+    ],
+    ids=["blobs", "bounds"],
+)
+def test_steps_know_the_first_pixel(rule, colors, rgb):
+    """They know it whether or not any category's colour is read from the frame."""
+    frame = np.zeros((210, 160), np.uint8)
+    frame[40, 33:36] = frame[41:50, 30:36] = 20
+    found_boxes, _, _ = found((Category("A", rule(colors), rgb=rgb),), frame)
+    assert found_boxes == [[[33, 40, 3, 10]]]
 
 
 def test_other_colours_where_the_first_are_missing():

@@ -21,6 +21,14 @@ __all__ = ["NewGame", "describe", "source"]
 APART = 20  # frames of play from one frame of the survey to the next
 HEIGHT = 210  # rows of a game's screen, unless its declaration says otherwise
 MOST_FONTS = 4
+MIRRORED = """\
+# Mirror images, for parts of the playfield that the chip draws backwards (PF0 and PF2). Use a font
+# that is not mirrored, or write the pictures with `hex_font`.
+"""
+TOUCHING = """\
+# Colours that touch each other. If they are stripes or parts of one object, replace their
+# categories by one, with all colours in its rule: Blobs((30, 40), shapes=Shape(...)).
+"""
 IMPORTED = ("Blobs", "Box", "Category", "Game", "RamMap", "Rom", "Shape", "box")
 TEMPLATE = '''\
 """{name}: say in one sentence what is on the screen.
@@ -132,7 +140,7 @@ def source(game: NewGame) -> str:
     """The source of a game file that runs."""
     objects = [color for color in game.colors if not color.is_scenery]
     lines = [f"COLOR_{c.index} = {c.index}  # {_comment(game, c)}" for c in game.colors]
-    numbers = [f"{'FONT' if i == 0 else f'FONT_{i + 1}'} = {f}" for i, f in enumerate(game.fonts)]
+    numbers = [_font(f"FONT_{i + 1}" if i else "FONT", found) for i, found in enumerate(game.fonts)]
     note = "# Pictures in the ROM that look like the digits 0-9. Delete the ones that are not."
     missing = "# No digits were found in the ROM."
     options = [f"screen=({game.height}, 160)"] if game.height != HEIGHT else []
@@ -149,13 +157,18 @@ def source(game: NewGame) -> str:
         fonts="\n".join([note, *numbers] if numbers else [missing]),
         colors="\n".join(lines),
         mixed=_touching(game.mixed),
-        categories="\n".join(_category(c) for c in objects),
+        categories="\n".join(_category(game, c) for c in objects),
         options="".join(f"\n    {option}," for option in options),
     )
 
 
 def _numbers(numbers: tuple[int, ...]) -> str:
     return ", ".join(map(str, numbers))
+
+
+def _font(name: str, font: fonts.FoundFont) -> str:
+    """A font's constant, with a hint if its pictures are mirror images."""
+    return f"{MIRRORED if font.mirrored else ''}{name} = {font}"
 
 
 def _comment(game: NewGame, color: Color) -> str:
@@ -171,18 +184,29 @@ def _touching(found: tuple[Mixed, ...]) -> str:
     """Comments about colours that may belong to one object."""
     if not found:
         return ""
-    lines = ["# Colours that touch each other. List them in one rule if they are one object.\n"]
+    lines = [TOUCHING]
     for one in found:
         colors, (w, h) = _numbers(one.colors), one.size
         lines.append(f"# {colors}: {one.count:.1f} per frame, mostly {w} x {h}\n")
     return "".join(lines)
 
 
-def _category(color: Color) -> str:
+def _hint(game: NewGame, color: Color) -> str:
+    """A comment about the other colours of an object, the most frequent ones."""
+    others = (set(one.colors) - {color.index} for one in game.mixed if color.index in one.colors)
+    together = next(others, set())
+    if not together:
+        return ""
+    names = _numbers(tuple(sorted(together)))
+    return f"    # It touches {names}: is it a part of an object of several colours?\n"
+
+
+def _category(game: NewGame, color: Color) -> str:
     left, top, right, bottom = color.area
     shape = f"Shape(w={color.w}, h={color.h})"
     doc = f"x {left}-{right - 1}, y {top}-{bottom - 1}, {color.places:,} positions"
     return (
+        f"{_hint(game, color)}"
         f"    Category(\n"
         f'        "Color{color.index}",\n'
         f"        Blobs(COLOR_{color.index}, shapes={shape}),\n"

@@ -16,6 +16,7 @@ MASKS = (0xFF, 0xF0, 0x0F)  # dots of a byte: other pictures may be in the other
 FINE = 35  # columns and rows for the comparison of pictures of different sizes
 LEAST = 0.2  # correlation with usual digits
 NARROW = 4  # dots; the cells of wider digits are a byte wide
+MIRRORED_BY = 0.1  # how much more a font's mirror image must resemble usual digits
 MARGIN = 1  # empty dots and rows around a picture, from which its surroundings are flooded
 
 
@@ -47,6 +48,7 @@ class FoundFont:
         shift: dots to the right of the pictures.
         top_first: whether the first row is the top one.
         likeness: correlation with usual digits.
+        mirrored: whether the pictures are mirror images of digits.
     """
 
     offset: int
@@ -56,6 +58,7 @@ class FoundFont:
     shift: int
     top_first: bool
     likeness: float
+    mirrored: bool
 
     @property
     def end(self) -> int:
@@ -107,13 +110,17 @@ def _all(rom: np.ndarray) -> Iterator[FoundFont]:
                         yield font
 
 
-def _likeness(digits: np.ndarray, top_first: bool) -> float:
+def _dots(digits: np.ndarray, top_first: bool) -> np.ndarray:
+    """The dots of ten pictures from the top left, `[10, rows, 8]`."""
+    rows = digits if top_first else digits[:, ::-1]
+    return rows[..., None] >> np.arange(7, -1, -1) & 1
+
+
+def _likeness(dots: np.ndarray) -> float:
     """The correlation of ten pictures with `USUAL`, -1 to 1.
 
     The pictures are scaled to the same size, all by the same factors.
     """
-    rows = digits if top_first else digits[:, ::-1]
-    dots = rows[..., None] >> np.arange(7, -1, -1) & 1  # [10, rows, 8]
     used = [np.flatnonzero(dots.any(axis=(0, axis))) for axis in (2, 1)]
     cut = dots[:, used[0][0] : used[0][-1] + 1, used[1][0] : used[1][-1] + 1]
     y, x = (
@@ -134,7 +141,10 @@ def _font(digits: np.ndarray, offset: int, stride: int, top_first: bool) -> Foun
     if dots > NARROW:
         dots, shift = 8, 0
     first, rows = offset + int(used[0]), int(np.ptp(used)) + 1
-    return FoundFont(first, rows, stride, dots, shift, top_first, _likeness(digits, top_first))
+    pictures = _dots(digits, top_first)
+    likeness = _likeness(pictures)
+    mirrored = _likeness(pictures[..., ::-1]) > likeness + MIRRORED_BY
+    return FoundFont(first, rows, stride, dots, shift, top_first, likeness, mirrored)
 
 
 def _holes(pictures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

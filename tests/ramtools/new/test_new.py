@@ -35,7 +35,14 @@ def test_font_among_other_bytes(top_first, stride, shift):
         shift,
         top_first,
         0,
+        False,
     )
+
+
+def test_mirrored_fonts():
+    """A ROM may hold the same digits twice, for parts of the playfield that are drawn backwards."""
+    data = np.frombuffer(rom_path("breakout").read_bytes(), np.uint8)
+    assert {font.offset: font.mirrored for font in fonts.find(data)} == {0x100: False, 0x200: True}
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -87,9 +94,10 @@ def test_source_is_a_game(screens):
     """The library accepts the file for every combination of facts."""
     found = tuple(colors.survey(screens))
     facts = new.NewGame("Kaboom", "kaboom", "0" * 32, 210, False, (0,), (0, 1), 20, (), found, ())
-    font = fonts.FoundFont(0x74B, 5, 8, 3, 5, True, 0.5)
+    font = fonts.FoundFont(0x74B, 5, 8, 3, 5, True, 0.5, False)
+    backwards = dataclasses.replace(font, mirrored=True)
     mixed = (colors.Mixed((30, 40), 1.0, (10, 10)),)
-    real = facts._replace(md5="5428cdfada281c569c74c7308c7f2c26", fonts=(font, font))
+    real = facts._replace(md5="5428cdfada281c569c74c7308c7f2c26", fonts=(font, backwards))
     for given in (facts, real._replace(mixed=mixed, height=250, pal=True)):
         text = new.source(given)
         assert max(map(len, text.splitlines())) <= 100
@@ -101,6 +109,13 @@ def test_source_is_a_game(screens):
         assert [c.count for c in game.categories] == [2, 1, 1]
     assert "FONT_2 = ROM.font(0x74B, rows=5, stride=8, dots=3, shift=5, top_first=True)" in text
     assert "# 30, 40: 1.0 per frame, mostly 10 x 10" in text
+    assert text.count("# Mirror images") == 1
+    assert f"{new.MIRRORED}FONT_2 = " in text
+    lines = text.splitlines()
+    assert [line.split(":")[0].strip() for line in lines if "touches" in line] == [
+        "# It touches 40",
+        "# It touches 30",
+    ]
 
 
 @pytest.fixture
