@@ -276,6 +276,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (51, 195), LOGO, mask=SAVER_MASK),
+    backdrop=(8,),
     categories=(
         Category(
             "Player",
@@ -305,7 +306,6 @@ GAME = Game(
             "Score",
             replace(SCORE.rule(FLASHES), filters=(_not_sky,)),
             role="score",
-            colors=YELLOW,  # in flashes, the sky can have the score's colour of another moment
             doc="points",
         ),
     ),

@@ -191,6 +191,7 @@ GAME = Game(
         agreement={"lost": 0.82},  # the climber's and the bombs' records belong to the next life
         lives=(LivesAsIcons(("Life",), hidden=1, between_lives=True),),
     ),
+    backdrop=(158,),
     categories=(
         Category("Player", CLIMBER, rgb=SHIRT_RGB, role="player", doc="the climber"),
         Category("Girlfriend", CAPTIVE, rgb=DRESS_RGB, doc="the captive"),

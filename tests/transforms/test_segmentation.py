@@ -13,8 +13,8 @@ from ocjax.transforms.segmentation import NOBODY, masks
 from tests.support.states import excerpt
 
 EVEN = 0xFE
-# Levels with other colours, a screen of 250 rows, many small boxes, a screen saver.
-GAMES = ("Centipede", "AirRaid", "MsPacman", "Breakout")
+# Levels with other colours, a screen of 250 rows, many small boxes, a screen saver, a backdrop.
+GAMES = ("Centipede", "AirRaid", "MsPacman", "Breakout", "Assault")
 
 
 def colors_of(game, slot, frame):
@@ -42,6 +42,10 @@ def owners_of(game, xywh, valid, frame):
     for slot in sorted(boxes, key=lambda slot: (-sizes[slot], -slot)):
         own = colors_of(game, slot, frame)(frame[boxes[slot]])
         owners[boxes[slot]][own] = slot
+    for row, pixels in zip(owners, frame & EVEN, strict=True):
+        backdrop = {pixels[x] for x in game.backdrop}
+        if len(backdrop) == 1:
+            row[pixels == backdrop.pop()] = NOBODY
     return owners
 
 
@@ -69,7 +73,7 @@ def test_play(name):
         assert (owners >= 0).any()
 
 
-@pytest.mark.parametrize("name", ["MsPacman", "AirRaid"])
+@pytest.mark.parametrize("name", ["MsPacman", "AirRaid", "Assault"])
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1), largest=st.sampled_from([0, 3, 30, 200]))
 def test_any_boxes(name, seed, largest):
