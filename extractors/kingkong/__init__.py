@@ -176,7 +176,7 @@ RESCUER = Blobs(CLIMBER_COLORS, ABOVE, Shape(w=(4, 8), h=16))
 CLIMBER = Blobs(CLIMBER_COLORS, FIELD, Shape(w=(1, 8), h=(7, 16)), also=(RESCUER,))
 WAITING_AT = ((45, 212, 55, 228), (61, 212, 71, 228))
 WAITING = Bounds(CLIMBER_COLORS, WAITING_AT, (6, 16), (8, 16), exclude=("Player",))
-BOMB = Blobs(BOMB_COLORS, FIELD, Shape(w=(6, 8), h=(10, 14)))
+BOMB = Blobs(BOMB_COLORS, FIELD, Shape(w=(4, 8), h=(8, 14)))
 CAPTIVE = Blobs((PALE, SKIN, SHIRT, BLUE), ABOVE, Shape(w=(6, 8), h=17))
 RUNGS = Bounds(PINK, LADDERS)
 

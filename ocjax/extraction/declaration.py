@@ -73,7 +73,7 @@ class Declaration:
         screen: (height, width) in pixels.
         shades: colours that change from level to level.
         saver: the game's screen saver, if it changes the colours.
-        backdrop: columns that objects rarely reach, for games whose background may flash in the
+        backdrop: columns that objects rarely reach, for games whose background may have the
             objects' colours. If all of these columns show one colour in a row, no object owns the
             pixels of this colour in the row (`ocjax.segment`).
         pal: whether the ROM is made for PAL consoles, which have another palette.
