@@ -70,7 +70,7 @@ FUSE = 42
 VIOLET = 130  # the widest row of an ordinary bomb
 GREEN = 82  # the widest row of a bomb with a bonus
 BOMB_COLORS = (VIOLET, GREEN, FUSE, PALE, 38, 54, 68, 116, 120, 148, 196, 216)
-WIDEST_ROW = 8  # line of a bomb
+WIDEST_ROW = -6  # of a bomb, from its end; its start may be covered
 
 FIRST_LINE = 40  # line of the field's first row; a row has two lines
 ROWS = 96

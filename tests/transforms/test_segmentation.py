@@ -91,6 +91,25 @@ def test_any_boxes(name, seed, largest):
         np.testing.assert_array_equal(owners[i], owners_of(game, xywh[i], valid[i], frame))
 
 
+def test_backdrop():
+    """No object owns pixels of the background while it flashes in the objects' colours."""
+    game = ocjax.load("Assault")
+    slot = game.slices["MotherShip"].start
+    sky, hull, *_ = game.categories[game.slot_category[slot]].slot_colors()[0]
+    frame = np.full(game.screen, sky, np.uint8)
+    frame[20:24, 70:90] = hull
+    xywh = np.zeros((1, game.num_slots, 4), np.int16)
+    xywh[0, slot] = 60, 16, 40, 12
+    objects = boxed(game, xywh, np.arange(game.num_slots)[None] == slot)
+    owners = np.full((1, *game.screen), NOBODY)
+    owners[0, 20:24, 70:90] = slot
+    np.testing.assert_array_equal(ocjax.segment(objects, frame[None]), owners)
+    # Where one column of the backdrop shows something else, the row has no backdrop.
+    frame[21, game.backdrop[0]] = 0
+    owners[0, 21, 60:100] = slot
+    np.testing.assert_array_equal(ocjax.segment(objects, frame[None]), owners)
+
+
 def test_any_batch_and_transformations():
     game, play = ocjax.load("Pong"), excerpt("Pong")
     rams, frames = play["rams"][:6], play["screens"][:6]
