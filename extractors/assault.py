@@ -25,6 +25,8 @@ fired before the heat changed (every 32nd frame); the mother ship's row as its b
 VEM: the box of a side shot that touches the cannon spans both.
 """
 
+import functools
+import operator
 from dataclasses import replace
 
 import jax
@@ -33,6 +35,7 @@ import numpy as np
 from jax import lax
 from ocjax.authoring import (
     COARSE,
+    Bitmap,
     Blobs,
     Bounds,
     Box,
@@ -141,6 +144,7 @@ CANNON_COLORS = (12, 22, 134)
 ENEMY_SHOTS = (24, 152, 200, 72)
 CANNON_RGB = (214, 214, 214)  # colour of most pixels of its usual picture
 ENEMIES = (38, 52, 66, 198, 214, 146, 24, 72, 70, 22, 20, 148, 150, 152, 18, 242, 244, 246, 248)
+SKY_ROW = 12  # between the score and the mother ship
 ROWS = (0, 45, 160, 120)
 BELOW = (0, 120, 160, 186)
 GROUND = (0, 178, 160, 186)
@@ -395,13 +399,21 @@ def _shown_heat(m: Ram) -> jax.Array:
     return heat + when(changed, jnp.where(fired, -1, 1))
 
 
+def _not_sky(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """The pixels of the mask that differ from the sky, which flashes when a cannon is lost."""
+    sky = -(planes[:, :1, SKY_ROW : SKY_ROW + 1] & 1)  # column 31
+    return mask & functools.reduce(operator.or_, planes ^ sky)
+
+
 PLAYER = Blobs(CANNON_COLORS, GROUND, Shape(w=(4, 8), h=(7, 8)))
 # Finds the cannon by its wheels if a shot hides its top.
 WHEELS = Run(CANNON_COLORS, 185, left=(0, 159), width=6, height=1, before=1, above=7, after=1)
 BESIDE_SHOT = Runs((WHEELS,), most=1)
-CARRIER = Bounds(SHIP, (0, 12, 160, 45))
-ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0))
-SIDE = Bounds(CANNON_COLORS, (0, 181, 160, 183), exclude=("Player",))
+CARRIER = Bounds(SHIP, (0, 12, 160, 45), filters=(_not_sky,))
+ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0), filters=(_not_sky,))
+SIDE = Bounds(CANNON_COLORS, (0, 181, 160, 183), exclude=("Player",), filters=(_not_sky,))
+SHOT = Bounds(WHITE, (0, 45, 160, 186), filters=(_not_sky,))
+DROPPED = Bounds(ENEMY_SHOTS, BELOW, filters=(_not_sky,))
 POINTS = SCORE.rule(GOLD, (50, 0, 110, 12))
 HEALTH = Bounds(HEAT_COLORS, (90, 190, 160, 204), value=Gauge(4))
 
@@ -411,15 +423,16 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     checks=Checks(lives=(LivesAsIcons(("Lives",), hidden=1),)),
+    backdrop=(8, 158),
     categories=(
         Category(
             "Player", PLAYER, otherwise=BESIDE_SHOT, rgb=CANNON_RGB, role="player", doc="the cannon"
         ),
         Category("MotherShip", CARRIER, color_row=SHIP_ROW, doc="above, with its open bay"),
         Category("Enemy", ENEMY, count=6, color_row=-1, doc="row from the bottom * 2 + half"),
-        Category("PlayerMissileVertical", Bounds(WHITE, (0, 45, 160, 186)), doc="its shot up"),
+        Category("PlayerMissileVertical", SHOT, doc="its shot up"),
         Category("PlayerMissileHorizontal", SIDE, doc="its shot to the side"),
-        Category("EnemyMissile", Bounds(ENEMY_SHOTS, BELOW), doc="beams, fireballs, rolling ones"),
+        Category("EnemyMissile", DROPPED, doc="beams, fireballs, rolling ones"),
         display("PlayerScore", POINTS, role="score", doc="six digits"),
         display(
             "Lives",

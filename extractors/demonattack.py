@@ -477,6 +477,7 @@ GAME = Game(
         },
         source="play of all modes in the emulator",
     ),
+    backdrop=(8, 158),
     categories=(
         Category(
             "Player",

@@ -370,14 +370,14 @@ GAME = Game(
         miscounted={"Score": 1},  # hidden
         known={"Life": 0.3},  # full
     ),
+    backdrop=(100, 150),
     categories=(
         Category("Player", VEHICLE, role="player", doc="the vehicle"),
         Category("Player_Shot", UPWARD, doc="the shot that flies up"),
         Category("Depth_Charge", CHARGE, doc="falls; from the second mission on"),
         Category("Enemy_Shot", Bounds(254, SHOT_AREA, (1, 2)), otherwise=DIM, doc="of all enemies"),
         Category("Laser", Bounds(254, (8, 63, 160, 74), (2, 6)), doc="a helicopter's beam"),
-        # Its black pixels are left out, because the sky in its box is black, too.
-        Category("Fire_Hole", HOLE, colors=(240, 52, 36, 24), doc="in the ground"),
+        Category("Fire_Hole", HOLE, colors=(240, 52, 36, 24, 0), doc="in the ground"),
         Category("Lab", Bounds((24, 34, 54), (8, 156, 160, 179)), doc="on the sea bed"),
         *THINGS.categories,
         display("Score", SCORE.rule(24), role="score", doc="points"),

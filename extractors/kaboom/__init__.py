@@ -275,6 +275,7 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     saver=Saver(_saver_key, (51, 195), LOGO, mask=SAVER_MASK),
+    backdrop=(8,),
     categories=(
         Category(
             "Player",
@@ -304,7 +305,6 @@ GAME = Game(
             "Score",
             SCORE.rule(FLASHES, filters=(_not_sky,)),
             role="score",
-            colors=YELLOW,  # in flashes, the sky can have the score's colour of another moment
             doc="points",
         ),
     ),

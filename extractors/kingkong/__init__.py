@@ -70,7 +70,7 @@ FUSE = 42
 VIOLET = 130  # the widest row of an ordinary bomb
 GREEN = 82  # the widest row of a bomb with a bonus
 BOMB_COLORS = (VIOLET, GREEN, FUSE, PALE, 38, 54, 68, 116, 120, 148, 196, 216)
-WIDEST_ROW = 8  # line of a bomb
+WIDEST_ROW = -6  # of a bomb, from its end; its start may be covered
 
 FIRST_LINE = 40  # line of the field's first row; a row has two lines
 ROWS = 96
@@ -176,7 +176,7 @@ RESCUER = Blobs(CLIMBER_COLORS, ABOVE, Shape(w=(4, 8), h=16))
 CLIMBER = Blobs(CLIMBER_COLORS, FIELD, Shape(w=(1, 8), h=(7, 16)), also=(RESCUER,))
 WAITING_AT = ((45, 212, 55, 228), (61, 212, 71, 228))
 WAITING = Bounds(CLIMBER_COLORS, WAITING_AT, (6, 16), (8, 16), exclude=("Player",))
-BOMB = Blobs(BOMB_COLORS, FIELD, Shape(w=(6, 8), h=(10, 14)))
+BOMB = Blobs(BOMB_COLORS, FIELD, Shape(w=(4, 8), h=(8, 14)))
 CAPTIVE = Blobs((PALE, SKIN, SHIRT, BLUE), ABOVE, Shape(w=(6, 8), h=17))
 RUNGS = Bounds(PINK, LADDERS)
 
@@ -191,6 +191,7 @@ GAME = Game(
         agreement={"lost": 0.82},  # the climber's and the bombs' records belong to the next life
         lives=(LivesAsIcons(("Life",), hidden=1, between_lives=True),),
     ),
+    backdrop=(158,),
     categories=(
         Category("Player", CLIMBER, rgb=SHIRT_RGB, role="player", doc="the climber"),
         Category("Girlfriend", CAPTIVE, rgb=DRESS_RGB, doc="the captive"),

@@ -73,6 +73,9 @@ class Declaration:
         screen: (height, width) in pixels.
         shades: colours that change from level to level.
         saver: the game's screen saver, if it changes the colours.
+        backdrop: columns that objects rarely reach, for games whose background may have the
+            objects' colours. If all of these columns show one colour in a row, no object owns the
+            pixels of this colour in the row (`ocjax.segment`).
         pal: whether the ROM is made for PAL consoles, which have another palette.
         checks: how the game differs from what the tests of all games expect.
         variants: what the game's modes and difficulties mean.
@@ -93,6 +96,7 @@ class Declaration:
     screen: tuple[int, int]
     shades: Shades | None
     saver: Saver | None
+    backdrop: tuple[int, ...]
     pal: bool
     checks: Checks
     variants: Variants
@@ -110,6 +114,7 @@ class Declaration:
         screen: tuple[int, int] = (210, WIDTH),
         shades: Shades | None = None,
         saver: Saver | None = None,
+        backdrop: tuple[int, ...] = (),
         pal: bool = False,
         checks: Checks = USUAL,
         variants: Variants = UNEXPLAINED,
@@ -122,7 +127,7 @@ class Declaration:
             name=name, rom=rom.name, md5=rom.md5, ram=ram, decode=decode, categories=categories
         )
         vars(self).update(screen=screen, shades=shades, saver=saver, pal=pal, hud=hud)
-        vars(self).update(checks=checks, variants=variants, terrain_map=terrain)
+        vars(self).update(backdrop=backdrop, checks=checks, variants=variants, terrain_map=terrain)
         if hud:
             _validate(self)
         else:
@@ -264,6 +269,11 @@ def _validate_fields(game: Declaration) -> None:
         is_screen,
         where="screen",
         text=f"must be (height, {WIDTH}) with a height below 256, got {game.screen}",
+    )
+    need(
+        isinstance(game.backdrop, tuple) and set(game.backdrop) <= set(range(WIDTH)),
+        where="backdrop",
+        text=f"must be a tuple of columns, got {game.backdrop!r}",
     )
     need(len(game.categories) > 0, where="categories", text="at least one is needed")
     names, huds = (

@@ -64,8 +64,20 @@ def _of_chunk(game: Declaration, xywh: jax.Array, valid: jax.Array, frames: jax.
     own = jnp.asarray(colors[0])[None] if level is None else jnp.asarray(colors)[level]
     looks = _Looks(jnp.broadcast_to(own, (len(frames), *own.shape[1:])), others)
     boxes = _Boxes(*_edges(xywh, game.screen))
-    owners = _paint(boxes, _keys(boxes, valid), looks, frames & EVEN)
-    return jnp.where(owners == _nobody(owners.dtype), jnp.int16(NOBODY), owners.astype(jnp.int16))
+    pixels = frames & EVEN
+    owners = _paint(boxes, _keys(boxes, valid), looks, pixels)
+    free = owners == _nobody(owners.dtype)
+    if game.backdrop:
+        free |= _in_backdrop(pixels, game.backdrop)
+    return jnp.where(free, jnp.int16(NOBODY), owners.astype(jnp.int16))
+
+
+def _in_backdrop(pixels: jax.Array, columns: tuple[int, ...]) -> jax.Array:
+    """Whether pixels have the colour that all columns show in their row, bool `[B, H, 160]`."""
+    shown = pixels[:, :, np.array(columns)]
+    first = shown[:, :, :1]
+    agree = jnp.all(shown == first, axis=-1, keepdims=True)
+    return agree & (pixels == first)
 
 
 class _Boxes(NamedTuple):

@@ -16,7 +16,8 @@ def segment(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
     """Find the object that owns each pixel; a pure function that works under `jit` and `vmap`.
 
     An object owns the pixels in its box that have a colour of its category. If boxes overlap, the
-    object with the smallest box owns the pixel, or the first slot among equal sizes.
+    object with the smallest box owns the pixel, or the first slot among equal sizes. In games that
+    declare a `backdrop`, no object owns pixels in the background's present colour.
 
     Args:
         objects: of batch shape `[...]`, from `Game.rem` or `Game.vem`. The objects of a category,

@@ -198,6 +198,7 @@ def test_aliases():
             "reaches down to row 250",
         ),
         ({"screen": (256, 160)}, "height below 256"),
+        ({"backdrop": (8, 160)}, "backdrop: must be a tuple of columns"),
         ({"categories": (Category("A", Blobs(14), rgb=(1, 2)), *CATEGORIES[1:])}, "rgb must be"),
         (
             {"categories": (Category("A", Blobs(14), needs=("H",)), *CATEGORIES[1:])},

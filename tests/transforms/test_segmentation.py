@@ -13,8 +13,8 @@ from ocjax.transforms.segmentation import NOBODY, masks
 from tests.support.states import excerpt
 
 EVEN = 0xFE
-# Levels with other colours, a screen of 250 rows, many small boxes, a screen saver.
-GAMES = ("Centipede", "AirRaid", "MsPacman", "Breakout")
+# Levels with other colours, a screen of 250 rows, many small boxes, a screen saver, a backdrop.
+GAMES = ("Centipede", "AirRaid", "MsPacman", "Breakout", "Assault")
 
 
 def colors_of(game, slot, frame):
@@ -42,6 +42,10 @@ def owners_of(game, xywh, valid, frame):
     for slot in sorted(boxes, key=lambda slot: (-sizes[slot], -slot)):
         own = colors_of(game, slot, frame)(frame[boxes[slot]])
         owners[boxes[slot]][own] = slot
+    for row, pixels in zip(owners, frame & EVEN, strict=True):
+        backdrop = {pixels[x] for x in game.backdrop}
+        if len(backdrop) == 1:
+            row[pixels == backdrop.pop()] = NOBODY
     return owners
 
 
@@ -69,7 +73,7 @@ def test_play(name):
         assert (owners >= 0).any()
 
 
-@pytest.mark.parametrize("name", ["MsPacman", "AirRaid"])
+@pytest.mark.parametrize("name", ["MsPacman", "AirRaid", "Assault"])
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1), largest=st.sampled_from([0, 3, 30, 200]))
 def test_any_boxes(name, seed, largest):
@@ -85,6 +89,25 @@ def test_any_boxes(name, seed, largest):
     owners = ocjax.segment(boxed(game, xywh, valid), frames | rng.integers(0, 2, dtype=np.uint8))
     for i, frame in enumerate(frames):
         np.testing.assert_array_equal(owners[i], owners_of(game, xywh[i], valid[i], frame))
+
+
+def test_backdrop():
+    """No object owns pixels of the background while it flashes in the objects' colours."""
+    game = ocjax.load("Assault")
+    slot = game.slices["MotherShip"].start
+    sky, hull, *_ = game.categories[game.slot_category[slot]].slot_colors()[0]
+    frame = np.full(game.screen, sky, np.uint8)
+    frame[20:24, 70:90] = hull
+    xywh = np.zeros((1, game.num_slots, 4), np.int16)
+    xywh[0, slot] = 60, 16, 40, 12
+    objects = boxed(game, xywh, np.arange(game.num_slots)[None] == slot)
+    owners = np.full((1, *game.screen), NOBODY)
+    owners[0, 20:24, 70:90] = slot
+    np.testing.assert_array_equal(ocjax.segment(objects, frame[None]), owners)
+    # Where one column of the backdrop shows something else, the row has no backdrop.
+    frame[21, game.backdrop[0]] = 0
+    owners[0, 21, 60:100] = slot
+    np.testing.assert_array_equal(ocjax.segment(objects, frame[None]), owners)
 
 
 def test_any_batch_and_transformations():
