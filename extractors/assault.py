@@ -412,7 +412,7 @@ BESIDE_SHOT = Runs((WHEELS,), most=1)
 CARRIER = Bounds(SHIP, (0, 12, 160, 45), filters=(_not_sky,))
 ENEMY = Blobs(ENEMIES, ROWS, Shape(w=(4, 16), h=(6, 8)), gap=(4, 0), filters=(_not_sky,))
 SIDE = Bounds(CANNON_COLORS, (0, 181, 160, 183), exclude=("Player",), filters=(_not_sky,))
-SHOT = Bounds(WHITE, (0, 45, 160, 186), filters=(_not_sky,))
+UPWARD = Bounds(WHITE, (0, 45, 160, 186), filters=(_not_sky,))
 DROPPED = Bounds(ENEMY_SHOTS, BELOW, filters=(_not_sky,))
 POINTS = SCORE.rule(GOLD, (50, 0, 110, 12))
 HEALTH = Bounds(HEAT_COLORS, (90, 190, 160, 204), value=Gauge(4))
@@ -430,7 +430,7 @@ GAME = Game(
         ),
         Category("MotherShip", CARRIER, color_row=SHIP_ROW, doc="above, with its open bay"),
         Category("Enemy", ENEMY, count=6, color_row=-1, doc="row from the bottom * 2 + half"),
-        Category("PlayerMissileVertical", SHOT, doc="its shot up"),
+        Category("PlayerMissileVertical", UPWARD, doc="its shot up"),
         Category("PlayerMissileHorizontal", SIDE, doc="its shot to the side"),
         Category("EnemyMissile", DROPPED, doc="beams, fireballs, rolling ones"),
         display("PlayerScore", POINTS, role="score", doc="six digits"),
