@@ -205,15 +205,14 @@ def _stored(tree: Any) -> Any:
 
 def _in_boxes(objects: Objects, names: Sequence[str], game: Declaration) -> Iterator[jax.Array]:
     """The pixels in the boxes of each category, bool `[B, H, 160]`."""
-    height, width = game.screen
-    rows = np.arange(height, dtype=np.int16).reshape(1, 1, -1, 1)
-    columns = np.arange(width, dtype=np.int16).reshape(1, 1, 1, -1)
+    rows, columns = (np.arange(size, dtype=np.int16)[None, None] for size in game.screen)
     for name in names:
-        slots = game.slices[name]
-        left, top, w, h = jnp.moveaxis(objects.xywh[:, slots, :, None, None], 2, 0)
-        in_rows = (rows >= top) & (rows < top + h)
-        in_columns = (columns >= left) & (columns < left + w)
-        yield (in_rows & in_columns).any(axis=1)
+        left, top, width, height = jnp.moveaxis(objects.xywh[:, game.slices[name], :, None], 2, 0)
+        in_rows = (rows >= top) & (rows < top + height)
+        in_columns = (columns >= left) & (columns < left + width)
+        # A product of matrices counts the boxes around each pixel.
+        factors = in_rows.astype(jnp.float32), in_columns.astype(jnp.float32)
+        yield jnp.einsum("bsh,bsw->bhw", *factors) > 0
 
 
 def _strict(one: Callable[..., jax.Array]) -> Callable[..., jax.Array]:
