@@ -77,7 +77,7 @@ LADDER_LEVEL = np.repeat(np.arange(LEVELS), [len(_level_ladders(level)) for leve
 
 
 SCREEN_LINE = np.arange(HEIGHT)[:, None]
-IS_INSIDE = area_mask((WEST_WALL, FIRST_LINE, EAST_WALL, BOTTOM))
+IS_INSIDE = area_mask((WEST_WALL, FIRST_LINE - 1, EAST_WALL, BOTTOM))
 IS_BLANKED = area_mask((0, FIRST_LINE, 8, BOTTOM)) & np.isin(
     (SCREEN_LINE - FIRST_LINE) % PITCH, HMOVE_LINES
 )
