@@ -10,9 +10,9 @@ light. Level is the number on the menu, Author the name in the secret room.
 
 Slots: a bridge's left rail is first.
 
-Terrain: the walls of the room, from the ROM's table of rooms. Two kinds are apart: thin walls at a
-side of four rooms, and the walls of dark rooms, of which the pixels show only those in the light. A
-thin wall in the ground's colour is there, but the pixels do not show it.
+Terrain: the walls of the room, from the ROM's table of rooms. Four rooms have a thin wall at one
+side, which is a kind of its own. So are the walls of dark rooms; the pixels show only the part in
+the light. The pixels do not show a thin wall in the ground's colour.
 
 RAM: the disassembly in milnak/atari-vcs-disassembly names the bytes, and the ROM's code shows when
 they change. The game draws two things for three frames (a turn); if a room has more, they

@@ -1,7 +1,7 @@
 """Amidar's maze, as the playfield draws it.
 
 The drawing loop at FD4F draws 32 strips of five rows. Its tables have the place of each strip's
-registers: those of the maze in the ROM, those of the paint in the RAM.
+registers. The ROM holds the registers of the maze, and the RAM those of the paint.
 """
 
 from collections.abc import Mapping

@@ -112,7 +112,7 @@ class Ram(RamMap):
 
     @property
     def sky(self) -> jax.Array:
-        """What is behind the pictures ($F92E of bank 1)."""
+        """The colour behind the pictures ($F92E of bank 1)."""
         alarm = self.attacked & (self.state == 0) & (self.leaving == 0) & (self.way == 0)
         return match((alarm, Sky.ALARM), (self.on_planet == 1, Sky.PLANET), otherwise=Sky.SPACE)
 

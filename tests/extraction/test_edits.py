@@ -91,8 +91,12 @@ def test_objects_that_are_absent_are_not_edited(envs):
 @pytest.mark.parametrize("name", ocjax.games())
 def test_every_game(name):
     """The first object of a recorded state moves by a pixel and nothing else changes, or the error
-    gives the reason."""
-    game, ram = ocjax.load(name), excerpt(name)["rams"][-1]
+    gives the reason.
+
+    The state is the last one that shows an object.
+    """
+    game, rams = ocjax.load(name), excerpt(name)["rams"]
+    ram = rams[np.flatnonzero(np.asarray(game.rem(rams).valid).any(axis=1))[-1]]
     before = jax.tree.map(np.asarray, game.rem(ram))
     slot = int(before.valid.argmax())
     category = game.categories[game.slot_category[slot]].name
