@@ -42,11 +42,11 @@ def test_making_environments_does_not_start_jax():
         from ocjax.ocatari import OCAtari
         games = [ocjax.load(name, hud=hud) for name in ocjax.games() for hud in (True, False)]
         for mode in ("rem", "vem", "both"):
-            gymnasium.make("ocjax/Pong-v5", mode=mode, obs=list(NAMES), render_mode="objects")
+            gymnasium.make("ocjax/Alien-v5", mode=mode, obs=list(NAMES), render_mode="objects")
             reward = lambda before, after, action: 0.0
-            ocjax.make_vec("Pong", 2, mode=mode, obs=list(NAMES), num_workers=0, reward_fn=reward)
+            ocjax.make_vec("Alien", 2, mode=mode, obs=list(NAMES), num_workers=0, reward_fn=reward)
         for mode in ("ram", "vision", "both"):
-            OCAtari("Pong", mode=mode, obs_mode="dqn")
+            OCAtari("Alien", mode=mode, obs_mode="dqn")
         print(len(games), xla_bridge.backends_are_initialized())
     """)
     assert out.split() == [str(2 * len(ocjax.games())), "False"], errors
