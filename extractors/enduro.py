@@ -29,7 +29,7 @@ touches a line of the road, boxes may be too small or too large.
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -295,6 +295,20 @@ DAY_NUMBER = Bounds(
 )
 CARS = Blobs(CAR_COLORS, VIEW, CAR_SHAPES, gap=(4, 0))
 
+
+def cars_passed(objects: Any) -> np.ndarray:
+    """The sum of the rewards: the cars passed on all days.
+
+    ALE reads the day's two decimal digits as a hexadecimal number, so the sum jumps on day 10.
+    """
+    day = objects.of("Level").value[:, 0]
+    number = day + 6 * (day // 10)
+    left = jnp.where(objects.of("NumberOfCars").valid, objects.of("NumberOfCars").value, 0)[:, 0]
+    on_this_day = jnp.where(number > 1, 300, 200)
+    before = jnp.where(number > 1, 200 + 300 * (number - 2), 0)
+    return np.array(before + on_this_day - left)
+
+
 GAME = Game(
     name="Enduro",
     rom=ROM,
@@ -302,7 +316,7 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         rare=("Car", "Level", "NumberOfCars"),
-        scored=False,  # the display counts the cars left of a day, rewards the cars of all days
+        returns=cars_passed,
         known={"Odometer": 0.75},  # its digits roll
     ),
     categories=(

@@ -1,7 +1,8 @@
 """`Checks`: how a game differs from what the tests of all games expect."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, Literal
 
 __all__ = ["EXCERPTS", "USUAL", "Checks", "LivesAsIcons", "LivesAsNumber"]
 
@@ -62,7 +63,9 @@ class Checks:
         at_limits: for each category, its values in the recording in `tests/data/edges`, with 0 for
             no object. A pair holds REM's and VEM's value, if these differ.
         lives: how the game shows the lives, if no category has both their role and their value.
-        scored: whether a value follows the sum of the rewards.
+        returns: how the sum of the rewards since the episode began follows from the objects.
+            "score": a category with this role shows it. A function takes REM's objects `[B]` and
+            gives the sums, int `[B]`. "unknown": it does not follow.
         unscored: number of sampled states whose screen hides a score that is not 0.
         miscounted: by category, the number of states of all modes whose value differs from the
             score or the lives.
@@ -79,7 +82,7 @@ class Checks:
     rare: tuple[str, ...] = ()
     at_limits: Mapping[str, tuple[int | tuple[int, int], ...]] = field(default_factory=dict)
     lives: tuple[LivesAsIcons | LivesAsNumber, ...] = ()
-    scored: bool = True
+    returns: Callable[[Any], Any] | Literal["score", "unknown"] = "score"
     unscored: int = 0
     miscounted: Mapping[str, int] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
