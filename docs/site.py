@@ -165,6 +165,7 @@ def _page(game: Game) -> Iterator[str]:
     yield "\n[How the figures are measured](../benchmarks.md#accuracy-and-speed-by-game).\n"
     yield "## Notes\n\n" + "\n\n".join(about["notes"]) + "\n"
     yield from _variants(about)
+    yield from _starts(about)
     yield from _play(about)
     yield from _machine(about)
 
@@ -222,6 +223,17 @@ def _play(about: dict[str, Any]) -> Iterator[str]:
         )
         yield "| name | what is different |\n|---|---|"
         yield from (f"| `{name}` | {doc} |" for name, doc in about["variations"].items())
+        yield ""
+
+
+def _starts(about: dict[str, Any]) -> Iterator[str]:
+    """Starts in later levels."""
+    if about["starts"]:
+        yield (
+            "## Starts\n\nFor `--start` of [`ocjax dataset`](../datasets.md#later-levels) and "
+            "`ocjax train`:\n\n| start | the first state shows |\n|---|---|"
+        )
+        yield from (f"| `{start}` | {doc} |" for start, doc in about["starts"].items())
         yield ""
 
 

@@ -361,6 +361,9 @@ GAME = Game(
             86: "the easy game, with a figure beside the score",
         },
         source="the program in the ROM",
+        starts={
+            "wave=3": "the colours of a later wave",
+        },
     ),
     categories=(
         Category("Player", SHOOTER_RULE, role="player", doc="the shooter"),

@@ -347,6 +347,9 @@ GAME = Game(
             2: "starts at level 5",
         },
         source="play of all modes in the emulator",
+        starts={
+            "level=9": "level 10, with floes in small pieces",
+        },
     ),
     categories=(
         facing("Player", FIGURE, role="player", doc="Frostbite Bailey"),

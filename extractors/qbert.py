@@ -383,6 +383,9 @@ GAME = Game(
             1: "red balls",
         },
         source="play of all difficulties in the emulator",
+        starts={
+            "round=6": "the colours of a later round",
+        },
     ),
     categories=(
         Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the figure"),

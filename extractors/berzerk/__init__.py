@@ -307,6 +307,9 @@ GAME = Game(
             18: "as 1, and robots do not shoot",
         },
         source="the program in the ROM, and play of all modes in the emulator",
+        starts={
+            "level=3": "the colours of a later level",
+        },
     ),
     categories=(
         Category("Player", PLAYER, role="player", doc="the human"),

@@ -397,6 +397,9 @@ GAME = Game(
             4: "starts at level 17, and does not show levels",
         },
         source="play of all modes in the emulator",
+        starts={
+            "level=9": "level 10, with lava",
+        },
     ),
     categories=(
         Category(

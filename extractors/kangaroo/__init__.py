@@ -366,6 +366,10 @@ GAME = Game(
             1: "starts as hard as the second round of three levels",
         },
         source="the program in the ROM",
+        starts={
+            "level=1": "the second screen",
+            "level=2": "the third screen",
+        },
     ),
     terrain=TERRAIN,
     categories=(

@@ -56,6 +56,7 @@ from ocjax.authoring import (
     Shape,
     Static,
     Tight,
+    Variants,
     among,
     box,
     choose,
@@ -367,6 +368,12 @@ GAME = Game(
         rare=("Beast", "Line", "Lyssa", "Slayer_Shot", "Star", "Wall", "Weapon"),
         lives=(LivesAsIcons(("Life_HUD",), hidden=1), LivesAsNumber("Life_HUD")),
         moved=0.15,  # many walls
+    ),
+    variants=Variants(
+        starts={
+            "scene=1": "the lair",
+            "scene=2": "the web",
+        },
     ),
     categories=(
         Category(

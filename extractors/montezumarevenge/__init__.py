@@ -44,6 +44,7 @@ from ocjax.authoring import (
     NumberDisplay,
     Pictures,
     Shape,
+    Variants,
     among,
     box,
     choose,
@@ -350,6 +351,12 @@ GAME = Game(
     terrain=TERRAIN,
     checks=Checks(
         rare=("Amulet", "Beam", "Disappearing_Platform", "Ruby", "Snake", "Spider"),
+    ),
+    variants=Variants(
+        starts={
+            "room=5": "room 5",
+            "room=10": "room 10",
+        },
     ),
     categories=(
         Category("Player", EXPLORER, rgb=(200, 72, 72), role="player", doc="the explorer"),

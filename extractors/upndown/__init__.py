@@ -45,6 +45,7 @@ from ocjax.authoring import (
     LivesAsIcons,
     NumberDisplay,
     Shape,
+    Variants,
     among,
     box,
     display,
@@ -149,6 +150,11 @@ GAME = Game(
     ram=Ram,
     decode=decode,
     checks=Checks(lives=(LivesAsIcons(("Life",), hidden=1),)),
+    variants=Variants(
+        starts={
+            "level=2": "other roads",
+        },
+    ),
     categories=(
         Category("Player", PLAYER_RULE, role="player", doc="its car"),
         Category("Truck", CARS, count=3, doc="the other cars, by record"),

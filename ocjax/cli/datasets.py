@@ -1,5 +1,6 @@
 """The commands `ocjax dataset`, `ocjax relabel` and `ocjax export`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -7,18 +8,20 @@ import typer
 
 from ocjax.cli.messages import console, errors_in_one_line
 from ocjax.cli.options import RAY, START_HELP, count_option
-from ocjax.datasets import detection, exports, generation
+from ocjax.datasets import collection, detection, exports, generation
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
 from ocjax.emulators import ram_starts
 from ocjax.emulators.progress import progress_bar
-from ocjax.extraction import registry
+from ocjax.extraction import names, registry
 from ocjax.files import writing
+
+ALL = "all"
 
 
 def dataset(
-    game: Annotated[str, typer.Argument(help="Name of the game.")],
-    out: Annotated[Path, typer.Option(help="Folder of the dataset.")],
+    game: Annotated[str, typer.Argument(help="Name of the game, or all.")],
+    out: Annotated[Path, typer.Option(help="Folder of the dataset, or of the datasets.")],
     states: Annotated[int, count_option("States to play, of all seeds together.", "10k")] = 10_000,
     seed: Annotated[
         list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")
@@ -48,8 +51,16 @@ def dataset(
 
     The same command gives the same bytes. To resume after an interruption,
     repeat the command.
+
+    With `all`, each game gets a subfolder with as many states, played by the
+    default policies from all of the game's starts, and --out a table of them.
     """
     with errors_in_one_line():
+        if game == ALL:
+            if policy or start or least_f1 != LEAST_F1:
+                raise ValueError("all takes no --policy, --start and --least-f1")
+            _all(out, states, seed or SEEDS, ray)
+            return
         spec = registry.load(game)
         begin = [ram_starts.parse(text) for text in start or ()]
         plan = plan_dataset(
@@ -63,6 +74,13 @@ def dataset(
         "Complete already" if was_complete else "Written",
         out if was_complete else out / generation.SHEET,
     )
+
+
+def _all(out: Path, states: int, seeds: Sequence[int], ray: str | None) -> None:
+    plans = [collection.plan_of(name, states, seeds) for name in names.games()]
+    with progress_bar("playing all games", "states", console) as report:
+        collection.generate_all(plans, out, ray=ray, report=report)
+    writing.announce(console, "Written", out / generation.SHEET)
 
 
 def _percentages(policies: list[str]) -> dict[str, int]:

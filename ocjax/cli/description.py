@@ -44,6 +44,7 @@ def describe(game: Game) -> dict[str, Any]:
             "difficulties": _by_text(game.variants.difficulties),
             "source": game.variants.source,
         },
+        "starts": dict(game.variants.starts),
         "variations": {name: variation.doc for name, variation in variations.of(game.name).items()},
         "agent": (policies.SHIPPED / f"{game.name}.npz").exists(),
         "notes": [" ".join(note.split()) for note in notes if not note.startswith(PICTURE)],

@@ -138,6 +138,7 @@ def _print_page(about: dict[str, Any]) -> None:
             ],
         ),
         ("Modes and difficulties", ["Option", "Number", "Meaning"], _meanings(about)),
+        ("Starts", ["Start", "The first state shows"], list(about["starts"].items())),
         ("Variations", ["Variation", "Difference"], list(about["variations"].items())),
         ("RAM that REM reads", ["Field", "Bytes", "Read as", "Meaning"], fields),
     ):

@@ -8,7 +8,7 @@ __all__ = ["UNEXPLAINED", "Variants", "meanings_of_bits"]
 
 @dataclass(frozen=True)
 class Variants:
-    """The meanings of modes and difficulties, by ale-py's numbers.
+    """The meanings of modes and difficulties, by ale-py's numbers, and starts in later levels.
 
     Numbers without a reliable source are missing.
 
@@ -17,11 +17,14 @@ class Variants:
         difficulties: the meaning of each difficulty. Bit 0 is the console's left switch and bit 1
             the right one; a bit that is set means position A.
         source: where the meanings come from.
+        starts: what the first state shows after values were written to the RAM, by the option
+            `--start` of `ocjax dataset`, such as "level=1".
     """
 
     modes: Mapping[int, str] = field(default_factory=dict)
     difficulties: Mapping[int, str] = field(default_factory=dict)
     source: str = ""
+    starts: Mapping[str, str] = field(default_factory=dict)
 
     def problem(self) -> str:
         """Describe what is wrong, or return an empty text."""
