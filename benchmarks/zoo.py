@@ -10,9 +10,10 @@ the games whose return rose by more than 5 % over the last quarter of the first 
 paper's PPO games with three seeds.
 
 Each finished run adds its row to benchmarks/zoo.csv and its curve to benchmarks/curves. A run with
-seed 0 also replaces the policy that ships (ocjax/play/trained). Unfinished runs stay in the folder,
-and the same command continues them. All processes have the lowest priority. `--pause` stops the
-processes of a running zoo until `--resume`, for example for other measurements.
+seed 0 also replaces the policy that ships (ocjax/play/trained) and its row of the scoreboard.
+Unfinished runs stay in the folder, and the same command continues them. All processes have the
+lowest priority. `--pause` stops the processes of a running zoo until `--resume`, for example for
+other measurements.
 """
 
 import argparse
@@ -27,6 +28,7 @@ from pathlib import Path
 from typing import Any
 
 import curves
+import scoreboard
 import zoo_plan
 from rich.console import Console
 from zoo_plan import Run
@@ -34,11 +36,9 @@ from zoo_plan import Run
 import ocjax
 from ocjax.agents.training import Config, Trainer
 from ocjax.files import writing
-from ocjax.play.games import Played, play
 from ocjax.play.policies import SHIPPED
 
 HERE = Path(__file__).parent
-GAMES_PLAYED, PLAYED_SEED = 20, 1000  # seeds of training are 0 to 65
 LOWEST_PRIORITY = 19
 POLL_SECONDS = 1.0
 
@@ -51,27 +51,23 @@ def train(run: Run, folder: Path) -> None:
     trainer.run(run.frames, Console())
     hours = trainer.metrics.seconds / 3600
     trainer.close()
-    game, policy = ocjax.load(run.game), folder / "policy.npz"
-    trained, random = (
-        play(game, name, GAMES_PLAYED, seed=PLAYED_SEED) for name in (str(policy), "random")
-    )
+    policy = folder / "policy.npz"
+    score = scoreboard.measure(run.game, str(policy), scoreboard.OWN, seeds=1)
     curves.keep(folder)
     if run.seed == 0:
         writing.write(SHIPPED / f"{run.game}.npz", lambda file: file.write(policy.read_bytes()))
-    results = (
-        round(number, 4)
-        for number in (
-            hours,
-            *_summary(trained),
-            *_summary(random),
-            zoo_plan.rise(folder / "metrics.csv"),
+        scoreboard.publish(score)
+    zoo_plan.add_row(
+        zoo_plan.Row(
+            *run,
+            hours=round(hours, 4),
+            mean=score.mean,
+            deviation=score.deviation,
+            random_mean=score.random,
+            random_deviation=score.random_deviation,
+            rise=round(zoo_plan.rise(folder / "metrics.csv"), 4),
         )
     )
-    zoo_plan.add_row(zoo_plan.Row(*run, *results))
-
-
-def _summary(played: Played) -> tuple[float, float]:
-    return float(played.returns.mean()), float(played.returns.std(ddof=1))
 
 
 def supervise(run: Run, folder: Path, paused: Path) -> None:

@@ -17,7 +17,7 @@ from ocjax.play import policies
 from ocjax.play.stepping import steps
 from ocjax.transforms.drawing import overlay
 
-MOST_ENVS = 16
+MOST_ENVS = 32
 DEFAULT_PRESET = "dqn"  # for policies without training settings
 PROGRESS = "games, {task.fields[frames]:,} emulated frames"
 PICTURE_STEPS = 600  # steps of the first game to draw
