@@ -201,7 +201,10 @@ class Emulator:
         """
         if self.whole_steps:
             return self.act(action, strength)
-        reward, frames = 0.0, self.draw_skip()
+        frames = self.draw_skip()
+        if not (self.hooks or self.previous):
+            return self.hold_for(action, strength, frames)
+        reward = 0.0
         for k in range(frames):
             if visible and k == frames - 1:
                 self.keep_previous(shown=k == 0)
@@ -214,6 +217,14 @@ class Emulator:
         """Send an action to the emulator for `frames_per_act` frames."""
         self.executed.send(self.config.actions[action], strength, self.frames_per_act)
         return self.ale.act(self.actions[action], strength)
+
+    def hold_for(self, action: int, strength: float, frames: int) -> float:
+        """Send an action to the emulator for each of several frames, and return their reward."""
+        self.executed.send(self.config.actions[action], strength, frames)
+        act, sent, reward = self.ale.act, self.actions[action], 0.0
+        for _ in range(frames):
+            reward += act(sent, strength)
+        return reward
 
     def draw_skip(self) -> int:
         """The number of emulated frames of the next step; random if `frame_skip` is a range."""
