@@ -1,7 +1,4 @@
-"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category.
-
-REM and the screen suggest the candidates.
-"""
+"""Candidates for `ocjax ram control`, suggested by REM and by the screen."""
 
 import contextlib
 import functools
@@ -39,8 +36,8 @@ class Control(NamedTuple):
 
     Args:
         kind: "remove", "freeze" or "recolor".
-        writes: the values to write before every emulated frame, by address. For "recolor", each
-            value is the colour, a palette index.
+        writes: the values to write before every emulated frame, by address. For "recolor", each is
+            the colour, a palette index.
         also: other categories that are recoloured.
         moving: the fraction of a frozen category's objects that still move.
     """
@@ -141,11 +138,7 @@ def _effects(
 
 
 class ByRem:
-    """The effects of bytes by REM.
-
-    Args:
-        rams: uint8 `[S, 128]`, states of play.
-    """
+    """The effects of bytes by REM, in states of play `rams`, uint8 `[S, 128]`."""
 
     def __init__(self, game: Game, rams: np.ndarray) -> None:
         self.game, self.rams = game, rams
@@ -210,10 +203,7 @@ class ByRem:
         )
 
     def colors(self, category: str, color: int) -> frozenset[int]:
-        """The bytes that hold all of the category's colours; empty if a colour is elsewhere.
-
-        All of these bytes are set to a palette index for the test.
-        """
+        """The bytes that hold all of the category's colours; empty if a colour is elsewhere."""
         own = [
             a
             for a, e in self._all_effects(category).items()
@@ -254,7 +244,7 @@ class OnScreen:
 
     Args:
         color: a palette index that the screen does not have in play.
-        seed: seed of the play that leads to the states.
+        seed: of the play that leads to the states.
         instances: number of emulators that share the work.
     """
 

@@ -1,7 +1,7 @@
 """`ocjax ram control`: find bytes that remove, freeze or recolour the objects of a category.
 
-Each candidate is tried in the emulator, because a game may draw from other bytes, or stop. The
-vision rules' objects in play with the writes are compared with their objects in plain play.
+A game may draw from other bytes, or stop, so each candidate is tried in the emulator: the vision
+rules' objects in play with the writes are compared with those in plain play.
 """
 
 import contextlib
@@ -56,7 +56,7 @@ class _Play(NamedTuple):
 def control(game: Game, *, seed: int = 0) -> list[Control]:
     """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
 
-    The search skips displays, and objects that rarely appear in random play.
+    Displays, and objects that rarely appear in random play, are not searched.
     """
     plain, other = _play(game, seed), _play(game, seed + ENVS, steps=MORE_STEPS)
     chosen = np.random.default_rng(seed).choice(len(plain.rams), STATES, replace=False)

@@ -57,10 +57,7 @@ def read(game: Game) -> list[Row]:
 
 
 def ram_map(game: Game) -> Table:
-    """A table of all numbers that a game's decoder reads.
-
-    Its columns are bytes, reading, range, name and meaning.
-    """
+    """A table of all numbers that a game's decoder reads."""
     rows: list[list[Cell]] = [[", ".join(map(str, row.bytes)), *row[1:]] for row in read(game)]
     return Table(f"{game.name}: RAM", ["Byte", "Read as", "Range", "Name", "Meaning"], rows)
 
@@ -69,9 +66,8 @@ def to_json(game: Game, found: Causes | None = None) -> list[dict[str, Any]]:
     """The RAM map as records, one for each number that the decoder reads.
 
     Args:
-        found: the causal map of one of its states. With it, each record has `confirmed`: the
-            categories that changed on the screen after a write to one of the bytes, while the game
-            continued.
+        found: the causal map of one of its states. With it, each record lists as `confirmed` the
+            categories that changed on the screen after a write to one of the bytes.
     """
     records = [row._asdict() for row in read(game)]
     if found is not None:

@@ -35,12 +35,7 @@ SHOWN_ADDRESSES = 6  # of writes, per cell
 
 @dataclass(frozen=True)
 class Program:
-    """A disassembled program.
-
-    Args:
-        instructions: the reachable ones, by their offsets in the file.
-        fields: names of the bytes of RAM.
-    """
+    """A disassembled program: reachable instructions by offset, and the names of RAM bytes."""
 
     name: str
     cartridge: Cartridge
@@ -50,10 +45,9 @@ class Program:
 
 
 def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | None) -> Program:
-    """Disassemble a program.
+    """Disassemble a program from the reset and all executed instructions.
 
     Args:
-        trace: its execution. All executed instructions are entry points, beside the reset.
         ram: the game's names of its bytes, if it has a decoder.
     """
     ran = sorted((v.address, v.slots) for v in trace.visits.values())
@@ -64,7 +58,7 @@ def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | N
 def field_names(ram: type[RamMap]) -> dict[int, str]:
     """The names of the bytes that a game's `Ram` declares. Several names are joined by /.
 
-    Numbers of several bytes are named "score.0", "score.1", ..., the most significant byte first.
+    Numbers of several bytes are "score.0", "score.1", ..., the most significant byte first.
     """
     names: dict[int, dict[str, None]] = collections.defaultdict(dict)
     for name, field in ram.fields().items():
@@ -191,7 +185,7 @@ def _operand(p: Program, instruction: Instruction) -> str:
 def write_table(p: Program) -> Table:
     """For each byte of RAM, the instructions that write it, by the time of their writes.
 
-    Calls of subroutines write their return addresses to the stack; the table omits them.
+    Return addresses that calls write to the stack are omitted.
     """
     found: dict[int, dict[str, list[str]]] = collections.defaultdict(
         lambda: {time: [] for time in TIMES}
