@@ -28,6 +28,7 @@ STEPS = (480, 1000)  # frames of random play before each written state
 VALUES = np.arange(8, 256, 16, dtype=np.uint8)  # written values; a colour is added
 FRAMES = 2  # frames, each after a write; many games draw objects computed a frame ago
 LEAST = 4  # values that must change a category if the byte belongs to it
+INSTANCES = 32  # emulators that share the work
 FOREIGN = 0.1  # fraction of the values of such a byte that may change another category
 
 
@@ -245,15 +246,14 @@ class OnScreen:
     Args:
         color: a palette index that the screen does not have in play.
         seed: of the play that leads to the states.
-        instances: number of emulators that share the work.
     """
 
-    def __init__(self, game: Game, color: int, *, seed: int = 0, instances: int = 32) -> None:
+    def __init__(self, game: Game, color: int, *, seed: int = 0) -> None:
         self.names = [category.name for category in game.categories]
         # display objects do not count
         self.counts = np.array([not category.hud for category in game.categories])
         settings = Settings(frame_skip=1, repeat_action_probability=0)
-        with contextlib.closing(AlePool(game, instances, settings, screens=("screen",))) as pool:
+        with contextlib.closing(AlePool(game, INSTANCES, settings, screens=("screen",))) as pool:
             self.states = [_state(pool, color, seed + i, steps) for i, steps in enumerate(STEPS)]
 
     def _foreign(self, state: _State, c: int) -> np.ndarray:

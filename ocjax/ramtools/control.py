@@ -1,7 +1,7 @@
 """`ocjax ram control`: find bytes that remove, freeze or recolour the objects of a category.
 
 A game may draw from other bytes, or stop, so each candidate is tried in the emulator: the vision
-rules' objects in play with the writes are compared with those in plain play.
+rules' objects in play with the writes are compared with their objects in plain play.
 """
 
 import contextlib
@@ -134,7 +134,10 @@ def _confirmed(game: Game, candidate: Control, plain: _Play) -> Control | None:
     ):
         return None
     if candidate.kind == "remove":
-        return candidate if _is_removed(game, candidate.category, plain, changed) else None
+        left = _per_frame(game, changed.seen, candidate.category)
+        return (
+            candidate if left <= GONE * _per_frame(game, plain.seen, candidate.category) else None
+        )
     moving = _share_moving(changed, candidate.category)
     frozen = moving <= FROZEN and _share_moving(plain, candidate.category) >= MOVES
     return (
@@ -163,10 +166,6 @@ def _pruned(game: Game, found: Control, plain: _Play) -> Control:
 def _is_kept(game: Game, category: str, plain: _Play, changed: _Play) -> bool:
     usual = _per_frame(game, plain.seen, category)
     return usual < COMMON or _per_frame(game, changed.seen, category) >= KEPT * usual
-
-
-def _is_removed(game: Game, category: str, plain: _Play, changed: _Play) -> bool:
-    return _per_frame(game, changed.seen, category) <= GONE * _per_frame(game, plain.seen, category)
 
 
 def _share_moving(play: _Play, category: str) -> float:

@@ -84,7 +84,7 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
 
     Yields:
         The formulas for each field of each object if slots are identities. For other categories,
-        rows of objects at a regular pitch. If there are none, bytes that equal the coordinate of
+        rows of objects at a regular pitch. Without rows, bytes that equal the coordinate of
         one of their objects.
     """
     half = fits.halves(recording.episode)

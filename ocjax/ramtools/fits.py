@@ -21,6 +21,7 @@ TABLE_FIELDS = (
     *((b, 2) for b in range(7)),
     *((b, 3) for b in range(6)),
 )
+BEST = 3  # formulas returned
 SAMPLE = 400  # samples of the first, coarse search
 CLOSER_LOOK = 12  # bytes that are fitted on all samples
 TABLE_VALUES = 16  # a table with more values explains nothing
@@ -149,7 +150,7 @@ def constant(target: np.ndarray, half: Halves) -> float:
     return float(np.mean(target[test] == values[counts.argmax()]))
 
 
-def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) -> list[Fit]:
+def affine(rams: np.ndarray, target: np.ndarray, half: Halves) -> list[Fit]:
     """The best formulas `scale * field + offset`, each with the most useful correction bit."""
     fit, test = half
     if not (fit.any() and test.any()):
@@ -161,7 +162,7 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
         exact_offset = int(target[fit][0] - first - wrapped(target[fit][0] - first - offset))
         base = _scored(Fit(source, 0, 0, scale, exact_offset), rams[test], target[test])
         fits.append(_with_bit(base, rams, target, half))
-    return sorted(fits, key=lambda f: (-f.exact, -f.source.count))[:most]
+    return sorted(fits, key=lambda f: (-f.exact, -f.source.count))[:BEST]
 
 
 def _affine_candidates(

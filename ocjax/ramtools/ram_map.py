@@ -23,7 +23,7 @@ def comments(game: Declaration) -> dict[str, str]:
 
 
 def _range(field: Field) -> str:
-    width = len(field.places[0]) if isinstance(field.places[0], tuple) else 1
+    width = len(field.places[0])
     if found := re.fullmatch(r"bits (\d+)-(\d+)", field.meaning):
         return f"0-{(1 << (int(found[2]) - int(found[1]) + 1)) - 1}"
     if field.meaning == "BCD":
@@ -49,10 +49,8 @@ def read(game: Game) -> list[Row]:
     """All numbers that a game's decoder reads, by address."""
     notes, rows = comments(game), []
     for name, field in game.ram.fields().items():
-        for i, place in enumerate(field.places):
-            where = place if isinstance(place, tuple) else (place,)
-            label = f"{name}[{i}]" if len(field.places) > 1 else name
-            rows.append(Row(where, field.meaning, _range(field), label, notes.get(name, "")))
+        for label, place in field.labelled():
+            rows.append(Row(place, field.meaning, _range(field), label, notes.get(name, "")))
     return sorted(rows, key=lambda row: row.bytes[0])
 
 

@@ -1,4 +1,4 @@
-"""The ROMs of ale-py, also those of games without a decoder, and their random play."""
+"""The ROMs of ale-py, also of games without a decoder, and their random play."""
 
 import difflib
 import re

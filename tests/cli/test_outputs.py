@@ -61,7 +61,7 @@ CASES = {
 READ_NOTHING = {  # or update their own file or folder
     *(("bench", option) for option in ("--json", "--plots")),
     *(("games", option) for option in ("--picture",)),
-    *(("parity", option) for option in ("--out", "--markdown")),
+    ("parity", "--out"),
     ("ram causes", "--out"),
     ("ram disassemble", "--out"),
     ("dataset", "--out"),

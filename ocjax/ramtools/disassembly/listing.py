@@ -61,14 +61,10 @@ def field_names(ram: type[RamMap]) -> dict[int, str]:
     Numbers of several bytes are "score.0", "score.1", ..., the most significant byte first.
     """
     names: dict[int, dict[str, None]] = collections.defaultdict(dict)
-    for name, field in ram.fields().items():
-        for i, place in enumerate(field.places):
-            label = f"{name}[{i}]" if len(field.places) > 1 else name
-            if isinstance(place, tuple):
-                for k, address in enumerate(place):
-                    names[address][f"{label}.{k}"] = None
-            else:
-                names[place][label] = None
+    for field in ram.fields().values():
+        for label, place in field.labelled():
+            for k, address in enumerate(place):
+                names[address][f"{label}.{k}" if len(place) > 1 else label] = None
     return {address: "/".join(labels) for address, labels in names.items()}
 
 
@@ -85,7 +81,8 @@ def lines(p: Program) -> Iterator[str]:
     )
     if p.trace.failed:
         yield f"; {p.trace.failed:,} states of play could not be followed for a frame."
-    for bank in _unreached(p):
+    reached = {offset // p.cartridge.bank for offset in p.instructions}
+    for bank in sorted(set(range(p.cartridge.banks)) - reached):
         yield f"; Bank {bank} was not reached. It may hold pictures or tables alone."
     labels, before, cycles = _labels(p), None, None
     for offset in sorted(p.instructions):
@@ -99,11 +96,6 @@ def lines(p: Program) -> Iterator[str]:
         cycles = _straight(before, cycles) if follows and offset not in labels else None
         yield _line(p, instruction, labels, cycles)
         before = instruction
-
-
-def _unreached(p: Program) -> list[int]:
-    reached = {offset // p.cartridge.bank for offset in p.instructions}
-    return [bank for bank in range(p.cartridge.banks) if bank not in reached]
 
 
 def _labels(p: Program) -> dict[int, str]:

@@ -99,7 +99,7 @@ class NewGame(NamedTuple):
 
 
 def describe(name: str, *, frames: int = 60, seed: int = 0) -> NewGame:
-    """Collect the facts about a game, whose name is for `roms.find`."""
+    """Collect the facts about a game; see `roms.find` for its name."""
     found = roms.find(name)
     data = Path(found.path).read_bytes()
     screens, ale = [], None
