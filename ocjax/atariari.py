@@ -38,13 +38,11 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
     """AtariARI's labels of RAM.
 
     Args:
-        game: the game, or its name in any of the usual spellings: one of `games`, "BattleZone" or
-            "Skiing".
+        game: the game, or its name: one of `games`, "BattleZone" or "Skiing".
         ram: uint8 `[..., 128]`, a NumPy or JAX array.
 
     Returns:
-        The value of each label by its name in AtariARI, uint8 `[...]`: views of `ram`, or arrays of
-        its type.
+        The value of each label by its name in AtariARI, uint8 `[...]`, of the type of `ram`.
 
     Raises:
         ValueError: AtariARI has no labels for the game, or the last dimension of `ram` is not 128.

@@ -5,9 +5,9 @@
     observation, state, reward, done, info = env.step(state, action)
 
 The emulator runs on the host, in `jax.pure_callback`. The state contains the whole emulator as
-bytes, so that `reset` and `step` are pure functions of their arguments and work under `jit`,
-`vmap`, `scan` and `cond`. A step takes about 0.3 ms to restore and save the emulator and 0.05 ms
-per emulated frame, in one thread: use `ocjax.make_vec` for speed.
+bytes, so that `reset` and `step` are pure functions of their arguments. A step takes about 0.3 ms
+to restore and save the emulator and 0.05 ms per emulated frame, in one thread: use `ocjax.make_vec`
+for speed.
 """
 
 import contextlib
@@ -63,13 +63,11 @@ class ObservedField:
     """A field of JAXtari's observation of a game.
 
     Args:
-        categories: the categories of the objects. Without any, ocjax has no such objects, and the
-            field is empty or 0.
+        categories: the categories of the objects. Without any, the field is empty or 0.
         count: number of objects, or the shape of numbers, or None for one object without a
             dimension.
         constants: JAXtari's constant contents of `visual_id` and `orientation`.
-        size: JAXtari's constant width and height, even if the edge of the field covers a part of
-            the object.
+        size: JAXtari's constant width and height, even if the edge of the field covers a part.
         absent: left and top of a missing object: JAXtari keeps it at this position, and active.
         value: whether the field is a number instead of an `ObjectObservation`: the value of the
             category's only object, or the number of objects if the category has several slots.
@@ -136,10 +134,7 @@ def _observation_type(name: str, fields: tuple[str, ...]) -> Any:
 
 
 def fields(game: Declaration) -> Mapping[str, ObservedField]:
-    """The fields of a game's observation, from `FIELDS`.
-
-    Other games have a field per category, with its name in lower case.
-    """
+    """The fields of a game's observation, from `FIELDS`, or else a field per category."""
     named = {
         constant(c.name): ObservedField((c.name,), None if c.count == 1 else c.count)
         for c in game.categories
@@ -150,9 +145,8 @@ def fields(game: Declaration) -> Mapping[str, ObservedField]:
 def observation(objects: Objects) -> Any:
     """JAXAtari's observation of a game: a named tuple of `ObjectObservation` and values.
 
-    In the games of `FIELDS` it has JAXtari's fields, so that it flattens to a vector of the same
-    layout. Fields without objects in ocjax are empty. Other games have a field per category, such
-    as `player_missile`.
+    In the games of `FIELDS` it flattens to a vector with JAXtari's layout; fields without objects
+    in ocjax are empty. Other games have a field per category, such as `player_missile`.
 
     In Pong and Freeway, boxes cover whole objects, even if the edge of the field covers a part.
     Pong's ball and enemy have JAXtari's positions while they are not in play. If JAXtari's slots
@@ -205,10 +199,7 @@ def _slots(field: ObservedField, game: Declaration) -> np.ndarray:
 
 
 def _shown(objects: Objects, field: ObservedField, game: Declaration) -> Objects:
-    """The objects of a field, in its number of slots.
-
-    They have ocjax's order; if ocjax has more slots, the valid objects come first.
-    """
+    """The objects of a field, the valid ones first if ocjax has more slots."""
     slots, count = _slots(field, game), field.count if isinstance(field.count, int) else 1
     part = objects.take(jnp.broadcast_to(slots, (*objects.batch_shape, len(slots))))
     order = (
@@ -250,10 +241,7 @@ def _field(objects: Objects, field: ObservedField, game: Declaration) -> Any:
 def _whole(
     start: jax.Array, length: jax.Array, active: jax.Array, full: int, screen: int
 ) -> tuple[jax.Array, jax.Array]:
-    """Start and length of whole objects along one axis of the screen.
-
-    The nearer edge of the field may cover a part of the object.
-    """
+    """Start and length of whole objects along one axis; the nearer edge may cover a part."""
     begin = jnp.where(start < screen // 2, start + length - full, start)
     return begin * active, full * active
 
@@ -331,11 +319,7 @@ class _Console:
 
 
 def _results(batch: tuple[int, ...]) -> tuple[np.ndarray, ...]:
-    """Arrays for results.
-
-    They are emulators, RAM, lives and frames; rewards, flags of ended games, and the RAM before a
-    new game begins.
-    """
+    """Arrays for emulators, RAM, lives, frames, rewards, ends, and the RAM before a new game."""
     ram = (RAM_SIZE,), np.uint8
     kinds = (
         ((CAPACITY,), np.uint8),
@@ -357,13 +341,13 @@ def _console(game: Game, frame_skip: int) -> _Console:
 class Environment:
     """A game with the interface of JAXAtari's environments.
 
-    JAXAtari's wrappers `AtariWrapper` and `ObjectCentricWrapper` accept it. Sticky actions and
-    episodes that end with a life are left to these wrappers. A step after the end of a game changes
-    nothing. Pixels and `render` are not supported.
+    JAXAtari's wrappers `AtariWrapper` and `ObjectCentricWrapper` accept it, and add sticky actions
+    and episodes that end with a life. A step after the end of a game changes nothing. Pixels and
+    `render` are not supported.
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game` with its display.
-        frame_skip: emulated frames per step. JAXAtari's environments have 1, and its wrappers skip
+        frame_skip: emulated frames per step. JAXAtari's environments have 1; its wrappers skip
             frames.
         noop_max: the largest number of random no-ops at the start of a game.
 
@@ -408,11 +392,7 @@ class Environment:
     def step(
         self, state: State, action: Any
     ) -> tuple[Any, State, jax.Array, jax.Array, dict[str, jax.Array]]:
-        """Take one step.
-
-        Args:
-            state: the state of one game.
-            action: an index into `ACTION_SET`.
+        """Take one step with an index into `ACTION_SET`.
 
         Returns:
             The observation, the new state, the reward (float32), the end of the game (bool), and
@@ -430,7 +410,7 @@ class Environment:
     def _step(
         self, state: State, action: Any, noops: jax.Array, last: jax.Array
     ) -> tuple[State, jax.Array, jax.Array, jax.Array]:
-        """The new state, the reward, the end of the game, and the RAM before a new game begins.
+        """The new state, the reward, the end, and the RAM before a new game.
 
         See `_Console.step`.
         """
@@ -439,7 +419,7 @@ class Environment:
         return State(*new, time=state.time + 1), reward, done, ram
 
     def observation_space(self) -> Any:
-        """The space of observations for JAXAtari's wrappers, a `Dict` of its module `spaces`.
+        """The space of observations, a `Dict` of JAXAtari's module `spaces`.
 
         Raises:
             ModuleNotFoundError: JAXAtari is not installed.
@@ -466,7 +446,7 @@ class Environment:
 
 
 def _spaces() -> Any:
-    """JAXAtari's module `spaces`, under the package's current name or its name until 2026."""
+    """JAXAtari's module `spaces`, in the package's current name or its name until 2026."""
     for package in ("jaxtari", "jaxatari"):
         # PyPI also has a package `jaxatari` without this module.
         with contextlib.suppress(ModuleNotFoundError):
@@ -489,8 +469,7 @@ def _on_host(function: Any, *arguments: jax.Array) -> Any:
 class GymnaxParams:
     """The parameters of `GymnaxEnvironment`.
 
-    Args:
-        max_steps_in_episode: steps after which an episode is truncated.
+    Episodes are truncated after `max_steps_in_episode`.
     """
 
     max_steps_in_episode: int
@@ -537,13 +516,10 @@ class GymnaxEnvironment(Environment):
     def step(  # pyright: ignore[reportIncompatibleMethodOverride]
         self, key: jax.Array, state: State, action: Any, params: GymnaxParams | None = None
     ) -> tuple[jax.Array, State, jax.Array, jax.Array, jax.Array, dict[str, Any]]:
-        """Take one step.
-
-        After the end of an episode, the observation and the state belong to the next game.
+        """Take one step. After the end of an episode, the results belong to the next game.
 
         Args:
             key: the key for the no-ops at the start of a new game.
-            state: the state of one game.
             action: an index into `ACTION_SET`.
             params: the parameters; by default `default_params`.
 
@@ -570,26 +546,18 @@ class GymnaxEnvironment(Environment):
         """The space of observations, a `Box` of gymnax.
 
         Raises:
-            ModuleNotFoundError: gymnax is not installed.
+            ModuleNotFoundError: gymnax is not installed, also in the methods below.
         """
         ram = jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8)
         shape = jax.eval_shape(lambda ram: _flat(observation(self.game.rem(ram))), ram).shape
         return _extras.require(_GYMNAX_SPACES).Box(-jnp.inf, jnp.inf, shape, jnp.float32)
 
     def action_space(self, params: GymnaxParams | None = None) -> Any:
-        """The space of actions, a `Discrete` of gymnax.
-
-        Raises:
-            ModuleNotFoundError: gymnax is not installed.
-        """
+        """The space of actions, a `Discrete` of gymnax."""
         return _extras.require(_GYMNAX_SPACES).Discrete(self.num_actions)
 
     def state_space(self, params: GymnaxParams | None = None) -> Any:
-        """The space of states, a `Dict` of gymnax.
-
-        Raises:
-            ModuleNotFoundError: gymnax is not installed.
-        """
+        """The space of states, a `Dict` of gymnax."""
         spaces = _extras.require(_GYMNAX_SPACES)
         _, state = jax.eval_shape(self.reset, jax.random.key(0))
         limits = {name: np.iinfo(field.dtype) for name, field in state._asdict().items()}

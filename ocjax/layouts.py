@@ -1,8 +1,7 @@
-"""Flat object tensors in the layouts of other projects.
+"""Flat object tensors in the layouts of other projects, for their policies and logic rules.
 
-With these, their policies and logic rules read ocjax's objects. Each function takes the result of
-`game.rem` or `game.vem`, with or without display objects, of any batch shape. The functions are
-pure and work under `jit`, `vmap` and `scan`. Slots without an object are zero.
+Each function takes the result of `game.rem` or `game.vem`, with or without display objects, of any
+batch shape. The functions are pure. Slots without an object are zero.
 
 The layouts use OCAtari's slots: its categories, in its order, with its numbers of slots. If ocjax
 has fewer slots of a category, they come first; if it has more, the valid objects move to the front.
@@ -70,7 +69,6 @@ def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
     """The number of slots of each category, in OCAtari's order, or None without a table.
 
     Args:
-        game: the game, with or without its HUD.
         hud: whether OCAtari's display objects are included.
     """
     table = _tables().get(game.name.lower(), {"objects": {}, "hud": {}})
@@ -85,10 +83,6 @@ def places(game: Declaration, names: Iterable[str]) -> dict[str, slice]:
     """The game's slots of each of OCAtari's categories, empty if the game lacks the category.
 
     If two names mean the same category of the game, the first one gets its slots.
-
-    Args:
-        game: the game, with or without its HUD.
-        names: OCAtari's categories.
     """
     out: dict[str, slice] = {}
     for name in names:
@@ -117,12 +111,7 @@ def ocatari_slots(game: Declaration | str, hud: bool | None = None) -> dict[str,
 
 
 def blendrl_slots(game: Declaration | str) -> dict[str, int]:
-    """The number of rows of each category in `blendrl`, in their order.
-
-    BlendRL's code calls it `MAX_NB_OBJECTS` of the game.
-
-    Args:
-        game: the game, or its name.
+    """The number of rows of each category in `blendrl`, in order (BlendRL's `MAX_NB_OBJECTS`).
 
     Raises:
         ValueError: the game is unknown, or OCAtari declares no slots for it.
@@ -138,10 +127,7 @@ def _front(valid: jax.Array) -> jax.Array:
 
 
 def _arranged(objects: Objects, slots: Mapping[str, int], *, packed: bool) -> Objects:
-    """The objects in the slots of a layout.
-
-    `packed` moves the valid objects of every category to its front.
-    """
+    """The objects in a layout's slots; `packed` moves the valid ones of a category to its front."""
     game, batch, parts = whose(objects), objects.valid.shape[:-1], []
     for ours, count in zip(places(game, slots).values(), slots.values(), strict=True):
         number = ours.stop - ours.start
@@ -167,7 +153,6 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
     third number, and Seaquest's OxygenBar has only its width.
 
     Args:
-        objects: the objects.
         hud: whether OCAtari's display objects are included; by default if the game includes its
             display. OCAtari counts some display objects as part of the scene, such as Seaquest's
             OxygenBar: load these games with their display even for `hud=False`.
@@ -234,7 +219,7 @@ def _blendrl(objects: Objects) -> jax.Array:
 def nudge(objects: Objects) -> jax.Array:
     """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`.
 
-    The first four columns are a one-hot code of the category: player, enemies or cars, rewards, and
+    Four columns are a one-hot code of the category: player, enemies or cars, rewards, and
     consumables. The last two are left and top. In Freeway, row 0 is the left chicken, and the other
     rows are the cars. In Asterix, the visible objects come first, in the order of the columns;
     objects after the eleventh are dropped.

@@ -45,9 +45,7 @@ class RecordingError(ValueError):
 
 @dataclasses.dataclass(frozen=True)
 class Recording:
-    """The RAM of `n` samples of one game, and optional arrays.
-
-    Arrays that were not recorded are None.
+    """The RAM of `n` samples of one game, and optional arrays, None if they were not recorded.
 
     Args:
         game: the game.
@@ -66,7 +64,7 @@ class Recording:
         ends: bool `[n]`, last sample of an episode that was terminated or truncated.
         frame_skip: emulated frames between successive samples of an episode, or None if the samples
             are not successive.
-        settings: the settings of the environments, the fields of `ocjax.envs.Settings` as a dict.
+        settings: the fields of the environments' `ocjax.envs.Settings`.
     """
 
     game: Game
@@ -97,9 +95,7 @@ class Recording:
         return {name: array for name in ARRAYS if (array := getattr(self, name)) is not None}
 
     def write(self, path: str | Path) -> None:
-        """Write an .npz file for `read`.
-
-        An existing file is replaced atomically; if writing fails, it stays unchanged.
+        """Write an .npz file for `read`. If writing fails, an existing file stays unchanged.
 
         Raises:
             OSError: the file cannot be written.
@@ -191,10 +187,7 @@ def _facts(path: Path) -> dict[str, np.ndarray]:
 
 
 def _arrays(path: Path, game: Game) -> dict[str, np.ndarray]:
-    """The stored arrays of a file.
-
-    Dtypes and shapes are checked before reading.
-    """
+    """The stored arrays of a file, whose dtypes and shapes are checked before reading."""
     with _damage_named(path):
         headers = npz.headers(path, ARRAYS.__contains__)
         if "rams" not in headers:

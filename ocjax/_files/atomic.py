@@ -7,10 +7,7 @@ from typing import BinaryIO
 
 
 def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = True) -> None:
-    """Write a file, completely or not at all.
-
-    A complete new file replaces an existing one. If writing fails, the existing file stays
-    unchanged.
+    """Write a file, completely or not at all. If writing fails, an existing file stays unchanged.
 
     Args:
         follow: whether the user named the path. If so, the target of a link is written, and special

@@ -3,13 +3,14 @@
 Sizes are checked before memory is allocated, and nothing is unpickled.
 """
 
+import contextlib
 import json
 import math
 import os
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import IO, Any, NamedTuple, TypeVar
+from typing import IO, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -24,15 +25,12 @@ _HEADERS = {  # 3.0 has the layout of 2.0
 }
 
 
-Found = TypeVar("Found")
-
-
 class NpzError(ValueError):
     """A file is not an intact `.npz` file. The message describes the damage."""
 
 
 class Header(NamedTuple):
-    """The shape, memory order and dtype that the file gives before an array's data."""
+    """The shape, memory order and dtype of an array."""
 
     shape: tuple[int, ...]
     is_fortran: bool
@@ -45,49 +43,36 @@ class Header(NamedTuple):
 
 
 def headers(path: Path, wanted: Callable[[str], bool]) -> dict[str, Header]:
-    """Read the headers of arrays.
-
-    Args:
-        wanted: whether to read the header of an array of this name.
-    """
-
-    def read_all(archive: zipfile.ZipFile) -> dict[str, Header]:
-        found = {}
+    """Read the headers of the wanted arrays."""
+    found = {}
+    with _opened(path) as archive:
         for name, info in members(archive).items():
             if wanted(name):
                 with archive.open(info) as file:
                     found[name] = _checked_header(archive, info, file)
-        return found
-
-    return _opened(path, read_all)
+    return found
 
 
-def read(path: Path, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
-    """Read arrays from a file.
-
-    Args:
-        wanted: whether to read an array of this name. For other arrays, only the zip archive's own
-            header is checked.
-    """
-
-    def read_all(archive: zipfile.ZipFile) -> dict[str, np.ndarray]:
+def read(source: Path | BinaryIO, wanted: Callable[[str], bool]) -> dict[str, np.ndarray]:
+    """Read the wanted arrays, and check the zip archive's own headers of the others."""
+    with _opened(source) as archive:
         every = members(archive)
         for info in every.values():
             archive.open(info).close()
         return {name: _load(archive, info) for name, info in every.items() if wanted(name)}
 
-    return _opened(path, read_all)
 
-
-def _opened(path: Path, read: Callable[[zipfile.ZipFile], Found]) -> Found:
-    if not path.exists():
-        raise FileNotFoundError(f"no file {path}")
-    if not path.is_file():
-        raise NpzError("it is not a regular file")
+@contextlib.contextmanager
+def _opened(source: Path | BinaryIO) -> Iterator[zipfile.ZipFile]:
+    if isinstance(source, Path):
+        if not source.exists():
+            raise FileNotFoundError(f"no file {source}")
+        if not source.is_file():
+            raise NpzError("it is not a regular file")
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(source) as archive:
             _check_count(archive)
-            return read(archive)
+            yield archive
     # A damaged file can fail anywhere in zipfile, zlib, numpy and the parser of its headers.
     except Exception as error:
         raise NpzError(f"{type(error).__name__}: {error}") from error
@@ -128,10 +113,7 @@ def header(file: IO[bytes]) -> Header:
 
 
 def check_member(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> None:
-    """Check that the size of an array is possible.
-
-    One byte of compressed data holds at most `DENSEST` bytes.
-    """
+    """Check that the size of an array is possible."""
     assert archive.fp is not None
     size = archive.fp.seek(0, os.SEEK_END)
     if not (info.compress_size <= size and info.file_size <= DENSEST * info.compress_size):
@@ -158,7 +140,7 @@ def _checked_header(archive: zipfile.ZipFile, info: zipfile.ZipInfo, file: IO[by
 
 
 def _load(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    """Read one array of the file. Its size is checked before memory is allocated."""
+    """Read one array of the file."""
     with archive.open(info) as file:
         claimed = _checked_header(archive, info, file)
         data, at = bytearray(claimed.size), 0

@@ -130,7 +130,9 @@ def train(
 
 
 def _train(config: Config, folder: Path, frames: int) -> None:
-    trainer = _import_trainer()(config, folder)
+    with extras():
+        from ocjax.agents.training import Trainer
+    trainer = Trainer(config, folder)
     try:
         if trainer.frames >= frames:
             console.print(
@@ -171,13 +173,6 @@ def _show(config: Config, folder: Path) -> None:
         save(played.pictures, picture, frame_time=FRAME_TIME)
     tables.show(_table(spec, played), console)
     writing.announce(console, f"The first {len(played.pictures):,} steps of a game", picture)
-
-
-def _import_trainer() -> type:
-    """The trainer, which needs the extra `rl`."""
-    with extras():
-        from ocjax.agents.training import Trainer
-    return Trainer
 
 
 def play(
@@ -312,7 +307,6 @@ def play(
 def _show_rows(
     game: Game, policy: str, rows: Sequence[varied.Row], markdown: Path | None, json: Path | None
 ) -> None:
-    """Show the comparison of the original and variations, and write it."""
     table = varied.table(game, policy, rows)
     tables.show(table, console)
     write_markdown(markdown, [table])

@@ -67,9 +67,8 @@ class Demonstration:
 
     Args:
         seconds: float `[steps]` for "step" (all emulators), "REM" and "VEM" (whole batch).
-        first_call: seconds of the first call of each method, including compilation.
-        frames: uint8 `[instances, H, 160]`, the last frames.
-        rams: uint8 `[instances, 128]`, the last RAM.
+        first_call: seconds of each method's first call, including compilation.
+        frames, rams: uint8 `[instances, H, 160]` and `[instances, 128]`, the last ones.
         objects: the last objects of each method, batch shape `[instances]`.
     """
 
@@ -82,11 +81,7 @@ class Demonstration:
 
 
 def run(game: Game, num_envs: int, steps: int, seed: int) -> Demonstration:
-    """Step instances of a game with random actions, and extract each step with both methods.
-
-    Args:
-        seed: seed of the actions and the first instance; further instances have the next numbers.
-    """
+    """Step instances with random actions and the seeds `seed + i`, and extract each step."""
     with contextlib.closing(
         AlePool(game, num_envs, Settings(frame_skip=FRAME_SKIP), screens=("screen",))
     ) as pool:
@@ -159,10 +154,7 @@ def _spread(seconds: Sequence[float] | np.ndarray, unit: float) -> str:
 
 
 def picture(shown: Demonstration, with_terrain: bool = False) -> Image.Image:
-    """Draw the objects of both methods over the last frames, and REM's objects' own pixels.
-
-    It shows the instances with most kinds of objects.
-    """
+    """Draw the objects of both methods, and REM's objects' pixels, in the richest last frames."""
     game, frames = shown.game, shown.frames
     chosen = richest(game, shown.objects["REM"], frames, min(ROWS, len(frames)))
     return sheet(

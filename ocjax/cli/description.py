@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from ocjax.console.ram import Field, Place
+from ocjax.console.ram import Field
 from ocjax.emulators import variations
 from ocjax.extraction.categories import Category
 from ocjax.extraction.game import Game
@@ -22,8 +22,7 @@ PICTURE = "Picture: "  # before the path of a picture in the repository
 def describe(game: Game) -> dict[str, Any]:
     """Describe a game in JSON values.
 
-    They have its ROM, categories, terrain, address map, accuracy, modes and their meanings,
-    variations and notes, and whether an agent ships with ocjax.
+    Everything from its file, its accuracy, modes and variations.
     """
     notes_of = comments(game)
     title, *notes = PARAGRAPH.split(inspect.getdoc(inspect.getmodule(game.decode)) or game.name)
@@ -52,11 +51,11 @@ def describe(game: Game) -> dict[str, Any]:
 
 
 def accuracy() -> dict[str, dict[str, float | None]]:
-    """Percentages of each game as measured by `benchmarks/table.py`.
+    """Percentages of each game as measured by `benchmarks/table.py`; None means not measured.
 
     `f1`, `iou` and `exact` compare REM with VEM on random play. `drawn_f1` is measured on
-    recordings of the objects that the video chip drew. `score` and `lives` are the percentages of
-    samples with values equal to the emulator's. None means not measured.
+    recordings of the objects that the video chip drew, `score` and `lives` on values equal to the
+    emulator's.
     """
     return json.loads(
         importlib.resources.files("ocjax.cli").joinpath("accuracy.json").read_text("utf-8")
@@ -102,12 +101,7 @@ def _category(game: Game, c: Category) -> dict[str, Any]:
 def _field(field: Field, comment: str) -> dict[str, Any]:
     return {
         "name": field.name,
-        "bytes": [_address(place) for place in field.places],
+        "bytes": ["-".join(map(str, place)) for place in field.places],
         "read": field.meaning,
         "comment": comment,
     }
-
-
-def _address(place: Place) -> str:
-    """The address of a byte, or the addresses of a number of several bytes."""
-    return str(place) if isinstance(place, int) else "-".join(map(str, place))

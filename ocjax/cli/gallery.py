@@ -17,15 +17,13 @@ EVERY = 10  # agent steps between the states to compare
 
 
 def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.ndarray:
-    """The indices of the states with objects of most categories on the frame, best first.
+    """The indices of `count` states with objects of most categories on the frame, best first.
 
-    Among equal states, states with fewer objects that the frame does not show come first, then
-    later states.
+    Among equal states, fewer hidden objects come first, then later states.
 
     Args:
         objects: of batch shape `[B]`.
         frames: uint8 `[B, H, 160]` of palette indices.
-        count: number of states, at most B.
     """
     on_host = jax.tree.map(np.asarray, objects)
     shown = np.stack(
@@ -36,18 +34,13 @@ def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.
     return np.lexsort((np.arange(len(frames)), -hidden, kinds))[::-1][:count]
 
 
-def picture(game: Game, steps: int, *, scale: int = 2, seed: int = 0) -> Image.Image:
-    """REM's objects beside VEM's in the richest state of some random play.
-
-    Args:
-        scale: see `ocjax.transforms.drawing.overlay`.
-    """
+def picture(game: Game, steps: int, *, seed: int = 0) -> Image.Image:
+    """REM's objects beside VEM's in the richest state of some random play."""
     rams, frames = states(game, steps, seed)
     at = richest(game, game.rem(rams), frames, 1)[0]
     seen = game.rem(rams[at]), game.vem(frames[at])
     columns = [
-        overlay(game, frames[at], jax.tree.map(np.asarray, objects), scale=scale)
-        for objects in seen
+        overlay(game, frames[at], jax.tree.map(np.asarray, objects), scale=2) for objects in seen
     ]
     return sheet([columns], [f"REM ({HIDDEN})", "VEM"])
 

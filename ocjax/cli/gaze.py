@@ -59,7 +59,12 @@ def gaze(
     folder = trial.with_suffix("") if frames is None else frames
     with errors_in_one_line():
         known = registry.load(game)
-        _check_inputs(trial, folder)
+        if not trial.exists():
+            raise FileNotFoundError(f"no trial {trial}")
+        if not folder.exists():
+            raise FileNotFoundError(
+                f"no folder {folder} of the trial's pictures: give it (--frames)"
+            )
         reads = [trial, *PictureFolder(folder).reads]
         writing.check(out, suffixes=(".csv",), reads=reads)
         writing.check(picture, suffixes=(".png",), reads=reads)
@@ -68,26 +73,10 @@ def gaze(
         tables.show(_to_table(known, found), console)
         write_csv(out, COLUMNS, map(_csv_row, found))
         if picture is not None:
-            write_picture(picture, _drawn(known, folder, _first_look(found)))
+            looked_at = (look for look in found if look.slot is not None)
+            write_picture(picture, _drawn(known, folder, next(looked_at, found[0])))
     if not any(look.objects.valid.any() for look in found):
         warn(f"no object of {known.name} is in {folder}: are these pictures of another game?")
-
-
-def _check_inputs(trial: Path, folder: Path) -> None:
-    """Check that the trial and the folder of its pictures exist.
-
-    Raises:
-        FileNotFoundError: one of them does not exist.
-    """
-    if not trial.exists():
-        raise FileNotFoundError(f"no trial {trial}")
-    if not folder.exists():
-        raise FileNotFoundError(f"no folder {folder} of the trial's pictures: give it (--frames)")
-
-
-def _first_look(found: list[Look]) -> Look:
-    """The first frame with an object at the gaze, or else the first frame."""
-    return next((look for look in found if look.slot is not None), found[0])
 
 
 def _csv_row(look: Look) -> list[Any]:

@@ -18,11 +18,7 @@ def count_option(help_text: str, default: str) -> Any:
 
 
 def count(text: str) -> int:
-    """Read a number of frames, states or steps, such as 20000000, 20_000_000, 2e7 or 20M.
-
-    Raises:
-        typer.BadParameter: it is not a whole number, or too small.
-    """
+    """Read a number of frames, states or steps, such as 20000000, 20_000_000, 2e7 or 20M."""
     digits = str(text).rstrip("kM")
     unit = _UNITS.get(str(text)[len(digits) :], math.nan)
     try:
@@ -63,9 +59,7 @@ START_HELP = (
 def fields_as_options(
     kind: type, panel: str
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """A decorator that gives commands with `**given` an option for each field of a dataclass.
-
-    The options are None by default.
+    """A decorator that gives commands with `**given` an option, None by default, for each field.
 
     Args:
         kind: the dataclass. The metadata of its fields have their `help`.

@@ -7,7 +7,6 @@ import typer
 from rich.progress import track
 
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.outputs import write_markdown
 from ocjax.cli.render import save
 from ocjax.evaluation import parity as referee
 from ocjax.evaluation import tables
@@ -43,21 +42,17 @@ def parity(
             )
         ),
     ] = None,
-    markdown: Annotated[Path | None, typer.Option(help="Write the table as Markdown.")] = None,
 ) -> None:
     """Compare a game of JAXtari with the real ROM, frame by frame.
 
     Both play the same actions.
     """
     with errors_in_one_line():
-        writing.check(markdown)
         writing.check(out, suffixes=(".png", ".gif"))
         games = list(FIELDS) if name == "all" else [name]
         found = [_runs(game, seeds, frames, align=align) for game in games]
     table = referee.to_summary(found) if name == "all" else referee.to_table(found[0])
     tables.show(table, console)
-    with errors_in_one_line():
-        write_markdown(markdown, [table])
     if out is not None:
         first = found[0][0]
         save(referee.pictures(first, _frames(first, out)), out, frame_time=FRAME_TIME)

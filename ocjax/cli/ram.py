@@ -9,7 +9,7 @@ import typer
 
 from ocjax import recordings
 from ocjax.cli.messages import console, errors_in_one_line
-from ocjax.cli.outputs import write_markdown, write_picture, write_text
+from ocjax.cli.outputs import write_picture, write_text
 from ocjax.evaluation import tables
 from ocjax.extraction import names, registry
 from ocjax.files import jobs, writing
@@ -18,12 +18,10 @@ from ocjax.play.rollouts import rollout
 from ocjax.ramtools import causes as causal
 from ocjax.ramtools import control as controls
 from ocjax.ramtools import correlate as correlation
-from ocjax.ramtools import disassembly, new, proposal, ram_map, roms
+from ocjax.ramtools import disassembly, new, proposal, ram_map, roms, watch
 from ocjax.ramtools import residual as residuals
 from ocjax.ramtools import twins as pairs
 from ocjax.ramtools.disassembly import listing
-from ocjax.ramtools.watch import terminal
-from ocjax.ramtools.watch.session import Session
 from ocjax.recordings import Recording
 
 ram = typer.Typer(add_completion=False, no_args_is_help=True, help=__doc__)
@@ -42,7 +40,6 @@ SEED = typer.Option(min=0, help="Seed of actions and emulators.")
 MODE = typer.Option("--mode", help="Game mode as ale-py numbers it. Default: the game's.")
 VALUES_CONFIRMED = 32  # values of a byte that `map --confirm` writes
 PRINTED = Path("-")  # as an output: print instead
-MARKDOWN = typer.Option(help="Write the tables as Markdown.")
 
 
 def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None) -> Recording:
@@ -50,23 +47,6 @@ def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None
         if what.endswith(".npz"):
             return recordings.read(what)
         return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
-
-
-def _read_files(what: str, policy: str) -> list[Path | None]:
-    """The files that `_tape` reads."""
-    return [Path(what)] if what.endswith(".npz") else [policies.file_of(policy)]
-
-
-def _give(found: list[tables.Table], markdown: Path | None) -> None:
-    for table in found:
-        tables.show(table, console)
-    with errors_in_one_line():
-        write_markdown(markdown, found)
-
-
-def _named(out: Path | None) -> list[Path]:
-    """The file to write; none for -, which prints."""
-    return [] if out in (None, PRINTED) else [out]
 
 
 def _write(out: Path, text: str, what: str) -> None:
@@ -95,7 +75,6 @@ def correlate(
             "With -, print it."
         ),
     ] = None,
-    markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Find the RAM bits that explain the position, size, value and look of each visible object.
 
@@ -108,7 +87,8 @@ def correlate(
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
     with errors_in_one_line():
-        writing.check(markdown, *_named(write), reads=_read_files(what, policy))
+        reads = [Path(what)] if what.endswith(".npz") else [policies.file_of(policy)]
+        writing.check(None if write == PRINTED else write, reads=reads)
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
         raise typer.BadParameter(
@@ -117,15 +97,8 @@ def correlate(
         )
     with console.status("searching"):
         found = list(correlation.correlate(tape, target))
-    _give(
-        [
-            correlation.to_table(
-                found,
-                f"{tape.game.name}: RAM that explains objects, percent of {len(tape):,} samples",
-            )
-        ],
-        markdown,
-    )
+    title = f"{tape.game.name}: RAM that explains objects, percent of {len(tape):,} samples"
+    tables.show(correlation.to_table(found, title), console)
     if write is not None:
         _write(write, proposal.ram_class(found), "Ram class")
 
@@ -144,13 +117,11 @@ def causes(
     out: Annotated[
         Path | None, typer.Option(help="Picture to write. Default: ocjax-causes-<Game>.png.")
     ] = None,
-    markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Set each byte to each value in one state, and show which pixels and objects change."""
     with errors_in_one_line():
         game = registry.load(name)
         out = out or writing.unnamed(Path(f"ocjax-causes-{game.name}.png"))
-        writing.check(markdown)
         writing.check(out, suffixes=(".png",))
         found = causal.causes(
             game,
@@ -161,7 +132,7 @@ def causes(
             num_envs=num_envs,
             game_mode=game_mode,
         )
-    _give([causal.to_table(found)], markdown)
+    tables.show(causal.to_table(found), console)
     for note in causal.notes(found):
         console.print(note, markup=False, soft_wrap=True)
     with errors_in_one_line():
@@ -177,15 +148,13 @@ def residual(
     policy: Annotated[str, POLICY] = "repeat",
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
-    markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Search the whole RAM for bits that explain the remaining errors of a decoder in one field."""
-    with errors_in_one_line():
-        writing.check(markdown, reads=_read_files(what, policy))
     tape = _tape(what, samples, policy, seed, game_mode)
     with errors_in_one_line(), console.status("searching"):
         found = residuals.residual(tape, category, field)
-    _give(residuals.to_tables(found, f"{tape.game.name} {category} {field}"), markdown)
+    for table in residuals.to_tables(found, f"{tape.game.name} {category} {field}"):
+        tables.show(table, console)
 
 
 @ram.command()
@@ -200,7 +169,6 @@ def twins(
     count: Annotated[int, typer.Option(min=1, help="Number of moments.")] = 10,
     seed: Annotated[int, SEED] = 0,
     game_mode: Annotated[int | None, MODE] = None,
-    markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Find states with equal RAM and different pictures: the RAM cannot explain the difference.
 
@@ -208,11 +176,9 @@ def twins(
     the same actions. The game needs vision rules, but no decoder.
     """
     with errors_in_one_line():
-        writing.check(markdown)
-        found = pairs.twins(
-            registry.load(name), moment, count=count, seed=seed, game_mode=game_mode
-        )
-    _give([pairs.to_table(found)], markdown)
+        game = registry.load(name)
+        found = pairs.twins(game, moment, count=count, seed=seed, game_mode=game_mode)
+    tables.show(pairs.to_table(found), console)
 
 
 @ram.command()
@@ -228,7 +194,6 @@ def control(
             help="File to write. With all, games that it contains are skipped.",
         ),
     ] = None,
-    markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
 
@@ -237,20 +202,17 @@ def control(
     """
     with errors_in_one_line():
         games = names.games() if name == "all" else [registry.load(name).name]
-        writing.check(markdown, reads=[out])
         writing.check(out)
         known = jobs.read(out) if out is not None and out.exists() else {}
-    tables_found = []
     for game in map(registry.load, games):
         if name == "all" and game.name in known:
             continue
         found = controls.control(game, seed=seed)
-        tables_found.append(controls.to_table(game, found))
+        tables.show(controls.to_table(game, found), console)
         known[game.name] = controls.to_json(found)
         if out is not None:
             with errors_in_one_line():
                 writing.write_text(out, json.dumps(dict(sorted(known.items())), indent=1) + "\n")
-    _give(tables_found, markdown)
     if out is not None:
         writing.announce(console, "Written", out)
 
@@ -281,7 +243,7 @@ def new_game(
         for taken in (out, out.with_suffix("")):
             if out != PRINTED and taken.exists():
                 raise FileExistsError(f"{taken} exists: give another output")
-        writing.check(*_named(out))
+        writing.check(None if out == PRINTED else out)
         with console.status("playing"):
             text = new.source(new.describe(name, frames=frames, seed=seed))
     _write(out, text, "Game file")
@@ -301,19 +263,17 @@ def show_map(
         ),
     ] = False,
     seed: Annotated[int, SEED] = 0,
-    markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """Print the RAM map of a finished game: bytes, reading, range, name and meaning."""
     with errors_in_one_line():
         game = registry.load(name)
         if confirm and not as_json:
             raise ValueError("--confirm needs --json")
-        writing.check(markdown)
     if as_json:
         found = causal.causes(game, seed=seed, values=VALUES_CONFIRMED) if confirm else None
         typer.echo(json.dumps(ram_map.to_json(game, found), indent=2))
         return
-    _give([ram_map.ram_map(game)], markdown)
+    tables.show(ram_map.ram_map(game), console)
 
 
 @ram.command()
@@ -327,7 +287,6 @@ def disassemble(
     out: Annotated[
         Path | None, typer.Option(help="File for the listing. Default: print it.")
     ] = None,
-    markdown: Annotated[Path | None, MARKDOWN] = None,
 ) -> None:
     """List the program of a game, and when it writes each byte of RAM.
 
@@ -339,15 +298,15 @@ def disassemble(
     collisions.
     """
     with errors_in_one_line():
-        writing.check(out, markdown)
+        writing.check(out)
         with console.status("running"):
             program = disassembly.disassemble(name, states=states, seed=seed, game_mode=game_mode)
     _write(out or PRINTED, "\n".join(listing.lines(program)) + "\n", "Listing")
-    _give([listing.write_table(program)], markdown)
+    tables.show(listing.write_table(program), console)
 
 
-@ram.command()
-def watch(
+@ram.command("watch")
+def watch_game(
     name: Annotated[str, GAME],
     policy: Annotated[
         str,
@@ -365,5 +324,5 @@ def watch(
 ) -> None:
     """Play a game, watch its objects and changing bytes live, and edit or save the state."""
     with errors_in_one_line():
-        session = Session(registry.load(name), policy, seed, game_mode)
-    terminal.watch(session, console, frames)
+        session = watch.Session(registry.load(name), policy, seed, game_mode)
+    watch.watch(session, console, frames)

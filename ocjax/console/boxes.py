@@ -53,7 +53,7 @@ class Box:
     def clip(self, left: Number, top: Number, right: Number, bottom: Number) -> Box:
         """Clip the boxes to an area; `right` and `bottom` are exclusive.
 
-        Boxes outside the area become invalid.
+        Boxes outside become invalid.
 
         Raises:
             ValueError: an edge is a number beyond the screen, where every box is clipped anyway.
@@ -140,9 +140,8 @@ def box(
     Args:
         x, y, w, h: scalars, or vectors with one entry per slot of the category.
         valid: whether the game has the object in play.
-        value: score, lives, time, ... of categories that declare the attribute.
-        orientation: compass point 0-15, clockwise from north, of categories that declare the
-            attribute.
+        value: score, lives, time, ... of categories that declare it.
+        orientation: compass point 0-15, clockwise from north, of categories that declare it.
         color: palette index of the drawn colour, if it changes; None: the category's colour.
     """
     x, y, w, h, value, orientation = (

@@ -86,7 +86,7 @@ def hex_font(
 ) -> Font:
     """Make a font from ten words of hexadecimal digits.
 
-    Each row, from the top, takes the number of hexadecimal digits that its dots need.
+    Rows, from the top, take the digits that their dots need.
     """
     n = -(-dots // 4)
     glyphs = tuple(
@@ -115,24 +115,22 @@ class Digits:
     """The rule with which VEM reads a number: digits in fixed cells.
 
     Each cell is compared with the font's ten pictures. An empty cell counts as 0, because many
-    games do not show leading zeros. The value is unknown if a cell holds any other picture, or a
-    picture that several digits share.
+    games do not show leading zeros. The value is unknown if a cell holds any other picture, or one
+    that several digits share.
 
     Args:
         font: the pictures.
         lefts: left column of each digit's cell, most significant digit first.
         top: first row of the cells, the same on every frame. If a number moves between a few rows,
-            declare a rule for each row, the second one as `Category.otherwise`. VEM cannot read a
-            number that moves freely.
+            declare a rule for each row, the second one as `Category.otherwise`.
         weights: value of a 1 in each cell; powers of ten by default.
         base: value of a display of zeros.
         required: whether the object is valid only if the last cell matches a picture, and the cells
             of `free` are empty. Use this if the game shows other things in the number's place.
-        free: left columns of cells that are empty while the number is shown. The value is unknown
-            if one of them is not empty.
+        free: left columns of cells that are empty while the number is shown, or else the value is
+            unknown.
         centered: whether shorter numbers leave cells on the right empty, too.
-        step: a divisor of every number. The value is unknown if this does not divide it; use this
-            if the game shows other numbers there.
+        step: a divisor of every number, or else the value is unknown.
     """
 
     font: Font

@@ -69,10 +69,9 @@ def only(chosen: jax.Array, values: _Value, axis: int | None = None) -> jax.Arra
 
 
 def extremes(seen: jax.Array, first: _Value, last: _Value) -> tuple[jax.Array, jax.Array]:
-    """Return the minimum `first` and the maximum `last` of the seen entries, int32 scalars.
+    """The minimum `first` and the maximum `last` of the seen entries, int32 scalars.
 
-    Without a seen entry these are `BEYOND` and 0. An example is the first and last row of the
-    visible parts of an object.
+    Without a seen entry these are `BEYOND` and 0.
     """
     return jnp.min(jnp.where(seen, first, BEYOND)), jnp.max(jnp.where(seen, last, 0))
 
@@ -84,20 +83,14 @@ def lookup(table: np.ndarray | Sequence[int], index: jax.Array) -> jax.Array:
 
 
 def among(x: jax.Array, values: range | Sequence[int]) -> jax.Array:
-    """Return whether `x` is one of some values, such as the states of one kind of object: bool.
-
-    A range has consecutive values.
-    """
+    """True if `x` is one of some values, or in a range of consecutive values."""
     if isinstance(values, range):
         return (x >= values.start) & (x < values.stop)
     return sum((x == value for value in values), jnp.zeros_like(x, bool))
 
 
 def reached(x: jax.Array, limits: Sequence[int]) -> jax.Array:
-    """Return the number of limits that `x` has reached.
-
-    For example, the limits are the depths at which an object has its next larger picture.
-    """
+    """The number of limits that `x` has reached, such as depths at which pictures grow."""
     return sum((jnp.where(x >= limit, 1, 0) for limit in limits), jnp.zeros_like(x))
 
 

@@ -1,13 +1,13 @@
 """The palettes of the console: conversion of RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the
-upper three bits of the low nibble. The lowest bit is not used, except on PAL consoles. There the
-emulator sets it in frames after a frame with an odd number of lines, and then shows each colour as
-a grey of the same brightness, like a television.
+upper three bits of the low nibble. The lowest bit is not used, except on PAL consoles: there the
+emulator sets it in frames after a frame with an odd number of lines, and shows each colour as a
+grey of the same brightness, like a television.
 
 Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are
-read from the screens of ale-py 0.12.1. The RGB values of PAL consoles are from the emulator
-(Stella), checked against ale-py's screens of Pac-Man and Air Raid.
+read from the screens of ale-py 0.12.1. Those of PAL consoles are from the emulator (Stella),
+checked against ale-py's screens of Pac-Man and Air Raid.
 """
 
 import functools
@@ -143,10 +143,7 @@ def packed(rgb: np.ndarray) -> np.ndarray:
 
 
 def is_color(rgb: np.ndarray | jax.Array, palette: np.ndarray = NTSC) -> np.ndarray | jax.Array:
-    """Return whether the console can draw each of the colours uint8 `[..., 3]`, bool `[...]`.
-
-    The result is a JAX array if `rgb` is one.
-    """
+    """True if the console can draw the colours uint8 `[..., 3]`, bool `[...]`."""
     array = jnp if isinstance(rgb, jax.Array) else np
     r, g, b = (rgb[..., i].astype(np.uint32) for i in range(3))
     return (array.asarray(_hashed(palette).rgb)[_hash(r, g, b)] == rgb).all(-1)

@@ -15,7 +15,7 @@ that together hold one number, most significant byte first. A field with one pla
 field with several places is a vector in the given order.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Self, overload
 
@@ -40,20 +40,23 @@ __all__ = [
 RAM_SIZE = 128
 
 Place = int | tuple[int, ...]
+_Read = Callable[[tuple[jax.Array, ...]], jax.Array]
 
 
 @dataclass(frozen=True)
 class Field:
-    """An entry of an address map: its addresses, and the conversion of bytes to a number."""
+    """An entry of an address map: its addresses, and the conversion of bytes to a number.
 
-    places: tuple[Place, ...]
+    A place of several bytes has its most significant byte first.
+    """
+
+    places: tuple[tuple[int, ...], ...]
     meaning: str
-    read: Callable[[tuple[jax.Array, ...]], jax.Array] = field(repr=False)
+    read: _Read = field(repr=False)
     name: str = ""
 
     def __post_init__(self) -> None:
-        widths = {len(p) if isinstance(p, tuple) else 1 for p in self.places}
-        if len(widths) != 1 or 0 in widths:
+        if len({len(place) for place in self.places}) != 1 or not self.places[0]:
             raise ValueError(
                 "a RAM field needs one or more places of the same number of bytes each, got "
                 f"{self.places}"
@@ -67,12 +70,17 @@ class Field:
     @property
     def addresses(self) -> tuple[int, ...]:
         """All addresses that the field reads."""
-        return tuple(a for p in self.places for a in (p if isinstance(p, tuple) else (p,)))
+        return tuple(address for place in self.places for address in place)
 
     @property
     def columns(self) -> tuple[tuple[int, ...], ...]:
         """The addresses of all places' first bytes, of all their second bytes, ..."""
-        return tuple(zip(*(p if isinstance(p, tuple) else (p,) for p in self.places), strict=True))
+        return tuple(zip(*self.places, strict=True))
+
+    def labelled(self) -> Iterator[tuple[str, tuple[int, ...]]]:
+        """The label of each number, such as "score" or "car_x[3]", and its addresses."""
+        for i, place in enumerate(self.places):
+            yield f"{self.name}[{i}]" if len(self.places) > 1 else self.name, place
 
     def __set_name__(self, owner: type, name: str) -> None:
         object.__setattr__(self, "name", name)
@@ -89,8 +97,7 @@ class RamMap:
     """Base class of a game's address map. An instance wraps the RAM of one state, uint8 `[128]`.
 
     Args:
-        ram: its bytes.
-        addresses: the address of each of its bytes; by default all addresses in order.
+        addresses: the address of each byte of `ram`; by default all in order.
     """
 
     def __init__(self, ram: jax.Array, addresses: Sequence[int] = range(RAM_SIZE)) -> None:
@@ -143,6 +150,10 @@ class RamMap:
         }
 
 
+def _field(places: tuple[Place, ...], meaning: str, read: _Read) -> Field:
+    return Field(tuple(p if isinstance(p, tuple) else (p,) for p in places), meaning, read)
+
+
 def _join(parts: tuple[jax.Array, ...], base: int) -> jax.Array:
     total = parts[0]
     for part in parts[1:]:
@@ -155,7 +166,7 @@ def byte(*places: Place) -> Field:
 
     A tuple of addresses is one unsigned number, most significant byte first.
     """
-    return Field(places, "unsigned", lambda parts: _join(parts, 256))
+    return _field(places, "unsigned", lambda parts: _join(parts, 256))
 
 
 def signed(*places: Place) -> Field:
@@ -165,7 +176,7 @@ def signed(*places: Place) -> Field:
         half = 1 << (8 * len(parts) - 1)
         return (_join(parts, 256) ^ half) - half
 
-    return Field(places, "signed", read)
+    return _field(places, "signed", read)
 
 
 def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
@@ -174,24 +185,22 @@ def bits(*places: Place, first: int = 0, count: int = 1) -> Field:
         raise ValueError(
             f"a bit field needs first >= 0 and count > 0, got first={first}, count={count}"
         )
-    there = 8 * min((len(place) if isinstance(place, tuple) else 1 for place in places), default=1)
+    mask = (1 << count) - 1
+    name = f"bits {first}-{first + count - 1}"
+    declared = _field(places, name, lambda parts: (_join(parts, 256) >> first) & mask)
+    there = 8 * len(declared.places[0])
     if first + count > there:
         raise ValueError(
             f"a bit field must end within its {there} bits, got first={first}, count={count}"
         )
-    mask = (1 << count) - 1
-    return Field(
-        places,
-        f"bits {first}-{first + count - 1}",
-        lambda parts: (_join(parts, 256) >> first) & mask,
-    )
+    return declared
 
 
 def flag(*places: int, bit: int) -> Field:
     """Declare a condition: True if a bit (0 is the least significant) of the byte is set."""
     if not 0 <= bit < 8:
         raise ValueError(f"a flag's bit must be from 0 to 7, got {bit}")
-    return Field(places, f"bit {bit}", lambda parts: (parts[0] >> bit & 1) == 1)
+    return _field(places, f"bit {bit}", lambda parts: (parts[0] >> bit & 1) == 1)
 
 
 def low(*places: Place) -> Field:
@@ -207,11 +216,10 @@ def high(*places: Place) -> Field:
 def bcd(*places: Place) -> Field:
     """Declare binary-coded decimals, two digits per byte.
 
-    A tuple of addresses is one number, highest digits first. Nibbles above 9 count as 10 to 15, so
-    that every state has a value.
+    A tuple of addresses is one number, highest digits first. Nibbles above 9 count as 10 to 15.
     """
 
     def read(parts: tuple[jax.Array, ...]) -> jax.Array:
         return _join(tuple((p >> 4) * 10 + (p & 15) for p in parts), 100)
 
-    return Field(places, "BCD", read)
+    return _field(places, "BCD", read)

@@ -30,12 +30,7 @@ _FEW = 8
 
 @dataclass(frozen=True)
 class Rom:
-    """A game's ROM.
-
-    Args:
-        name: ALE's name of it.
-        md5: its checksum, checked when it is read for the first time.
-    """
+    """A game's ROM, by ALE's name; its checksum is checked when it is read for the first time."""
 
     name: str
     md5: str
@@ -54,15 +49,14 @@ class Rom:
     ) -> np.ndarray:
         """Read the rows of pictures from the top, int32 `[pictures, height]`.
 
-        A single picture is int32 `[height]`.
+        `[height]` of one picture.
 
         Args:
             offsets: offset of each picture.
-            height: number of rows.
             step: bytes from one row of a picture to the next, if the ROM holds the first rows of
                 all pictures, then all second rows.
-            top_first: whether the first byte is the top row. Most games store pictures with the
-                bottom row first, because their drawing loops count down.
+            top_first: whether the first byte is the top row. Most games store the bottom row first,
+                because their drawing loops count down.
         """
         at = np.asarray(offsets)[..., None] + step * np.arange(height)
         rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)
@@ -161,7 +155,7 @@ class Pictures:
         return cls(np.array([_extent(rows) for rows in pictures], np.int32), axes)
 
     def index(self, **places: Number) -> jax.Array:
-        """Return the index of the pictures with these values of all axes.
+        """The index of the pictures with these values of all axes.
 
         Raises:
             TypeError: the names differ from the names of the axes.

@@ -10,7 +10,7 @@ __all__ = ["RomError", "game_name", "read_rom", "rom_names", "rom_path"]
 
 
 class RomError(ValueError):
-    """A game's ROM is missing, or differs from the ROM for which its decoder was written."""
+    """A game's ROM is missing, or differs from the one for which its decoder was written."""
 
 
 def rom_names() -> tuple[str, ...]:
@@ -33,14 +33,9 @@ def _installed() -> Path:
 
 
 def rom_path(rom: str) -> Path:
-    """Find the path of a ROM file.
+    """The path of a ROM, such as "space_invaders".
 
-    Args:
-        rom: ale-py's name of the ROM, such as "space_invaders".
-
-    Returns:
-        `<rom>.bin` in the folder of the environment variable `ALE_ROMS_DIR`, by default ale-py's
-        folder of ROMs.
+    The folder is `ALE_ROMS_DIR`, by default ale-py's.
     """
     folder = Path(os.environ.get("ALE_ROMS_DIR") or _installed())
     path = folder / f"{rom}.bin"
@@ -53,11 +48,7 @@ def rom_path(rom: str) -> Path:
 
 
 def read_rom(rom: str, md5: str) -> bytes:
-    """Read a ROM, once per process.
-
-    Args:
-        md5: the expected MD5 hash in hexadecimal.
-    """
+    """Read a ROM with an MD5 hash in hexadecimal, once per process."""
     path = rom_path(rom)
     data, found = _contents(path)
     if found != md5:

@@ -34,9 +34,7 @@ class Word:
         }
 
     def pack(self, **values: Any) -> Any:
-        """Return words from the values of all fields: integers, or arrays of them.
-
-        Higher bits of a value are dropped.
+        """The words with the values of all fields, integers or arrays; higher bits are dropped.
 
         Raises:
             TypeError: the names differ from the names of the fields.

@@ -3,7 +3,7 @@
 `ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not.
 The shared memory is an unnamed file, and a worker exits when its socket closes or its parent exits,
 so the pool always cleans up. A call validates its arguments before it writes to the shared memory.
-After Ctrl-C interrupts a call, further calls are possible.
+Ctrl-C may interrupt a call; further calls are possible.
 """
 
 import dataclasses
@@ -66,21 +66,20 @@ class AlePool(EmulatorPool):
         game: the game; its ROM is checked.
         num_envs: number of emulators.
         settings: the emulation settings; by default the preset "v5".
-        num_workers: number of processes; by default one per core that this process may use, at most
-            `num_envs`. With 0 the emulators are stepped in this process.
+        num_workers: number of processes; by default one per available core, at most `num_envs`.
+            With 0 the emulators are stepped in this process.
         screens: the pixel arrays to record, of "screen", "gray", "pooled" (with "gray") and "rgb";
             by default none. See `EmulatorPool`.
         autoreset: what happens after the step that ends an episode: "next step" (the next step
             starts an episode, and its action is ignored), "same step" (the same step starts an
-            episode, and `arrays.final` preserves the end of the last one), or "disabled" (the
-            environment must be reset; the next step is an error).
-        game_mode: ale-py's number of the game mode, one for all emulators or one each; by default
+            episode, and `arrays.final` preserves the end of the last one), or "disabled" (the next
+            step is an error until a reset).
+        game_mode, game_difficulty: ale-py's numbers, one for all emulators or one each; by default
             the game's own.
-        game_difficulty: ale-py's number of the game difficulty, given in the same way.
-        hook: a function that is called before every emulated frame with the RAM of one emulator,
-            uint8 `[128]`. Its changes to the array are written to the console. Workers receive the
-            function by value, so it may refer to modules and constants, but not to variables that
-            change. In a sequence of hooks, each hook sees the changes of the previous ones.
+        hook: a function, or a sequence of functions, called before every emulated frame with the
+            RAM of one emulator, uint8 `[128]`. Changes to the array are written to the console.
+            Workers receive functions by value, so they may refer to modules and constants, but not
+            to variables that change.
         starts: for each emulator, a function like a hook, or None. It is called once at the start
             of every game, after the console's reset and before the no-ops.
         worker_timeout: seconds that a worker may take for a step, or for the start of one emulator,
@@ -185,10 +184,7 @@ class AlePool(EmulatorPool):
 
     @property
     def start_actions(self) -> tuple[int, ...]:
-        """The first actions of each episode.
-
-        They are FIRE and the next action, in games with FIRE as the second action.
-        """
+        """The first actions of each episode: FIRE and the next, in games that need FIRE."""
         needs_fire = self.actions[1] == ale_py.Action.FIRE and len(self.actions) > 2
         return (1, 2) if self.settings.fire_reset and needs_fire else ()
 
@@ -231,8 +227,8 @@ class AlePool(EmulatorPool):
     ) -> None:
         """Start new episodes; see `EmulatorPool.reset`.
 
-        Seeds work as in ale-py's Gymnasium environments: equal seeds give equal episodes. A seed,
-        or the first reset, makes a new emulator, which takes about 0.1 s of its worker's time.
+        Equal seeds give the episodes of ale-py's Gymnasium environments. A seed, or the first
+        reset, makes a new emulator, which takes about 0.1 s of its worker's time.
         """
         seed = (
             [-1] * self.num_envs
@@ -251,7 +247,7 @@ class AlePool(EmulatorPool):
     def clone_state(self) -> States:
         """Save the state of every emulator, including its random state.
 
-        All emulators must have been reset.
+        All must have been reset.
         """
         self._prepare()
         self._require_ready()
@@ -261,7 +257,7 @@ class AlePool(EmulatorPool):
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
         """Restore saved states; see `EmulatorPool.restore_state`.
 
-        Afterwards, the same actions give the same frames, also with sticky actions.
+        The same actions then give the same frames, also with sticky actions.
 
         Raises:
             TypeError: `states` is not of type `States`.
@@ -355,11 +351,6 @@ class AlePool(EmulatorPool):
         """The number of started steps."""
         return self._local_steps + self._workers.steps
 
-    @property
-    def pending(self) -> bool:
-        """True if a step has started but not been waited for."""
-        return self.steps != self._awaited_steps
-
     def _chosen(self, mask: np.ndarray | None) -> np.ndarray:
         chosen = mask_array("mask", mask, self.num_envs)
         if not self._ready and not chosen.all():
@@ -374,10 +365,7 @@ class AlePool(EmulatorPool):
             raise ValueError(NOT_RESET)
 
     def _prepare(self) -> None:
-        """Check that the pool can take a command now.
-
-        Call it before writing the command's arguments to the shared memory.
-        """
+        """Check that the pool can take a command now; its arguments are written afterwards."""
         self.require_open()
         if self.pending and not self._local:
             raise AlreadyPendingCallError(
@@ -402,7 +390,7 @@ class AlePool(EmulatorPool):
     def _execute_here(self, block: EmulatorBlock, command: bytes) -> None:
         """Execute a command in this process.
 
-        An interrupt leaves the emulators in an unknown state, and the next command must be a reset.
+        After an interrupt, the next command must be a reset.
         """
         ready, self._ready = self._ready, False
         try:
@@ -417,10 +405,7 @@ class AlePool(EmulatorPool):
         self._finish(report)
 
     def _finish(self, report: StartReport | None = None) -> None:
-        """Wait for a command.
-
-        If it takes long, report the number of emulators that have loaded their ROM.
-        """
+        """Wait for a command; a long one reports how many emulators have loaded their ROM."""
         for _ in self._completed(report):
             pass
 
@@ -500,17 +485,11 @@ def _available_cores() -> int:
 
 
 def _even_blocks(n: int, num_blocks: int) -> Iterator[tuple[int, int]]:
-    """Divide n rows into consecutive blocks of nearly equal size.
-
-    Yields the first row of each block, and one past the last.
-    """
+    """Divide n rows into blocks of nearly equal size: first row, and one past the last."""
     return itertools.pairwise(k * n // num_blocks for k in range(num_blocks + 1))
 
 
 def _num_shards(num_envs: int, num_workers: int) -> int:
-    """The largest possible number of shards.
-
-    Shards have equal numbers of workers and of environments, at least `_MIN_SHARD`.
-    """
+    """The largest number of shards with equal numbers of workers and of environments."""
     divisors = [k for k in range(1, num_workers + 1) if num_workers % k == 0 and num_envs % k == 0]
     return max((k for k in divisors if num_envs // k >= _MIN_SHARD), default=1)

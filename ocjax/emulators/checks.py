@@ -21,11 +21,7 @@ class Uncopied:
     )
 
     def __reduce__(self) -> Any:
-        """Raise an error that names the alternatives.
-
-        Raises:
-            TypeError: always.
-        """
+        """Raise a TypeError that names the alternatives."""
         raise TypeError(
             f"{type(self).__name__} cannot be pickled or copied, because its emulators cannot. "
             f"Save instead: {self.SAVED}"
@@ -93,10 +89,7 @@ def reset_mask(options: Mapping[str, Any] | None, num_envs: int) -> np.ndarray |
 
 
 def seeds_of(seed: Any, num_envs: int) -> list[int | None] | None:
-    """The seed of each environment, or None without a seed.
-
-    Environment i gets `seed + i`, or the i-th entry of a sequence.
-    """
+    """The seed of environment i: `seed + i`, or entry i of a sequence; None without a seed."""
     if seed is None:
         return None
     return seed_list(range(seed, seed + num_envs) if is_integer(seed) else seed, num_envs)

@@ -1,16 +1,15 @@
 """The `envpool` backend: envpool's threads step the emulators.
 
 Envpool crops screens to 210 rows and returns the maximum of the last two frames. It cannot save
-states, write RAM, take new seeds after the first reset, or reset single emulators. Three settings
-differ slightly: envpool plays at least one no-op when a game begins, so `noop_max` 0 means 1; it
-presses FIRE once if `fire_reset` is on; and it truncates episodes only after whole steps.
+states, write RAM, take new seeds after the first reset, or reset single emulators. It plays at
+least one no-op when a game begins, so `noop_max` 0 means 1; it presses FIRE once if `fire_reset` is
+on; and it truncates episodes only after whole steps.
 """
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import Any
 
-import ale_py
 import envpool
 import numpy as np
 from gymnasium.error import AlreadyPendingCallError, NoAsyncCallError
@@ -20,7 +19,6 @@ from ocjax.emulators.pool import EmulatorPool, StartReport
 from ocjax.emulators.process import WorkerError
 from ocjax.emulators.settings import Settings
 from ocjax.emulators.start import action_set, load_emulator
-from ocjax.emulators.states import States
 from ocjax.emulators.worker.interface import EmulatorArrays
 from ocjax.extraction.game import Game
 
@@ -31,9 +29,8 @@ _SEEDS = 2**31  # number of seeds
 class EnvpoolPool(EmulatorPool):
     """Emulators of one game that envpool steps.
 
-    Arrays are in the order of the environments. Differences from `EmulatorPool`: `screen` and `rgb`
-    are the same array, uint8 `[N, 1, 210, 160, 3]`, and `frame_number` excludes the no-ops at the
-    start of a game.
+    `screen` and `rgb` are the same array, uint8 `[N, 1, 210, 160, 3]`, and `frame_number` excludes
+    the no-ops at the start of a game.
 
     Args:
         game: the game; its ROM is checked.
@@ -126,9 +123,9 @@ class EnvpoolPool(EmulatorPool):
         mask: np.ndarray | None = None,
         report: StartReport | None = None,
     ) -> None:
-        """Start new episodes in all environments; see `EmulatorPool.reset`.
+        """Start new episodes in all environments.
 
-        Only the first reset takes seeds. `report` is never called.
+        Only the first reset takes seeds; `report` is unused.
         """
         if mask is not None and not mask.all():
             raise ValueError(
@@ -157,7 +154,7 @@ class EnvpoolPool(EmulatorPool):
     def _discarding(self) -> Iterator[None]:
         """Discard envpool's environments if a call is interrupted.
 
-        The pending results are unknown then. The next reset makes new environments.
+        The pending results are unknown then.
         """
         try:
             yield
@@ -173,11 +170,7 @@ class EnvpoolPool(EmulatorPool):
         *,
         strengths: np.ndarray | None = None,
     ) -> None:
-        """Start a step of all environments, or of the given ones.
-
-        The results of the given environments must have been received. envpool has a single paddle
-        speed and rejects `strengths`.
-        """
+        """Start a step of all environments, or of the given ones without pending results."""
         if strengths is not None:
             self._refuse("paddles' speeds")
         ids = np.arange(self.num_envs) if ids is None else index_array(ids, self.num_envs)
@@ -215,11 +208,6 @@ class EnvpoolPool(EmulatorPool):
         """The number of started steps."""
         return self._steps
 
-    @property
-    def pending(self) -> bool:
-        """True if a step has started but not been waited for."""
-        return self._steps != self._awaited_steps
-
     def require_open(self) -> None:
         """See `EmulatorPool.require_open`."""
         if self._closed:
@@ -255,22 +243,3 @@ class EnvpoolPool(EmulatorPool):
         if self.env is not None:
             self.env.close()
         self.env, self._closed = None, True
-
-    def clone_state(self) -> States:
-        """Raise ValueError: envpool cannot save states."""
-        self._refuse("states")
-
-    def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
-        """Raise ValueError: envpool cannot restore states."""
-        self._refuse("states")
-
-    def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Raise ValueError: envpool cannot write RAM."""
-        self._refuse("RAM")
-
-    def emulator(self, i: int) -> ale_py.ALEInterface:
-        """Raise ValueError: envpool cannot expose its emulators."""
-        self._refuse("emulators")
-
-    def _refuse(self, what: str) -> NoReturn:
-        raise ValueError(f"envpool gives no access to {what}: use backend='ale'")

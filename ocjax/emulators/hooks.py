@@ -59,10 +59,7 @@ def _name(hook: Hook) -> str:
 
 
 def _pickle_by_value(hook: Hook) -> bytes:
-    """Pickle a hook so that a process can load it without importing its module.
-
-    A module of ocjax would import JAX.
-    """
+    """Pickle a hook so that a process can load it without importing ocjax and JAX."""
     try:
         with _by_value(sys.modules.get(_core(hook).__module__)):
             return cloudpickle.dumps(hook)

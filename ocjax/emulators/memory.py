@@ -36,9 +36,9 @@ def check_memory(num_envs: int) -> None:
 
 @contextmanager
 def shared_memory(size: int) -> Iterator[tuple[int, mmap.mmap]]:
-    """Shared memory in an unnamed file: yields the file descriptor and the memory.
+    """Shared memory in an unnamed file.
 
-    The descriptor is closed afterwards; the memory stays.
+    Yields the descriptor, which is closed afterwards, and the memory.
     """
     folder = _SHARED if _SHARED.is_dir() else Path(tempfile.gettempdir())
     with tempfile.TemporaryFile(dir=folder, buffering=0) as file:

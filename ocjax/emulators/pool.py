@@ -2,6 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
+from typing import NoReturn
 
 import ale_py
 import numpy as np
@@ -22,13 +23,10 @@ class EmulatorPool(Uncopied, ABC):
     valid until the next call.
 
     Attributes:
-        game: the game.
-        num_envs: N.
-        settings: the emulation settings.
         actions: the action set; actions are indices into it.
         arrays: the state of the emulators after the last call. The properties below return single
             arrays.
-        shards: consecutive blocks that together contain all emulators. Blocks finish a step
+        shards: consecutive blocks that together contain all emulators, and finish a step
             independently.
     """
 
@@ -38,6 +36,7 @@ class EmulatorPool(Uncopied, ABC):
     actions: tuple[ale_py.Action, ...]
     arrays: EmulatorArrays
     shards: list[slice]
+    _awaited_steps: int  # the number of steps that were waited for
 
     @abstractmethod
     def reset(
@@ -66,10 +65,10 @@ class EmulatorPool(Uncopied, ABC):
         """Start a step without waiting for it.
 
         Args:
-            actions: integers `[N]`, indices into `self.actions`. If an emulator's episode has
-                ended, its action is ignored and the next episode starts.
-            strengths: float32 `[N]`, from 0 to 1: the speed of a paddle as a fraction of its full
-                speed; by default 1.
+            actions: integers `[N]`, indices into `self.actions`. An emulator whose episode has
+                ended ignores its action and starts the next one.
+            strengths: float32 `[N]`, the speeds of paddles as fractions of full speed; by default
+                1.
 
         Raises:
             ValueError: the actions have the wrong shape or dtype, an action does not exist, or the
@@ -89,9 +88,7 @@ class EmulatorPool(Uncopied, ABC):
         """
 
     def wait(self) -> None:
-        """Wait for the step of all emulators.
-
-        An interrupted call can be repeated.
+        """Wait for the step of all emulators. An interrupted call can be repeated.
 
         Raises:
             NoAsyncCallError: no step is pending.
@@ -110,9 +107,9 @@ class EmulatorPool(Uncopied, ABC):
         """The number of started steps."""
 
     @property
-    @abstractmethod
     def pending(self) -> bool:
         """True if a step has started but not been waited for."""
+        return self.steps != self._awaited_steps
 
     @abstractmethod
     def require_open(self) -> None:
@@ -126,15 +123,14 @@ class EmulatorPool(Uncopied, ABC):
     def close(self) -> None:
         """Release the emulators. Further calls have no effect."""
 
-    @abstractmethod
     def clone_state(self) -> States:
         """Save the state of every emulator.
 
         Raises:
             ValueError: the backend cannot save states.
         """
+        self._refuse("states")
 
-    @abstractmethod
     def restore_state(self, states: States, mask: np.ndarray | None = None) -> None:
         """Restore saved states, and the arrays at the time of saving.
 
@@ -145,12 +141,10 @@ class EmulatorPool(Uncopied, ABC):
         Raises:
             ValueError: the states do not fit this pool, or the backend cannot restore states.
         """
+        self._refuse("states")
 
-    @abstractmethod
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write the RAM of emulators.
-
-        `self.ram` changes at once; frames change with the next step.
+        """Write the RAM of emulators. `self.ram` changes at once; frames change with the next step.
 
         Args:
             ram: uint8 `[N, 128]`, or `[128]` for all emulators.
@@ -160,14 +154,18 @@ class EmulatorPool(Uncopied, ABC):
             TypeError: `ram` is not a uint8 array.
             ValueError: `ram` has the wrong shape, or the backend cannot write RAM.
         """
+        self._refuse("RAM")
 
-    @abstractmethod
     def emulator(self, i: int) -> ale_py.ALEInterface:
         """The emulator of one environment.
 
         Raises:
             ValueError: the emulator is not in this process.
         """
+        self._refuse("emulators")
+
+    def _refuse(self, what: str) -> NoReturn:
+        raise ValueError(f"envpool gives no access to {what}: use backend='ale'")
 
     @property
     def ram(self) -> np.ndarray:
@@ -193,7 +191,7 @@ class EmulatorPool(Uncopied, ABC):
     def game_over(self) -> np.ndarray:
         """True if the game ended or reached a limit in the step, bool `[N]`.
 
-        The next episode then begins a new game. With same-step autoreset, use the array in
+        The next episode is then a new game. With same-step autoreset, use the array in
         `arrays.final`.
         """
         return self.arrays.game_over
@@ -227,8 +225,7 @@ class EmulatorPool(Uncopied, ABC):
     def executed_action(self) -> np.ndarray | None:
         """The action of the last emulated frame, int32 `[N]`, or None if it is unknown.
 
-        With sticky actions it may be a repeated one. It is an index into `actions`, or -1 if a
-        restored state executed another action.
+        It is an index into `actions`, or -1 if a restored state executed another action.
         """
         return None
 
@@ -243,17 +240,13 @@ class EmulatorPool(Uncopied, ABC):
         """Palette indices of the last two emulated frames, the latest last, uint8 `[N, 2, H, 160]`.
 
         Raises:
-            ValueError: the pool does not record it.
+            ValueError: the pool does not record it. The properties below also raise it.
         """
         return self._recorded("screen")
 
     @property
     def gray(self) -> np.ndarray:
-        """The last emulated frame in shades of grey, uint8 `[N, 1, H, 160]`.
-
-        Raises:
-            ValueError: the pool does not record it.
-        """
+        """The last emulated frame in shades of grey, uint8 `[N, 1, H, 160]`."""
         return self._recorded("gray")
 
     @property
@@ -261,19 +254,12 @@ class EmulatorPool(Uncopied, ABC):
         """The pixelwise maximum of the step's last two grey frames, uint8 `[N, 1, H, 160]`.
 
         With a frame skip of 1 it is the single emulated frame.
-
-        Raises:
-            ValueError: the pool does not record it.
         """
         return self._recorded("pooled")
 
     @property
     def rgb(self) -> np.ndarray:
-        """The last emulated frame in RGB, uint8 `[N, 1, H, 160, 3]`.
-
-        Raises:
-            ValueError: the pool does not record it.
-        """
+        """The last emulated frame in RGB, uint8 `[N, 1, H, 160, 3]`."""
         return self._recorded("rgb")
 
     def _recorded(self, name: str) -> np.ndarray:

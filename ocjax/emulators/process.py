@@ -31,10 +31,7 @@ _REPLIES = 256  # bytes; more replies than can be pending
 
 
 class WorkerError(RuntimeError):
-    """A worker process failed, died or did not reply; the message names the worker and the reason.
-
-    The pool has been closed.
-    """
+    """A worker process failed, died or did not reply; the pool has been closed."""
 
 
 class WorkerProcess:
@@ -47,11 +44,8 @@ class WorkerProcess:
 
     def __init__(self, memory_fd: int, config: WorkerConfig, finished: np.ndarray) -> None:
         first, stop = config.block
-        self.name, self._first, self._finished = (
-            f"the worker of environments {first}-{stop - 1}",
-            first,
-            finished,
-        )
+        self.name = f"the worker of environments {first}-{stop - 1}"
+        self._first, self._finished = first, finished
         with contextlib.ExitStack() as stack:
             self.stderr = stack.enter_context(tempfile.TemporaryFile())
             self.link, theirs = socket.socketpair()
@@ -66,12 +60,7 @@ class WorkerProcess:
                 path.seek(0)
                 self.process = subprocess.Popen(
                     # -P keeps the program's folder off the worker's `sys.path`.
-                    [
-                        sys.executable,
-                        "-P",
-                        str(_PROGRAM),
-                        *map(str, (link_fd, shared_fd, os.getpid())),
-                    ],
+                    [sys.executable, "-P", *map(str, (_PROGRAM, link_fd, shared_fd, os.getpid()))],
                     pass_fds=(link_fd, shared_fd),
                     stdin=path,
                     stdout=subprocess.DEVNULL if sys.stdout is None else None,
@@ -98,7 +87,7 @@ class WorkerProcess:
     def receive(self) -> None:
         """Read replies from the socket.
 
-        Replies only wake the pool up; `has_finished` reads the results.
+        They only wake the pool up; `has_finished` reads the results.
         """
         try:
             replies = self.link.recv(_REPLIES)
@@ -132,38 +121,26 @@ class WorkerProcess:
     def silence(self, seconds: float) -> WorkerError:
         """The error for a process that has not replied."""
         return WorkerError(
-            f"{self.name} (process {self.process.pid}) {self._state()} and has not replied for "
-            f"{seconds:g} s, so the pool has been closed. "
-            "Make new environments; if their steps, resets or hooks may take this long, "
-            "give them a larger worker_timeout, or None"
+            f"{self.name} (process {self.process.pid}) is busy, hangs or is stopped: it has not "
+            f"replied for {seconds:g} s, so the pool has been closed. Make new environments; if "
+            "their steps, resets or hooks may take this long, give them a larger worker_timeout, "
+            "or None"
         )
-
-    def _state(self) -> str:
-        status = Path(f"/proc/{self.process.pid}/stat")
-        stopped = status.exists() and status.read_text().rpartition(")")[2].split()[0] in ("T", "t")
-        return "is stopped by a signal or a debugger" if stopped else "is still busy or hangs"
-
-    def has_complained(self) -> bool:
-        """True if the process has written to stderr."""
-        return os.fstat(self.stderr.fileno()).st_size > 0
 
     def complaint(self) -> str:
         """The end of the process's stderr; see `program.limit_stderr`."""
         # The process shares the file's position, so this code must not move it.
-        size = os.fstat(self.stderr.fileno()).st_size
-        return (
-            os.pread(self.stderr.fileno(), _MESSAGE_BYTES, max(0, size - _MESSAGE_BYTES))
-            .decode(errors="replace")
-            .strip()
-        )
+        descriptor = self.stderr.fileno()
+        start = max(0, os.fstat(descriptor).st_size - _MESSAGE_BYTES)
+        return os.pread(descriptor, _MESSAGE_BYTES, start).decode(errors="replace").strip()
 
 
 class Workers:
     """The worker processes of a pool, which all execute the same command at a time.
 
-    Ctrl-C may interrupt any call at any point; `completed` then continues with the command. This
-    works because commands are numbered: workers record the executed commands in the shared memory,
-    and ignore a command that is sent again.
+    Ctrl-C may interrupt any call; `completed` then continues with the command. Commands are
+    numbered: workers record the executed ones in the shared memory, and ignore a command that is
+    sent again.
 
     Args:
         time_limit: seconds without a reply or other progress until an error, or None for no limit.
@@ -229,7 +206,7 @@ class Workers:
         Args:
             progress: called after `interval` seconds without a reply. A new number restarts the
                 time limit.
-            interval: seconds, at most one and at most the time limit; by default this maximum.
+            interval: seconds, at most one and at most the time limit, which is the default.
         """
         if not self._sent:
             self._send()
@@ -261,20 +238,19 @@ class Workers:
         if self._has_shown:
             return
         for worker in self._processes:
-            if worker.has_complained():
+            if text := worker.complaint():
                 self._has_shown = True
                 _LOG.warning(
                     "%s wrote to its standard error; more of this will not be shown:\n%s",
                     worker.name,
-                    worker.complaint(),
+                    text,
                 )
                 return
 
     def end(self) -> None:
         """End all workers.
 
-        A worker exits when its socket closes, at the latest after its current step. Otherwise it is
-        killed.
+        A worker exits when its socket closes and its step ends, or else it is killed.
         """
         if not self.forked:  # in a forked child the workers are the parent's
             for worker in self._processes:
@@ -311,11 +287,7 @@ def _module_path() -> list[str]:
 
 @contextlib.contextmanager
 def _inherited(fd: int) -> Iterator[int]:
-    """A copy of a file descriptor with a number above the standard streams.
-
-    The worker replaces its standard streams. If they are closed here, `fd` may have one of their
-    numbers.
-    """
+    """A copy of a file descriptor above the standard streams, which the worker replaces."""
     copy = fcntl.fcntl(fd, fcntl.F_DUPFD_CLOEXEC, 3)
     try:
         yield copy

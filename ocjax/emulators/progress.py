@@ -17,11 +17,7 @@ _Item = TypeVar("_Item")
 
 
 def _takes_bars(stream: TextIO | None) -> bool:
-    """True on a terminal.
-
-    Notebooks are no terminals, whatever their streams say: there, rich needs ipywidgets for bars,
-    and warns without them.
-    """
+    """True on a terminal, except in notebooks, where rich needs ipywidgets for bars."""
     is_terminal = stream is not None and not stream.closed and stream.isatty()
     return is_terminal and not Console().is_jupyter
 
@@ -30,7 +26,7 @@ def progress(items: Iterable[_Item], action: str, total: int | None = None) -> I
     """Yield the items, and show the progress.
 
     On a terminal this is a bar on the standard output. Otherwise, and in notebooks, it is a line on
-    the standard error every `SECONDS`, so work that takes less shows nothing.
+    the standard error every `SECONDS`.
 
     Args:
         action: the activity, such as "changing Pong's RAM".
@@ -64,8 +60,7 @@ def progress_bar(
         transient: whether the bar disappears at its end.
 
     Yields:
-        A function to call with the numbers of finished and of all units, and with further numbers
-        by name.
+        A function of the numbers of finished and of all units, and of further numbers by name.
     """
     console = console or Console()
     if console.is_jupyter:
@@ -91,10 +86,7 @@ def progress_bar(
 
 @contextmanager
 def start_bar(num_envs: int) -> Iterator[StartReport | None]:
-    """A callback for `EmulatorPool.reset` that shows the number of started emulators.
-
-    It is None if stderr is not a terminal, and in notebooks.
-    """
+    """A callback for `EmulatorPool.reset` with a bar on stderr; None without a terminal."""
     if not _takes_bars(sys.stderr):
         yield None
         return

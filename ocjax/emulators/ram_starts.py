@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import jax.numpy as jnp
 import numpy as np
 
-from ocjax.console.ram import RAM_SIZE, Field
+from ocjax.console.ram import RAM_SIZE, Field, byte
 from ocjax.emulators.variations import Variation
 from ocjax.extraction.game import Game
 
@@ -38,11 +38,7 @@ def describe(start: Start) -> str:
 
 
 def variation(game: Game, start: Start) -> Variation:
-    """A start as a variation that writes to the RAM.
-
-    A field that occurs at several addresses is written at each of them. Bits outside the field stay
-    unchanged.
-    """
+    """A start as a variation; it writes only a field's bits, at each of its addresses."""
     writes: dict[int, int] = {}
     masks: dict[int, int] = {}
     for name, value in start.items():
@@ -66,7 +62,7 @@ def _field(game: Game, name: str) -> Field:
     if name in fields:
         return fields[name]
     if name.isdecimal() and int(name) < RAM_SIZE:
-        return Field((int(name),), "unsigned", lambda parts: parts[0])
+        return byte(int(name))
     close = difflib.get_close_matches(name, fields, cutoff=0.5)
     hint = f"did you mean {' or '.join(close)}? " if close else ""
     raise ValueError(

@@ -18,7 +18,7 @@ _MOST_EPISODE_FRAMES = 2**31 - 1  # ALE's counter
 class Settings:
     """Emulation settings, which define steps and episodes.
 
-    The defaults match Gymnasium's "v5" environments.
+    The defaults match Gymnasium's "v5".
 
     Args:
         frame_skip: emulated frames per step. With a pair (low, high), each step draws a number from
@@ -26,15 +26,13 @@ class Settings:
         repeat_action_probability: the probability that an emulated frame repeats the previous
             action ("sticky actions").
         max_episode_frames: emulated frames after which an episode is truncated.
-        max_episode_steps: agent steps of a game after which an episode is truncated, or None for no
-            limit.
+        max_episode_steps: agent steps of a game after which an episode is truncated, or None.
         full_action_space: whether all 18 actions are available instead of the game's minimal set.
         noop_max: a game begins with 1 to `noop_max` no-op frames, drawn at random; 0 for none.
         fire_reset: whether episodes begin with one step of FIRE and one step of the next action, in
             games that need FIRE to begin.
         clip_rewards: whether rewards are clipped to their sign.
-        episodic_life: whether the loss of a life ends the episode; the next episode continues the
-            game.
+        episodic_life: whether the loss of a life ends the episode; the next one continues the game.
 
     Raises:
         ValueError: a number is out of range.
@@ -85,10 +83,7 @@ class Settings:
 
     @property
     def steps_per_second(self) -> float:
-        """Agent steps per second of real time.
-
-        With a random frame skip, it is the number of emulated frames.
-        """
+        """Agent steps per second of real time; emulated frames if the frame skip is random."""
         return (
             _FRAMES_PER_SECOND / self.frame_skip
             if isinstance(self.frame_skip, int)

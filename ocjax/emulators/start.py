@@ -28,14 +28,12 @@ def log_errors_only() -> None:
     ale_py.ALEInterface.setLoggerMode(ale_py.LoggerMode.Error)
 
 
-def load_emulator(game: Game, **options: float) -> ale_py.ALEInterface:
-    """An emulator with a game's ROM.
+def load_path(path: str | Path, **options: float) -> ale_py.ALEInterface:
+    """An emulator with a ROM.
 
     Args:
-        options: options of ALE, such as `random_seed` (int) and `repeat_action_probability`
-            (float).
+        options: of ALE, such as `random_seed` (int) and `repeat_action_probability` (float).
     """
-    path = check_rom(game)
     log_errors_only()
     ale = ale_py.ALEInterface()
     for name, value in options.items():
@@ -47,20 +45,24 @@ def load_emulator(game: Game, **options: float) -> ale_py.ALEInterface:
     return ale
 
 
-def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> ale_py.ALEInterface:
-    """An emulator at the beginning of a game, without sticky actions.
+def load_emulator(game: Game, **options: float) -> ale_py.ALEInterface:
+    """An emulator with a game's checked ROM; see `load_path`."""
+    return load_path(check_rom(game), **options)
 
-    Args:
-        game_mode: ale-py's number of the mode; by default the game's own.
-    """
-    ale = load_emulator(game, random_seed=seed, repeat_action_probability=0.0)
-    if game_mode is not None:
-        if game_mode not in ale.getAvailableModes():
-            raise ValueError(
-                f"{game.name} has no mode {game_mode}; it has {list(ale.getAvailableModes())}"
-            )
-        ale.setMode(game_mode)
+
+def begin_game(ale: ale_py.ALEInterface, name: str, mode: int | None) -> None:
+    """Begin a game in a mode of ale-py's numbering; None for the game's own."""
+    if mode is not None:
+        if mode not in ale.getAvailableModes():
+            raise ValueError(f"{name} has no mode {mode}; it has {list(ale.getAvailableModes())}")
+        ale.setMode(mode)
     ale.reset_game()
+
+
+def start_emulator(game: Game, seed: int = 0, game_mode: int | None = None) -> ale_py.ALEInterface:
+    """An emulator at the beginning of a game, without sticky actions; see `begin_game`."""
+    ale = load_emulator(game, random_seed=seed, repeat_action_probability=0.0)
+    begin_game(ale, game.name, game_mode)
     return ale
 
 

@@ -1,16 +1,14 @@
 """Saved states of emulators."""
 
 import dataclasses
-import hashlib
-import json
-import math
-import struct
+import io
 from collections.abc import Iterable, Mapping
 from typing import Any, Self
 
 import numpy as np
 
-from ocjax.emulators.worker import snapshot
+from ocjax._files import npz
+from ocjax.emulators.worker import console
 from ocjax.emulators.worker.emulator import Phase
 from ocjax.emulators.worker.interface import STATE_BYTES, CommandArrays, EmulatorArrays
 from ocjax.extraction.edits import edit
@@ -22,17 +20,12 @@ _SHOWN = tuple(f.name for f in dataclasses.fields(EmulatorArrays) if f.name != "
 _COMMAND = (
     "state",
     "state_bytes",
-    "checksum",
     "phase",
     "held_strength",
     "generator",
     "before",
     "has_before",
 )
-
-_MAGIC, _VERSION = b"ocjaxSAV", 3
-# Magic, version, bytes of the description, SHA-256 of everything after the header.
-_HEADER = struct.Struct("<8sHI32s")
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -72,8 +65,7 @@ class States:
         Args:
             game: the game, or its name.
             category: name of the object's category.
-            slot: the slot of the object within its category; by default the first valid one of each
-                state.
+            slot: the object's slot in its category; by default the first valid one of each state.
             wanted: the new numbers; see `ocjax.edit`.
 
         Raises:
@@ -90,50 +82,37 @@ class States:
         )
 
     def to_bytes(self) -> bytes:
-        """The states as bytes for a file.
-
-        They contain a checksum and, unlike a pickle, no code.
-        """
-        arrays = {name: [array.dtype.str, list(array.shape)] for name, array in self.rows.items()}
-        description = json.dumps({"md5": self.md5, "arrays": arrays}).encode()
-        body = description + b"".join(array.tobytes() for array in self.rows.values())
-        return (
-            _HEADER.pack(_MAGIC, _VERSION, len(description), hashlib.sha256(body).digest()) + body
-        )
+        """The states as an `.npz` file, which has checksums and, unlike a pickle, no code."""
+        file = io.BytesIO()
+        arrays: dict[str, Any] = {"md5": self.md5, **self.rows}
+        np.savez(file, **arrays)
+        return file.getvalue()
 
     @classmethod
     def from_bytes(cls, data: bytes) -> Self:
         """The inverse of `to_bytes`.
 
         Raises:
-            ValueError: the bytes are not saved states, are damaged, or have an unsupported version.
+            ValueError: the bytes are not saved states, are damaged, or have an older format.
         """
-        if len(data) < _HEADER.size or not data.startswith(_MAGIC):
+        try:
+            rows = npz.read(io.BytesIO(data), lambda _: True)
+        except npz.NpzError as error:
             raise ValueError(
-                f"expected bytes from States.to_bytes, which begin with {_MAGIC!r}, got "
-                f"{len(data)} bytes: {bytes(data[:8])!r}..."
-            )
-        _, version, size, checksum = _HEADER.unpack_from(data)
-        if version != _VERSION:
+                f"expected undamaged bytes from States.to_bytes of this version, got {len(data):,} "
+                f"bytes ({error}): save or copy the states again"
+            ) from error
+        md5 = str(rows.pop("md5", ""))
+        numbers = all(a.dtype.kind in "biuf" and a.ndim > 0 for a in rows.values())
+        if (
+            not numbers
+            or len({len(a) for a in rows.values()}) != 1
+            or not {"state", "ram"} <= rows.keys()
+        ):
             raise ValueError(
-                f"expected states in version {_VERSION} of the format, got version {version}: "
-                "save them with this ocjax"
+                "the states are damaged: expected arrays of numbers with one row per state, among "
+                f"them state and ram, got {', '.join(rows) or 'none'}; save them again"
             )
-        body = memoryview(data)[_HEADER.size :]
-        if hashlib.sha256(body).digest() != checksum:
-            raise ValueError(
-                "the states are damaged: their checksum is wrong; save or copy them again"
-            )
-        if not 0 <= size <= len(body):
-            raise ValueError(
-                f"the states are damaged: a description of {size} bytes in {len(body)} bytes; "
-                "save them again"
-            )
-        md5, arrays = _described(bytes(body[:size]), len(body) - size)
-        offset, rows = size, {}
-        for name, (dtype, shape) in arrays.items():
-            array = np.frombuffer(body, dtype, math.prod(shape), offset)
-            rows[name], offset = array.reshape(shape).copy(), offset + array.nbytes
         return cls(md5, rows)
 
     @classmethod
@@ -141,8 +120,6 @@ class States:
         """Join states of the same environments, for example from different times.
 
             envs.restore_state(States.concatenate([early[0], late[1]]))
-
-        The result has all states in the order of the parts.
 
         Raises:
             TypeError: a part is not of type `States`.
@@ -191,44 +168,6 @@ def _check_alike(first: States, other: States) -> None:
         )
 
 
-def _described(
-    description: bytes, size: int
-) -> tuple[str, dict[str, tuple[np.dtype[Any], tuple[int, ...]]]]:
-    """The MD5 hash, and the dtypes and shapes of the arrays, from a description.
-
-    The arrays take `size` bytes.
-    """
-    try:
-        values = json.loads(description)
-        md5, listed = values["md5"], values["arrays"]
-        arrays = {name: (np.dtype(dtype), tuple(shape)) for name, (dtype, shape) in listed.items()}
-    except (ValueError, TypeError, KeyError, AttributeError, SyntaxError, RecursionError) as error:
-        raise ValueError(
-            f"the states are damaged: their description cannot be read ({type(error).__name__}: "
-            f"{error})"
-        ) from error
-    simple = all(dtype.kind in "biuf" for dtype, _ in arrays.values())
-    sized = all(
-        len(shape) > 0 and all(type(n) is int and n >= 0 for n in shape)
-        for _, shape in arrays.values()
-    )
-    lengths = {shape[0] for _, shape in arrays.values()} if sized else set()
-    if (
-        not isinstance(md5, str)
-        or not simple
-        or len(lengths) != 1
-        or not {"state", "ram"} <= set(arrays)
-    ):
-        raise ValueError(
-            "the states are damaged: expected an MD5 hash and arrays of numbers with one row per "
-            "state"
-        )
-    total = sum(dtype.itemsize * math.prod(shape) for dtype, shape in arrays.values())
-    if total != size:
-        raise ValueError(f"the states are damaged: their arrays take {total} bytes, got {size}")
-    return md5, arrays
-
-
 def collect(md5: str, shown: EmulatorArrays, commands: CommandArrays) -> States:
     """Copy the states that the workers have written to the shared memory."""
     rows = {
@@ -246,10 +185,7 @@ def check(
     num_envs: int,
     good: bytes,
 ) -> None:
-    """Check that a pool can restore states.
-
-    `good` is ALE's state of one of the pool's emulators.
-    """
+    """Check that a pool can restore states. `good` is ALE's state of one of its emulators."""
     _check_type(states)
     if states.md5 != game.md5:
         raise ValueError(
@@ -272,9 +208,14 @@ def check(
             "the states are damaged: expected 'terminated' or 'truncated' where an episode has "
             "ended; save them again"
         )
-    sizes, checksums = states.rows["state_bytes"].tolist(), states.rows["checksum"].tolist()
-    for row, size, checksum in zip(states.rows["state"], sizes, checksums, strict=True):
-        snapshot.check(row[: max(0, size)].tobytes(), checksum, good)
+    sizes = states.rows["state_bytes"].tolist()
+    for row, size in zip(states.rows["state"], sizes, strict=True):
+        try:
+            console.check(row[: max(0, size)].tobytes(), good)
+        except ValueError as error:
+            raise ValueError(
+                f"the states are damaged: in an emulator's state, {error}; save them again"
+            ) from error
 
 
 _RANGES = {
@@ -289,10 +230,7 @@ _RANGES = {
 
 
 def _check_array(name: str, array: np.ndarray, target: np.ndarray, count: int) -> None:
-    """Check that an array of `count` states matches the pool's array.
-
-    Its dtype and shape must be equal, and its numbers within their range.
-    """
+    """Check the dtype, shape and range of an array of `count` states."""
     shape = (count, *target.shape[1:])
     fits = (
         array.ndim == 2 and array.shape[1] <= STATE_BYTES
@@ -324,10 +262,7 @@ def _check_bools(name: str, array: np.ndarray) -> None:
 
 
 def check_carries(states: Any, carries: Mapping[str, Any]) -> None:
-    """Check that states contain the arrays that an environment carries.
-
-    `carries` has the environment's arrays `[N, ...]` by name.
-    """
+    """Check that states contain the arrays that an environment carries, `[N, ...]` by name."""
     _check_type(states)
     for name, carried in carries.items():
         array = states.rows.get(name)
@@ -365,10 +300,7 @@ def _check_type(states: Any) -> None:
 def distribute(
     states: States, shown: EmulatorArrays, commands: CommandArrays, chosen: np.ndarray
 ) -> None:
-    """Write states to the chosen rows, bool `[N]`, of the shared memory.
-
-    The states have passed `check`; the workers restore them.
-    """
+    """Write checked states to the chosen rows, bool `[N]`, of the shared memory."""
     for name, target in _saved(shown, commands).items():
         rows = np.broadcast_to(states.rows[name], (len(chosen), *states.rows[name].shape[1:]))[
             chosen

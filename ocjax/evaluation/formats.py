@@ -42,7 +42,7 @@ def shade(percent: float) -> str:
 
 
 def to_csv(evaluations: Sequence[Evaluation]) -> str:
-    """Format evaluations as CSV, with one row per game and category, and per game and situation.
+    """Format evaluations as CSV, with a row per category and per situation of each game.
 
     Percentages have full precision; missing ones are empty.
     """
@@ -63,15 +63,14 @@ def to_csv(evaluations: Sequence[Evaluation]) -> str:
 
 def _like_category(situation: Sequence[Cell]) -> list[Cell]:
     """Put a situation's row under the columns of categories."""
-    name, _, objects, precision, recall, f1, *rest = situation
-    return [name, objects, precision, recall, f1, None, *rest]
+    name, _, *rest = situation
+    return [name, *rest]
 
 
 def to_latex(evaluations: Sequence[Evaluation]) -> str:
     r"""Format shaded tables in the OCAtari paper's layout.
 
-    They give precision, recall, F-score and IoU by category, and need the packages booktabs and
-    xcolor with the option `table`.
+    They need the packages booktabs and xcolor with the option `table`.
     """
     return "\n\n".join(_latex_table(e) for e in evaluations) + "\n"
 

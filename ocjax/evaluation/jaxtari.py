@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any
 
+import ale_py
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,15 +20,9 @@ __all__ = ["Jaxtari"]
 
 
 class Jaxtari:
-    """A game of JAXtari (`pip install jaxtari`), without rendering.
-
-    JAXtari's sprites need not be installed.
-
-    Args:
-        game: the game.
+    """A game of JAXtari (`pip install jaxtari`) without rendering, so it needs no sprites.
 
     Attributes:
-        name: "JAXtari".
         fields: the categories that each field of JAXtari's observation shows, by the field's name.
         actions: names of the actions, as ALE has them.
         environment: JAXtari's environment.
@@ -53,16 +48,15 @@ class Jaxtari:
         self._absent = {name: FIELDS[game.name][name].absent for name in self.fields}
         self.environment = _make(game)
         with _loose():
-            self._reset, self._step = (
-                jax.jit(self.environment.reset),
-                jax.jit(self.environment.step),
-            )
+            self._reset = jax.jit(self.environment.reset)
+            self._step = jax.jit(self.environment.step)
         numbers = getattr(
             self.environment,
             "ACTION_SET",
             getattr(self.environment, "action_set", range(self.environment.action_space().n)),
         )
-        self.actions: Sequence[str] = tuple(_ACTIONS[int(number)] for number in numbers)
+        # JAXtari's numbers are ALE's.
+        self.actions: Sequence[str] = tuple(ale_py.Action(int(number)).name for number in numbers)
         self._state: Any = None
 
     def reset(self, seed: int) -> Frame:
@@ -87,32 +81,8 @@ class Jaxtari:
         )
 
 
-# JAXtari's action numbers, which are ALE's.
-_ACTIONS = (
-    *(
-        "NOOP",
-        "FIRE",
-        "UP",
-        "RIGHT",
-        "LEFT",
-        "DOWN",
-        "UPRIGHT",
-        "UPLEFT",
-        "DOWNRIGHT",
-        "DOWNLEFT",
-        "UPFIRE",
-        "RIGHTFIRE",
-    ),
-    *("LEFTFIRE", "DOWNFIRE", "UPRIGHTFIRE", "UPLEFTFIRE", "DOWNRIGHTFIRE", "DOWNLEFTFIRE"),
-)
-
-
 def _boxes(shown: Any, absent: tuple[int, int] | None) -> np.ndarray:
-    """Return the active objects of a field, float `[n, 4]`.
-
-    `absent` is the position where JAXtari keeps an object that is not in play; the result excludes
-    it.
-    """
+    """The active objects of a field, float `[n, 4]`, without objects at the position `absent`."""
     x, y, w, h, active = (
         np.atleast_1d(np.asarray(a))
         for a in (shown.x, shown.y, shown.width, shown.height, shown.active)
@@ -125,7 +95,7 @@ def _boxes(shown: Any, absent: tuple[int, int] | None) -> np.ndarray:
 
 
 def _loose() -> Any:
-    """Return a context for JAXtari's code, which needs promotion of dtypes and ranks."""
+    """A context for JAXtari's code, which needs promotion of dtypes and ranks."""
     stack = contextlib.ExitStack()
     stack.enter_context(jax.numpy_dtype_promotion("standard"))
     stack.enter_context(jax.numpy_rank_promotion("allow"))
@@ -133,10 +103,8 @@ def _loose() -> Any:
 
 
 def _make(game: Game) -> Any:
-    base, module = (
-        _extras.require("jaxtari.environment").JaxEnvironment,
-        _extras.require(f"jaxtari.games.jax_{game.name.lower()}"),
-    )
+    base = _extras.require("jaxtari.environment").JaxEnvironment
+    module = _extras.require(f"jaxtari.games.jax_{game.name.lower()}")
     renderer = _extras.require("jaxtari.renderers").JAXGameRenderer
     (made,) = (c for c in _classes(module, base) if c.__module__ == module.__name__)
     try:
@@ -149,10 +117,7 @@ def _make(game: Game) -> Any:
 
 
 class _Unrendered:
-    """A renderer that accepts every call and draws nothing.
-
-    JAXtari's renderers read sprites, which the package does not include; few games need them.
-    """
+    """A renderer that draws nothing: JAXtari's renderers read sprites, which few games need."""
 
     def __getattr__(self, name: str) -> "_Unrendered":
         return self

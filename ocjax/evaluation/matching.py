@@ -1,7 +1,6 @@
 """Detections as padded arrays, and the one-to-one matching of two sets of detections.
 
-The functions use NumPy and process whole batches. `ocjax.evaluation.metrics` re-exports the public
-names next to the metrics.
+The functions use NumPy and process whole batches.
 """
 
 import dataclasses
@@ -25,9 +24,9 @@ PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs
 class Detections:
     """Labelled boxes of a batch of frames, from any detector: the input of the metrics.
 
-    Unlike `Objects`, detections do not belong to a game, the order of boxes within a frame has no
-    meaning, and boxes may have confidences. `B` is the number of frames and `N` the largest number
-    of boxes in a frame.
+    Unlike `Objects`, detections have no game, the order of boxes within a frame has no meaning, and
+    boxes may have confidences. `B` is the number of frames and `N` the largest number of boxes in a
+    frame.
 
     Args:
         xywh: `[B, N, 4]`, left, top, width and height in pixels.
@@ -110,12 +109,11 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
     Args:
         records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h,
             confidence)`.
-        game: the game. Its categories are the first labels; `records` may use their aliases. Other
-            categories in `records` follow, and their boxes match nothing in the game.
+        game: its categories are the first labels; `records` may use their aliases. Other categories
+            follow, and their boxes match nothing in the game.
 
     Raises:
-        ValueError: a frame is no iterable of records, or a record is malformed; the message names
-            the frame and the record.
+        ValueError: a frame is no iterable of records, or a record is malformed.
         TypeError: `game` is no `Game`.
     """
     if not isinstance(game, Declaration):
@@ -261,7 +259,7 @@ def match(left: Detections, right: Detections, radius: float = RADIUS) -> np.nda
             continue
         for s in chunks(len(left), a.width * b.width):
             candidates = _within_reach(a[s], b[s], centers_a[s], centers_b[s], radius)
-            frame, i, j = _greedy(*candidates, (a.width, b.width))
+            frame, i, j = _greedy(*candidates)
             out[s.start + frame, a.index[s.start + frame, i]] = b.index[s.start + frame, j]
     return out
 
@@ -284,38 +282,15 @@ def _within_reach(
     return frame[order], i[order], j[order]
 
 
-def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray, widths: tuple[int, int]) -> Pairs:
-    """Choose pairs greedily from sorted candidates.
-
-    A pair that is the first candidate of both its ends is taken before any other pair of these
-    ends. One loop iteration takes all such pairs.
-    """
-    taken: list[Pairs] = []
-    while len(frame):
-        left_end, right_end = frame * widths[0] + i, frame * widths[1] + j
-        first = np.intersect1d(
-            *(np.unique(end, return_index=True)[1] for end in (left_end, right_end)),
-            assume_unique=True,
-        )
-        taken.append((frame[first], i[first], j[first]))
-        rest = ~(_is_taken(left_end, first) | _is_taken(right_end, first))
-        frame, i, j = frame[rest], i[rest], j[rest]
-    none = np.zeros(0, int)
-    return (
-        tuple(np.concatenate(parts) for parts in zip(*taken, strict=True))
-        if taken
-        else (none, none, none)
-    )  # pyright: ignore
-
-
-def _is_taken(ends: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-    """Return whether each pair shares its end with one of the chosen pairs, bool `[pairs]`.
-
-    Ends are int `[pairs]`; `chosen` holds indices of pairs.
-    """
-    taken = np.zeros(ends.max() + 1, bool)
-    taken[ends[chosen]] = True
-    return taken[ends]
+def _greedy(frame: np.ndarray, i: np.ndarray, j: np.ndarray) -> Pairs:
+    """Choose pairs greedily from sorted candidates."""
+    left, right, chosen = set(), set(), []
+    for k, (f, a, b) in enumerate(zip(frame.tolist(), i.tolist(), j.tolist(), strict=True)):
+        if (f, a) not in left and (f, b) not in right:
+            left.add((f, a))
+            right.add((f, b))
+            chosen.append(k)
+    return frame[chosen], i[chosen], j[chosen]
 
 
 def iou(a: np.ndarray, b: np.ndarray) -> np.ndarray:

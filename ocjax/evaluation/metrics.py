@@ -1,8 +1,6 @@
 """Metrics of the agreement of two methods.
 
-They are precision, recall, F1, IoU, average precision, identity switches, values and pixel
-coverage. Most metrics take `Detections`, so the same functions score your own detector against REM
-or VEM:
+Most take `Detections`, so the same functions score your own detector against REM or VEM:
 
     truth = evaluation.detections(game.rem(rams))
     mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...]
@@ -11,7 +9,7 @@ or VEM:
 
 The records are a list for each frame. Two objects match if they have the same category and their
 centres are within 5 pixels. Matches are one to one, nearest first, as in the OCAtari paper
-(Delfosse et al., 2024). The functions use NumPy and process whole batches.
+(Delfosse et al., 2024).
 """
 
 import dataclasses
@@ -21,7 +19,7 @@ import jax
 import numpy as np
 
 from ocjax.evaluation import matching
-from ocjax.evaluation.matching import RADIUS, Columns, Detections, detections, iou, match
+from ocjax.evaluation.matching import RADIUS, Detections, detections, iou, match
 from ocjax.extraction.categories import with_role
 from ocjax.extraction.objects import Objects, whose
 from ocjax.transforms import tracking
@@ -44,9 +42,8 @@ def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 class Agreement:
     """Counts of objects and matches, with the scores computed from them.
 
-    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. All counts
-    and scores have the same shape. Scores are nan if there is nothing to score. In particular, `f1`
-    is nan only if both methods have no object.
+    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have
+    the same shape, and are nan if there is nothing to score.
 
     Args:
         left: objects of the first method (REM).
@@ -130,8 +127,7 @@ def agreement(
         pairs: the result of `match(left, right, radius)`, if it is already known.
 
     Returns:
-        Counts of shape `[B, categories]`: first the categories of `left`, then the additional
-        categories of the other arguments.
+        Counts of shape `[B, categories]`: the categories of `left`, then further ones.
 
     Raises:
         ValueError: the numbers of frames differ.
@@ -171,7 +167,7 @@ def intervals(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bootstrap the 95 % confidence interval of a score over episodes.
 
-    The samples are episodes, because frames of one episode are not independent.
+    Frames of one episode are not independent.
 
     Args:
         counts: of shape `[frames, ...]`.
@@ -210,9 +206,7 @@ def average_precision(
 ) -> np.ndarray:
     """Average precision as COCO defines it, with 101 levels of recall.
 
-    The mAP is the mean of the result without its nan entries (`numpy.nanmean`): as in COCO,
-    categories that do not occur are ignored.
-
+    The mAP is `numpy.nanmean` of the result: as in COCO, categories that do not occur are ignored.
     Boxes are assigned in descending order of confidence, each to the unassigned true box of its
     category with the largest IoU. Boxes of equal confidence enter the precision-recall curve
     together; without confidences, all boxes do.
@@ -230,75 +224,44 @@ def average_precision(
         ValueError: the numbers of frames differ.
     """
     matching.require_same_frames(detected, truth)
-    names, (theirs, mine) = matching.common_labels(truth, detected)
+    _, (theirs, mine) = matching.common_labels(truth, detected)
     confidence = np.ones(detected.label.shape) if detected.score is None else detected.score
-    order = np.argsort(-confidence, axis=1, kind="stable")
-    boxes = np.take_along_axis(detected.xywh, order[..., None], 1)
-    mine, confidence = (np.take_along_axis(a, order, 1) for a in (mine, confidence))
-    ranked = Detections(boxes, mine, names, confidence)
     limits = np.asarray(thresholds, float)
     out = np.full((len(truth.categories), len(limits)), np.nan)
     for c in range(len(truth.categories)):
-        if count := int((theirs == c).sum()):
-            out[c] = _interpolated_precision(
-                *_hits(
-                    ranked,
-                    truth,
-                    matching.columns_of(mine, c),
-                    matching.columns_of(theirs, c),
-                    limits,
-                ),
-                count,
-            )
+        if not (theirs == c).any():
+            continue
+        scores, hits = [np.zeros(0)], [np.zeros((0, len(limits)), bool)]
+        for b in np.flatnonzero((mine == c).any(axis=1)):
+            own, true = np.flatnonzero(mine[b] == c), np.flatnonzero(theirs[b] == c)
+            own = own[np.argsort(-confidence[b, own], kind="stable")]
+            scores.append(confidence[b, own])
+            overlap = iou(detected.xywh[b, own][:, None], truth.xywh[b, true][None])
+            hits.append(_hits(overlap, limits))
+        count = int((theirs == c).sum())
+        out[c] = _interpolated_precision(np.concatenate(scores), np.concatenate(hits), count)
     return out
 
 
-def _hits(
-    ranked: Detections, truth: Detections, i: Columns, j: Columns, limits: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Find the confidence and hits of each box of a category.
+def _hits(overlap: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Assign boxes in order to the free true box with the largest IoU.
 
     Args:
-        i, j: columns of the category in `ranked` and `truth`.
+        overlap: float `[boxes, true boxes]`, the IoU.
+        limits: least IoU of a hit, float `[thresholds]`.
 
     Returns:
-        The confidences, float `[boxes]`, and whether each box hits at each threshold, bool `[boxes,
-        thresholds]`.
+        bool `[boxes, thresholds]`, whether a box hits.
     """
-    assert ranked.score is not None
-    scores, hits = [np.zeros(0)], [np.zeros((0, len(limits)), bool)]
-    for s in matching.chunks(len(truth), max(1, i.width * max(j.width, len(limits)))):
-        overlap = iou(i[s].take(ranked.xywh[s])[:, :, None], j[s].take(truth.xywh[s])[:, None])
-        overlap = np.where(j[s].present[:, None], overlap, -1)
-        free = np.ones((len(limits), *j[s].index.shape), bool)
-        confidence = i[s].take(ranked.score[s])
-        for k in range(i.width):
-            present = i[s].present[:, k]
-            scores.append(confidence[present, k])
-            hits.append(_assign(overlap[:, k], present, free, limits)[present])
-    return np.concatenate(scores), np.concatenate(hits)
-
-
-def _assign(
-    overlap: np.ndarray, present: np.ndarray, free: np.ndarray, limits: np.ndarray
-) -> np.ndarray:
-    """Assign one box per frame to the free true box with the largest IoU, and mark it as taken.
-
-    Args:
-        overlap: float `[B, K]`, IoU with each true box.
-        present: bool `[B]`, whether the frame has the box.
-        free: bool `[thresholds, B, K]`, changed in place.
-
-    Returns:
-        bool `[B, thresholds]`, whether the box hits.
-    """
-    hits, rows = np.zeros((len(overlap), len(limits)), bool), np.arange(len(overlap))
-    if overlap.shape[1]:
-        for t, limit in enumerate(limits):
-            candidates = np.where(free[t], overlap, -1)
-            best = candidates.argmax(axis=1)
-            hits[:, t] = (candidates[rows, best] >= limit) & present
-            free[t, rows, best] &= ~hits[:, t]
+    hits = np.zeros((len(overlap), len(limits)), bool)
+    if not overlap.size:
+        return hits
+    free, thresholds = np.ones((len(limits), overlap.shape[1]), bool), np.arange(len(limits))
+    for k, row in enumerate(overlap):
+        candidates = np.where(free, row, -1)
+        best = candidates.argmax(axis=1)
+        hits[k] = candidates[thresholds, best] >= limits
+        free[thresholds, best] &= ~hits[k]
     return hits
 
 
@@ -363,11 +326,11 @@ def identity_switches(
 
 
 def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[str, float]:
-    """Fractions of samples with the right score and lives in REM.
+    """Fractions of samples with the right score and lives in REM, by category with a value.
 
-    The categories are those with the roles "score" and "lives". The score is right if it equals the
-    sum of rewards. In games with an opponent's score, the difference of the two scores must equal
-    it. Lives are right if they equal the emulator's; samples without displayed lives are ignored.
+    The score, minus an opponent's score, is right if it equals the sum of rewards. Lives are right
+    if they equal the emulator's; samples without displayed lives are ignored. Of several scores,
+    the first slot counts. Icons of lives are ignored.
 
     Args:
         rem: REM's objects, batch shape `[B]`.
@@ -375,8 +338,7 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
         lives: `[B]`, the emulator's lives.
 
     Returns:
-        Fractions by category, for the categories that have a value; nan if all samples are
-        ignored. Of several scores, the first slot counts. Icons of lives are ignored.
+        Fractions; nan if all samples are ignored.
     """
     game, out = whose(rem), {}
 
@@ -411,28 +373,11 @@ def coverage(boxes: Detections, sprites: np.ndarray, drawn: np.ndarray) -> tuple
         Fraction of sprite pixels inside boxes, and fraction of boxes with drawn pixels; nan without
         sprite pixels or boxes.
     """
-    frame, i = np.nonzero(boxes.label >= 0)
-    x, y, w, h = np.moveaxis(boxes.xywh[frame, i].astype(int), -1, 0)
-    height, width = sprites.shape[1:]
-    x, y, right, bottom = (
-        np.clip(v, 0, limit)
-        for v, limit in ((x, width), (y, height), (x + w, width), (y + h, height))
-    )
-    # Inside boxes: a summed-area table of +1 and -1 at their corners. Drawn pixels in a box:
-    # differences of a summed-area table.
-    corners = np.zeros((len(boxes), height + 1, width + 1), np.int32)
-    for row, column, sign in ((y, x, 1), (y, right, -1), (bottom, x, -1), (bottom, right, 1)):
-        np.add.at(corners, (frame, row, column), sign)
-    inside = np.cumsum(np.cumsum(corners, axis=1), axis=2)[:, :-1, :-1] > 0
-    area = np.zeros(corners.shape, np.int32)
-    area[:, 1:, 1:] = np.cumsum(np.cumsum(drawn, axis=1, dtype=np.int32), axis=2)
-    holds = (
-        area[frame, bottom, right]
-        - area[frame, y, right]
-        - area[frame, bottom, x]
-        + area[frame, y, x]
-        > 0
-    )
-    return float(_ratio((inside & sprites).sum(), sprites.sum())), float(
-        _ratio(holds.sum(), np.array(len(holds)))
-    )
+    inside, with_pixels = np.zeros(sprites.shape, bool), []
+    for frame, i in np.argwhere(boxes.label >= 0).tolist():
+        x, y, w, h = boxes.xywh[frame, i].astype(int).tolist()
+        area = frame, slice(max(y, 0), max(y + h, 0)), slice(max(x, 0), max(x + w, 0))
+        inside[area] = True
+        with_pixels.append(drawn[area].any())
+    covered = _ratio((inside & sprites).sum(), sprites.sum())
+    return float(covered), float(_ratio(np.sum(with_pixels), np.array(len(with_pixels))))

@@ -1,7 +1,4 @@
-"""Run OCAtari 2.2.1 on recorded samples for comparison.
-
-It runs in a separate virtual environment, because it requires numpy < 2.
-"""
+"""Run OCAtari 2.2.1 on recorded samples, in another environment: it requires numpy < 2."""
 
 import dataclasses
 import json
@@ -25,7 +22,7 @@ END_OF_LOG = 2000  # characters of a failed process's output that an error quote
 
 
 class OcatariError(OSError):
-    """OCAtari could not be installed or run; the message gives the reason."""
+    """OCAtari could not be installed or run."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,20 +40,16 @@ class OcatariMethod:
     error: str
 
 
-def default_environment() -> Path:
-    """Return the default folder of the virtual environment, in the user's cache."""
-    return platformdirs.user_cache_path("ocjax", appauthor=False) / f"ocatari-{VERSION}"
-
-
 def interpreter(environment: Path | None = None) -> Path:
-    """Return the Python interpreter of an environment with OCAtari.
+    """The Python interpreter of an environment with OCAtari.
 
-    The environment is created if needed (about a gigabyte, some minutes).
+    It is created if needed (about a gigabyte, some minutes).
 
     Args:
-        environment: folder of a virtual environment; None for `default_environment()`.
+        environment: folder of a virtual environment; by default in the user's cache.
     """
-    folder = environment or default_environment()
+    cache = platformdirs.user_cache_path("ocjax", appauthor=False)
+    folder = environment or cache / f"ocatari-{VERSION}"
     python = folder / ("Scripts" if os.name == "nt" else "bin") / "python"
     if (
         python.exists()
@@ -79,11 +72,11 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
     """Detect objects with OCAtari's methods, including the HUD, on the samples of a recording.
 
     Args:
-        python: an interpreter with OCAtari, from `interpreter`.
+        python: from `interpreter`.
 
     Returns:
-        The results of "rem" and "vem". Their categories are the game's, then additional categories
-        of OCAtari.
+        The results of "rem" and "vem". Their categories are the game's, then further ones of
+        OCAtari.
     """
     if recording.screens is None:
         raise ValueError(
@@ -116,8 +109,5 @@ def run(recording: Recording, python: Path) -> dict[str, OcatariMethod]:
 
 
 def _sized(frames: list[list[list[Any]]]) -> list[list[list[Any]]]:
-    """The records with sizes of at least 0.
-
-    OCAtari's REM gives negative heights in some states, such as flags of Skiing at the upper edge.
-    """
+    """The records with sizes of at least 0; OCAtari's REM gives negative heights in some states."""
     return [[[name, x, y, max(w, 0), max(h, 0)] for name, x, y, w, h in frame] for frame in frames]

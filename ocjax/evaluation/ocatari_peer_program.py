@@ -2,13 +2,11 @@
 
     python ocatari_peer_program.py SAMPLES GAME
 
-This program runs in an environment with OCAtari 2.2.1 and without ocjax, so it imports nothing of
-ocjax. SAMPLES is an .npz file with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H, W, 3]`) and
-`resets` (bool `[n]`).
+This program runs in an environment with OCAtari 2.2.1 and without ocjax. SAMPLES is an .npz file
+with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H, W, 3]`) and `resets` (bool `[n]`).
 
 The last line of the output maps "rem" and "vem" to `objects` (for each frame a list of `[category,
 x, y, w, h]`) and `us` (microseconds of each detection), or to the `error` that stopped the method.
-Objects that OCAtari marks as absent are omitted.
 """
 
 import json
@@ -22,9 +20,9 @@ import numpy as np
 
 
 def detect(method: str, game: str, data: Any, resets: np.ndarray) -> dict[str, Any]:
-    """Return the objects and times of one method on all samples.
+    """The objects and times of one method.
 
-    OCAtari's objects carry state, so each reset creates new ones.
+    OCAtari's objects carry state, so resets create new ones.
     """
     import ocatari.core  # noqa: F401  # loads all games  # pyright: ignore[reportMissingImports]
     from ocatari.ram.extract_ram_info import detect_objects_ram  # pyright: ignore

@@ -84,11 +84,9 @@ class Parity:
     A run has B frames; the first one follows the reset.
 
     Args:
-        game: the game.
-        simulator: its name.
         seed: of the actions and of the simulator.
         aligned: fields with an object that was moved in the real game to its place in the
-            simulator at the start.
+            simulator.
         real, simulated: the objects, with the simulator's fields as categories.
         rewards: float `[2, B]`, of the real game and of the simulator.
         screens: uint8 `[B, H, 160]`, the frames of the real game.
@@ -107,15 +105,11 @@ class Parity:
 def compare(
     game: Game, simulator: Simulator, *, seed: int = 0, frames: int = 300, align: bool = True
 ) -> Parity:
-    """Play the same random actions on the real ROM and in a simulator.
-
-    The runs end after `frames` frames, or when either game is over.
+    """Play the same random actions on the real ROM and in a simulator, until a game ends.
 
     Args:
-        game: the game.
-        simulator: the other implementation.
         seed: of the actions and of the simulator.
-        frames: number of emulated frames.
+        frames: largest number of emulated frames.
         align: whether to move objects in the real game, after its reset, to their places in the
             simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
             has separate bytes for its position.
@@ -169,8 +163,7 @@ def _aligned(
 ) -> tuple[str, ...]:
     """Move single objects of the real game to their places in the simulator.
 
-    Returns:
-        The fields of the moved objects.
+    Return their fields.
     """
     moved = []
     for field, categories in simulator.fields.items():
@@ -239,10 +232,7 @@ def errors(p: Parity) -> Errors:
 
 
 def to_table(runs: Sequence[Parity]) -> Table:
-    """Make a table of runs with different seeds, by field.
-
-    It gives the objects of both sides, F1, mean differences, and the first frames that differ.
-    """
+    """A table of runs with different seeds, by field: objects, F1, mean and first differences."""
     found = [errors(p) for p in runs]
     rows: list[list[Cell]] = []
     for k, name in enumerate(runs[0].real.categories):
@@ -269,10 +259,7 @@ def to_table(runs: Sequence[Parity]) -> Table:
 
 
 def to_summary(games: Sequence[Sequence[Parity]]) -> Table:
-    """Make a table of several games, each with its runs.
-
-    It gives F1 and differences as means over fields, and returns as means over seeds.
-    """
+    """A table of several games: F1 and differences as means over fields, returns over seeds."""
     rows: list[list[Cell]] = []
     for runs in games:
         found = [errors(p) for p in runs]
@@ -335,10 +322,7 @@ def _counts(runs: Sequence[Parity], field: int) -> list[Cell]:
 
 
 def pictures(p: Parity, frames: Sequence[int], scale: int = 2) -> list[Image.Image]:
-    """Draw frames with the two sides side by side.
-
-    The real boxes are drawn over the frame, the simulator's boxes over the darkened frame.
-    """
+    """Draw frames side by side, the simulator's boxes over the darkened frame."""
     out = []
     for b in frames:
         rgb = p.game.palette[p.screens[b]]

@@ -38,15 +38,15 @@ class Evaluation:
         episode: int `[frames]`, number of each sample's episode.
         situations: bool `[frames]` by name: the samples at an episode's start or end, or with a
             life just lost, if they are known.
-        flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each if the
-            recording has it.
+        flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each if
+            recorded.
         single_frame: REM against VEM on the frame alone.
         values: fractions of samples with the right score and lives, by category.
-        switches: identity switches and transitions, each `[categories]`, or None if samples are
-            not successive.
+        switches: identity switches and transitions, each `[categories]`, or None if samples are not
+            successive.
         overflow: objects that VEM detected without a slot for them, `[categories]`.
         coverage: fraction of sprite pixels inside REM's boxes and fraction of boxes with drawn
-            pixels, or None if the recording does not have the drawn pixels.
+            pixels, or None without recorded pixels.
         ocatari: results of OCAtari's methods, by "rem" and "vem"; empty if it did not run.
         ocatari_agreement: OCAtari's REM against its VEM if both run, else None.
         worst_frames: pictures of the frames with the most disagreements.
@@ -77,8 +77,7 @@ def evaluate(
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: the samples. Frames before, rewards, lives and drawn pixels are optional; the
-            result omits the evaluations that need missing ones.
+        recording: the samples. The result omits the evaluations that need missing arrays.
         ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
     """
     if recording.screens is None or not len(recording):
@@ -217,7 +216,7 @@ DETAILS = (  # columns that only files have
 
 
 def rows_of(game: Game) -> list[tuple[int | None, str]]:
-    """List the rows of a table by category: index and name of each, then None and "all"."""
+    """The rows of a table by category: index and name of each, then None and "all"."""
     return [*((i, c.name) for i, c in enumerate(game.categories)), (None, "all")]
 
 
@@ -254,84 +253,62 @@ def _interval(e: Evaluation, category: int | None) -> Cell:
     return None if math.isnan(low) else f"{100 * low:.1f}-{100 * high:.1f}"
 
 
+def _agreement_cells(counts: Agreement, interval: Cell = None) -> dict[str, Cell]:
+    precision, recall, f1, mean_iou = scores(counts)
+    return {
+        "Objects": int(counts.left),
+        "Precision": precision,
+        "Recall": recall,
+        "F1": f1,
+        "F1 95 % CI": interval,
+        "Mean IoU": mean_iou,
+        "Exact boxes": percent(counts.exact_rate),
+    }
+
+
+def _table(title: str, rows: Sequence[dict[str, Cell]]) -> Table:
+    """A table of rows with equal columns."""
+    header = list(rows[0]) if rows else []
+    return Table(title, header, [list(row.values()) for row in rows], DETAILS)
+
+
 @functools.cache
 def by_category(e: Evaluation) -> Table:
-    """Make a table with one row per category of a game and one for all of them together."""
-    header = [
-        "Category",
-        "Objects",
-        "Precision",
-        "Recall",
-        "F1",
-        "F1 95 % CI",
-        "Mean IoU",
-        "Exact boxes",
-        "Single-frame F1",
-    ]
-    header += [
-        "ID switches",
-        "Overflow",
-        "Value accuracy",
-        *(f"OCAtari {s}" for s in SCORES if e.ocatari),
-    ]
-    return Table(
-        f"{e.game.name}: REM against VEM in percent; {e.source}",
-        header,
-        [_category_row(e, i, name) for i, name in rows_of(e.game)],
-        DETAILS,
-    )
+    """A table with one row per category of a game and one for all of them together."""
+    title = f"{e.game.name}: REM against VEM in percent; {e.source}"
+    return _table(title, [_category_row(e, i, name) for i, name in rows_of(e.game)])
+
+
+def _category_row(e: Evaluation, category: int | None, name: str) -> dict[str, Cell]:
+    counts = of_category(e.flicker_aware, category)
+    row: dict[str, Cell] = {
+        "Category": name,
+        **_agreement_cells(counts, _interval(e, category)),
+        "Single-frame F1": percent(of_category(e.single_frame, category).f1),
+        "ID switches": None if e.switches is None else _count(e.switches[0], category),
+        "Overflow": _count(e.overflow, category),
+        "Value accuracy": value_accuracy(e, [name]),
+    }
+    if e.ocatari:
+        theirs = e.ocatari_agreement
+        found = [None] * len(SCORES) if theirs is None else scores(of_category(theirs, category))
+        row |= {f"OCAtari {name}": cell for name, cell in zip(SCORES, found, strict=True)}
+    return row
 
 
 @functools.cache
 def by_situation(e: Evaluation) -> Table:
-    """Make a table of samples at starts and ends of episodes and just after lost lives.
-
-    It has one row for each kind of sample that occurs.
-    """
-    header = ["Situation", "Samples", "Objects", *SCORES, "Exact boxes", "Single-frame F1"]
-    rows = [
-        _situation_row(e, name, samples) for name, samples in e.situations.items() if samples.any()
-    ]
-    return Table(
-        f"{e.game.name}: first and last states and lost lives, in percent", header, rows, DETAILS
-    )
-
-
-def _situation_row(e: Evaluation, name: str, samples: np.ndarray) -> list[Cell]:
-    counts, single = (a.map(lambda v: v[samples]).sum() for a in (e.flicker_aware, e.single_frame))
-    return [
-        name,
-        int(samples.sum()),
-        int(counts.left),
-        *scores(counts),
-        percent(counts.exact_rate),
-        percent(single.f1),
-    ]
-
-
-def _category_row(e: Evaluation, category: int | None, name: str) -> list[Cell]:
-    counts, single = of_category(e.flicker_aware, category), of_category(e.single_frame, category)
-    precision, recall, f1, mean_iou = scores(counts)
-    row = [
-        name,
-        int(counts.left),
-        precision,
-        recall,
-        f1,
-        _interval(e, category),
-        mean_iou,
-        percent(counts.exact_rate),
-        percent(single.f1),
-    ]
-    row.append(None if e.switches is None else _count(e.switches[0], category))
-    row += [_count(e.overflow, category), value_accuracy(e, [name])]
-    if e.ocatari:
-        row += (
-            [None] * len(SCORES)
-            if e.ocatari_agreement is None
-            else scores(of_category(e.ocatari_agreement, category))
-        )
-    return row
+    """A table of samples at starts and ends of episodes and just after lost lives."""
+    rows = []
+    for name, samples in e.situations.items():
+        if samples.any():
+            counts, single = (
+                a.map(lambda v, samples=samples: v[samples]).sum()
+                for a in (e.flicker_aware, e.single_frame)
+            )
+            row = {"Situation": name, "Samples": int(samples.sum()), **_agreement_cells(counts)}
+            rows.append({**row, "Single-frame F1": percent(single.f1)})
+    return _table(f"{e.game.name}: first and last states and lost lives, in percent", rows)
 
 
 def _count(counts: np.ndarray, category: int | None) -> int:
@@ -343,46 +320,39 @@ def tables_of(e: Evaluation) -> list[Table]:
     return [t for t in (by_category(e), by_situation(e)) if t.rows]
 
 
-OVERVIEW = (
-    "Game",
-    "Samples",
-    "Episodes",
-    "Objects",
-    "Precision",
-    "Recall",
-    "F1",
-    "F1 95 % CI",
-    "Mean IoU",
-    "Exact boxes",
-    "Score",
-    "Lives",
-    "Sprites covered",
-    "Boxes with pixels",
-    "OCAtari F1",
-    "OCAtari Mean IoU",
-)
 WITHOUT_MEAN = ("Game", "Samples", "Episodes", "Objects", "F1 95 % CI")
 
 
 def overview(evaluations: Sequence[Evaluation]) -> Table:
-    """Make a table with one row per game and, for several games, their mean."""
+    """A table with one row per game and, for several games, their mean."""
     rows = [_game_row(e) for e in evaluations]
     if len(rows) > 1:
-        columns = zip(OVERVIEW, zip(*rows, strict=True), strict=True)
-        means = [None if name in WITHOUT_MEAN else _mean(column) for name, column in columns]
-        rows.append(["mean", *means[1:]])
-    return Table("REM against VEM in percent", OVERVIEW, rows, DETAILS)
+        means = {
+            name: None if name in WITHOUT_MEAN else _mean([row[name] for row in rows])
+            for name in rows[0]
+        }
+        rows.append(means | {"Game": "mean"})
+    return _table("REM against VEM in percent", rows)
 
 
-def _game_row(e: Evaluation) -> list[Cell]:
-    counts = e.flicker_aware.sum()
-    precision, recall, f1, mean_iou = scores(counts)
-    row: list[Cell] = [e.game.name, len(e.episode), len(np.unique(e.episode)), int(counts.left)]
-    row += [precision, recall, f1, _interval(e, None), mean_iou, percent(counts.exact_rate)]
-    row += [value_accuracy(e, with_role(e.game.categories, role)) for role in ("score", "lives")]
-    row += [None, None] if e.coverage is None else [percent(v) for v in e.coverage]
-    row += [None, None] if e.ocatari_agreement is None else scores(e.ocatari_agreement.sum())[2:]
-    return row
+def _game_row(e: Evaluation) -> dict[str, Cell]:
+    covered, with_pixels = e.coverage or (None, None)
+    theirs = None if e.ocatari_agreement is None else e.ocatari_agreement.sum()
+    score, lives = (
+        value_accuracy(e, with_role(e.game.categories, role)) for role in ("score", "lives")
+    )
+    return {
+        "Game": e.game.name,
+        "Samples": len(e.episode),
+        "Episodes": len(np.unique(e.episode)),
+        **_agreement_cells(e.flicker_aware.sum(), _interval(e, None)),
+        "Score": score,
+        "Lives": lives,
+        "Sprites covered": None if covered is None else percent(covered),
+        "Boxes with pixels": None if with_pixels is None else percent(with_pixels),
+        "OCAtari F1": None if theirs is None else percent(theirs.f1),
+        "OCAtari Mean IoU": None if theirs is None else percent(theirs.mean_iou),
+    }
 
 
 def _mean(cells: Sequence[Cell]) -> Cell:
@@ -391,7 +361,7 @@ def _mean(cells: Sequence[Cell]) -> Cell:
 
 
 def notes(e: Evaluation) -> list[str]:
-    """Return notes for the tables: whether OCAtari's methods run, and how long they take."""
+    """Notes on OCAtari's methods: whether they run, and how long they take."""
     out = []
     for method, m in e.ocatari.items():
         name = f"{e.game.name}: OCAtari's {method.upper()}"

@@ -19,9 +19,6 @@ class Table:
     """A title, column headings and rows of cells, independent of the output format.
 
     Args:
-        title: above the table.
-        header: the headings of the columns.
-        rows: the cells of each row.
         details: the headings of columns that the terminal does not show.
     """
 

@@ -13,10 +13,9 @@ LEAST_WIDTH, WIDTH_OF_GAME, HEIGHT = 6.0, 1.6, 5.0  # inches
 
 
 def steps_figure(found: Sequence[Measurement]) -> bytes:
-    """Plot the seconds of 10,000 agent steps or extractions by game, as PNG.
+    """Plot the seconds of 10,000 steps or extractions by game, as PNG, as in OCAtari's paper.
 
-    This is the figure of the OCAtari paper. Methods have their largest batch. The means over games
-    are geometric.
+    Methods have their largest batch. The means over games are geometric.
     """
     plt = _pyplot()
     games = list(dict.fromkeys(m.game for m in found))
@@ -54,10 +53,7 @@ def steps_figure(found: Sequence[Measurement]) -> bytes:
 
 
 def batches_figure(found: Sequence[Measurement]) -> bytes:
-    """Plot a method's microseconds per state or frame by batch size, as PNG.
-
-    The points are geometric means over the games.
-    """
+    """Plot a method's microseconds per state or frame by batch size, as PNG: geometric means."""
     plt = _pyplot()
     figure, axes = plt.subplots(figsize=(LEAST_WIDTH, HEIGHT), layout="constrained")
     for what in METHODS:

@@ -37,8 +37,7 @@ class Measurement:
         batch: number of states, frames or environments.
         first_call: seconds of the first call, including compilation.
         median: microseconds per state, frame or agent step; the median of repeated calls.
-        low: the 10th percentile.
-        high: the 90th percentile.
+        low, high: the 10th and 90th percentile.
     """
 
     game: str
@@ -52,10 +51,7 @@ class Measurement:
 
 @contextlib.contextmanager
 def one_core() -> Iterator[None]:
-    """Bind this process and the threads that it starts to one core.
-
-    This has an effect only on systems with such bindings, such as Linux.
-    """
+    """Bind this process and its later threads to one core, if the system can do it."""
     if not hasattr(os, "sched_setaffinity"):
         yield
         return
@@ -70,12 +66,7 @@ def one_core() -> Iterator[None]:
 def methods(
     game: Game, rams: np.ndarray, frames: np.ndarray, seconds: float
 ) -> Iterator[Measurement]:
-    """Time REM and VEM on batches of several sizes.
-
-    Args:
-        rams: states, uint8 `[n, 128]`, repeated to fill a batch.
-        frames: uint8 `[n, H, 160]` of palette indices, repeated to fill a batch.
-    """
+    """Time REM and VEM on batches of several sizes, filled with the given samples."""
     for what, extract, samples in (("REM", game.rem, rams), ("VEM", game.vem, frames)):
         for batch in BATCHES[what]:
             x = jax.device_put(np.resize(samples, (batch, *samples.shape[1:])))
@@ -89,10 +80,7 @@ def methods(
 
 
 def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurement]:
-    """Time agent steps (four emulated frames) of environments.
-
-    The environments are ocjax's, ale-py's, and envpool's if it is installed.
-    """
+    """Time agent steps (four emulated frames) of ocjax, ale-py and, if installed, envpool."""
     made: dict[str, Callable[[], Any]] = {
         WITHOUT_OBJECTS: lambda: make_vec(game, num_envs, mode="raw"),
         "environment with REM": lambda: make_vec(game, num_envs),
@@ -109,7 +97,8 @@ def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurem
     for what, make in made.items():
         with contextlib.closing(make()) as envs:
             envs.reset()
-            actions = np.random.default_rng(0).integers(_actions(envs), size=(64, num_envs))
+            space = getattr(envs, "single_action_space", envs.action_space)
+            actions = np.random.default_rng(0).integers(space.n, size=(64, num_envs))
             turns = iter(range(1 << 62))
             yield _measured(
                 game,
@@ -121,10 +110,9 @@ def environments(game: Game, num_envs: int, seconds: float) -> Iterator[Measurem
 
 
 def opencv(game: Game, frames: np.ndarray, seconds: float) -> Iterator[Measurement]:
-    """Time box detection with OpenCV, if it is installed.
+    """Time box detection with OpenCV.
 
-    This is the usual method: a mask of each category's colours, and the boxes of its outer
-    contours. It finds only boxes: it does not split, join, read or check anything.
+    A mask of each category's colours, and the boxes of its contours.
     """
     if not _installed("cv2"):
         return
@@ -147,10 +135,7 @@ def opencv(game: Game, frames: np.ndarray, seconds: float) -> Iterator[Measureme
 def ocatari(
     game: Game, rams: np.ndarray, frames: np.ndarray, python: Path
 ) -> Iterator[Measurement]:
-    """Time both methods of OCAtari, one state at a time.
-
-    The interpreter is from `ocatari_peer.interpreter`.
-    """
+    """Time both methods of OCAtari, one state at a time."""
     for method, found in ocatari_peer.run(Recording(game, rams, frames), python).items():
         if not found.error:
             first, spent = found.us[0] / 1e6, found.us[1:].tolist()
@@ -177,10 +162,6 @@ def machine() -> dict[str, Any]:
 
 def _installed(module: str) -> bool:
     return importlib.util.find_spec(module) is not None
-
-
-def _actions(envs: Any) -> int:
-    return int(getattr(envs, "single_action_space", envs.action_space).n)
 
 
 def _measured(

@@ -34,14 +34,11 @@ def worst_frames(
     right: Detections,
     before: Detections | None,
 ) -> tuple[WorstFrame, ...]:
-    """Draw the frames with the most disagreements, spread over the recording.
+    """Draw the frames with the most disagreements, worst first, spread over the recording.
 
     Args:
         counts: agreement of `left` with `right`, `[frames, categories]`.
         left, right, before: as given to `evaluation.agreement`.
-
-    Returns:
-        At most `COUNT` pictures, worst first. Frames without a disagreement are omitted.
     """
     wrong = (counts.left - counts.confirmed + counts.right - counts.found).sum(axis=1)
     chosen: list[int] = []

@@ -41,20 +41,16 @@ class _Batch(Input):
     def _set_shape(self, dtype: Any, shape: Sequence[int]) -> None:
         check_rows(self.name, dtype, shape)
         axes = batch_axes(shape)
-        self._batch, self.row_shape = tuple(map(int, shape[:axes])), tuple(map(int, shape[axes:]))
-        self.rows = math.prod(self._batch)
+        self.batch, self.row_shape = tuple(map(int, shape[:axes])), tuple(map(int, shape[axes:]))
+        self.rows = math.prod(self.batch)
         check_block(f"{self.name} {list(shape)}", math.prod(shape[1:]) * np.dtype(dtype).itemsize)
-
-    @property
-    def batch(self) -> tuple[int, ...]:
-        return self._batch
 
 
 class Array(_Batch):
     """An array that can be sliced without reading all of it.
 
     Args:
-        name: the array's name in errors.
+        name: for errors.
         array: has `dtype` and `shape`.
         stored: the number of bytes in the file that hold the array.
     """
@@ -65,20 +61,14 @@ class Array(_Batch):
         check_claim(name, self.rows, stored)
 
     def _read(self, start: int, stop: int) -> np.ndarray:
-        inner = math.prod(self._batch[1:])  # rows of one entry of the first axis
+        inner = math.prod(self.batch[1:])  # rows of one entry of the first axis
         first = start // inner
         entries = np.asarray(self._array[first : -(-stop // inner)])
         return entries.reshape(-1, *self.row_shape)[start - first * inner : stop - first * inner]
 
 
 class _Stored(_Batch):
-    """An array in NumPy's format that is read row by row from a file.
-
-    Args:
-        name: the array's name in errors.
-        file: open at its beginning.
-        size: bytes of the file.
-    """
+    """An array in NumPy's format that is read row by row from an open file of `size` bytes."""
 
     def __init__(self, name: str, file: IO[bytes], size: int) -> None:
         self.name, self._file = name, file
@@ -89,10 +79,8 @@ class _Stored(_Batch):
                 raise InputError(
                     f"{name} is stored in Fortran order: store it in C order, row by row"
                 )
-            self._begin, self._row_bytes = (
-                file.tell(),
-                math.prod(self.row_shape) * self._dtype.itemsize,
-            )
+            self._begin = file.tell()
+            self._row_bytes = math.prod(self.row_shape) * self._dtype.itemsize
             if self._begin + self.rows * self._row_bytes > size:
                 raise self._ended((size - self._begin) // self._row_bytes)
 
@@ -115,7 +103,6 @@ class Episodes(_Batch):
     """The arrays of one or more episodes, joined along the first axis.
 
     Args:
-        path: path of the file.
         keys: names of the arrays.
         shapes: the shapes of all arrays of the file.
         facts: see `Input`.
@@ -142,11 +129,9 @@ class Episodes(_Batch):
                     f"{list(shapes[keys[0]])}"
                 )
         lengths = [int(shapes[key][0]) for key in keys]
-        self._batch = (sum(lengths), *self._inner)
-        self.rows, self._ends = (
-            math.prod(self._batch),
-            np.cumsum([0, *lengths]) * math.prod(self._inner),
-        )
+        self.batch = (sum(lengths), *self._inner)
+        self.rows = math.prod(self.batch)
+        self._ends = np.cumsum([0, *lengths]) * math.prod(self._inner)
         self.episodes = np.diff(self._ends).tolist() if len(keys) > 1 else ()
 
     def _read(self, start: int, stop: int) -> np.ndarray:
@@ -174,10 +159,7 @@ def open_npy(path: Path, wanted: str | None) -> Input:
 
 
 def open_npz(path: Path, wanted: str | None) -> Input:
-    """Open the arrays of an archive.
-
-    They are decompressed as a stream. Going back restarts the stream.
-    """
+    """Open the arrays of an archive, decompressed as a stream. Going back restarts the stream."""
     archive = zipfile.ZipFile(path)
     with _closed_on_error(archive):
         members = npz.members(archive)

@@ -1,9 +1,9 @@
 """Trials of Atari-HEAD (Zhang et al., 2020), and the objects that the players look at.
 
 A trial is a folder of PNG frames and a text file. After a header, the file has one line per frame:
-`frame_id`, `episode_id`, `score`, `duration(ms)`, `unclipped_reward`, `action`, and the gaze
-positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are "null". The `frame_id` is
-the name of the frame's picture. The dataset is at https://zenodo.org/records/3451402.
+`frame_id` (the picture's name), `episode_id`, `score`, `duration(ms)`, `unclipped_reward`,
+`action`, and the gaze positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are
+"null". The dataset is at https://zenodo.org/records/3451402.
 """
 
 import dataclasses
@@ -63,7 +63,6 @@ class Look:
     """The object that a person looks at on a frame.
 
     Args:
-        frame: the line of the trial's file.
         objects: VEM's objects of the frame.
         slot: the object with most gaze positions, among all slots of the game. None if most
             positions are on no object.
@@ -130,7 +129,6 @@ def looks(
     """Yield the object that a person looks at on each frame.
 
     Args:
-        game: the game of the trial.
         trial: the text file.
         frames: the folder of the pictures.
         report: called with the numbers of finished and of all frames.
@@ -172,12 +170,11 @@ def _look(game: Game, frame: TrialFrame, objects: Objects) -> Look:
 def object_at(objects: Objects, x: float, y: float, radius: float = RADIUS) -> int:
     """The slot of the object at a point; -1 if no box is within the radius.
 
-    The smallest box that contains the point wins. If no box contains it, the nearest box wins.
+    The smallest box that contains the point wins, or else the nearest box.
 
     Args:
         objects: of one state.
-        x, y: the point, in pixels.
-        radius: the largest distance from a box, in pixels.
+        x, y, radius: in pixels.
     """
     left, top, w, h = np.asarray(objects.xywh, float).T
     across = np.maximum(np.maximum(left - x, x - (left + w)), 0)

@@ -20,10 +20,7 @@ class Block:
     Args:
         row: int64 `[m]`, the row of each object, relative to the block's first row.
         slot: int32 `[m]`, its slot in the game.
-        xywh: int16 `[m, 4]`.
-        orientation: int8 `[m]`.
-        value: int32 `[m]`.
-        rgb: uint8 `[m, 3]`.
+        xywh, orientation, value, rgb: see `Objects`, `[m, ...]`.
     """
 
     row: np.ndarray

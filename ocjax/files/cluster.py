@@ -12,9 +12,8 @@ def completed(
 ) -> Iterator[Any]:
     """Execute a function for each task, and yield each task when it is done.
 
-    If a cluster loses a process or a machine, other processes execute its tasks again. Therefore,
-    executing a task twice must have no further effect, and tasks must read and write their files on
-    a file system that all machines share.
+    If a machine of a cluster disappears, its tasks are executed again. Therefore, executing a task
+    twice must have no further effect, and tasks must read and write files that all machines share.
 
     Args:
         ray: None to execute the tasks in this process, "local" for Ray on this machine, "auto" for

@@ -49,6 +49,17 @@ def contents(folder: Path) -> dict[Path, int]:
     return {path: _check_regular(path) for path in _walk(folder)}
 
 
+def require_own(folder: Path) -> None:
+    """Check that a folder, if it exists, is no link and contains only files and folders.
+
+    With links, the creator of the folder could choose which of the user's files are read and
+    overwritten.
+    """
+    if folder.is_symlink():
+        _check_regular(folder)
+    contents(folder)
+
+
 def _walk(folder: Path) -> Iterator[Path]:
     """All files and links in a folder and its subfolders."""
     for parent, folders, names in os.walk(folder):
@@ -60,13 +71,8 @@ def _check_regular(path: Path) -> int:
     """Check that a path leads to a regular file, and return its size."""
     status = path.lstat()
     if not stat.S_ISREG(status.st_mode):
-        kind = (
-            "a link"
-            if stat.S_ISLNK(status.st_mode)
-            else "a folder"
-            if stat.S_ISDIR(status.st_mode)
-            else "a special file"
-        )
+        kinds = {stat.S_IFLNK: "a link", stat.S_IFDIR: "a folder"}
+        kind = kinds.get(stat.S_IFMT(status.st_mode), "a special file")
         raise InputError(
             f"{path} is {kind}, and must be a regular file: copy the file into the folder, or "
             "remove the entry"

@@ -1,8 +1,7 @@
 """Inputs: rows of RAM or frames in files, folders and datasets.
 
-The formats are NumPy, HDF5, Zarr, Parquet, Arrow, Minari, and folders of pictures, Parquet or Arrow
-files. All inputs are read in blocks of rows, so files may be larger than the memory. The library
-for a format is imported when a file of that format is opened (extra `data`).
+All inputs are read in blocks of rows, so files may be larger than the memory. The library for a
+format is imported when a file of that format is opened (extra `data`).
 """
 
 import contextlib
@@ -20,11 +19,7 @@ MINARI = "minari:"  # prefix of a Minari dataset's name
 
 
 def minari_id(name: str) -> str:
-    """The ID of a Minari dataset.
-
-    Args:
-        name: the ID after "minari:".
-    """
+    """The ID of a Minari dataset, from a name with or without "minari:"."""
     identifier = name.removeprefix(MINARI)
     parse = require("minari.dataset.minari_dataset").parse_dataset_id
     try:
@@ -135,8 +130,8 @@ def open_input(path: str | Path, array: str | None = None) -> Iterator[Input]:
 
     Raises:
         FileNotFoundError: the file does not exist.
-        InputError: a ValueError; the format is not supported, the file is damaged, or the file
-            holds no RAM or frames.
+        InputError: a ValueError; the format is not supported, the file is damaged, or it holds no
+            RAM or frames.
         MissingExtraError: a ModuleNotFoundError; the format's library is not installed.
     """
     opened = _open(str(path), array)

@@ -3,11 +3,11 @@
 import json
 import os
 import reprlib
-import stat
 from pathlib import Path
 from typing import Any
 
-from ocjax.files import writing
+from ocjax.files import folders, writing
+from ocjax.files.rows import InputError
 
 MOST_BYTES = 2**24  # limit for a JSON file
 
@@ -18,8 +18,9 @@ def claim(
     """Create a job's work folder, or check that it belongs to the same job.
 
     Args:
-        name: name of the file in it that identifies the job.
-        kind: kind of job, such as "training".
+        name: of the file in it that identifies the job.
+        plan: the contents of this file, JSON.
+        kind: such as "training".
         error: type of the exception.
     """
     path = folder / name
@@ -40,26 +41,14 @@ def claim(
 
 
 def check_contents(folder: Path, kind: str, *, error: type[ValueError] = ValueError) -> None:
-    """Check that a folder, if it exists, contains only files and folders, at any depth.
+    """Check that a folder, if it exists, contains only files and folders.
 
-    With links, the creator of the folder could choose which of the user's files are read and
-    overwritten.
+    See `folders.require_own`.
     """
-    if os.path.lexists(folder):
-        _check_entry(folder, kind, error)
-        for root, folders, names in os.walk(folder):
-            for name in (*folders, *names):
-                _check_entry(Path(root, name), kind, error)
-
-
-def _check_entry(path: Path, kind: str, error: type[ValueError]) -> None:
-    mode = path.lstat().st_mode
-    if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
-        found = "a link" if stat.S_ISLNK(mode) else "a device, pipe or socket"
-        raise error(
-            f"{path} is {found}: a {kind} must consist of files and folders. Copy it with `cp "
-            "-rL`, or delete this entry"
-        )
+    try:
+        folders.require_own(folder)
+    except InputError as found:
+        raise error(f"a {kind} must consist of files and folders, but {found}") from found
 
 
 def read(path: Path, *, error: type[ValueError] = ValueError) -> dict[str, Any]:

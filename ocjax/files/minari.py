@@ -30,11 +30,7 @@ INFO = "objects"
 
 
 def path_of(name: str) -> Path:
-    """The folder of a new Minari dataset.
-
-    Args:
-        name: its ID after "minari:".
-    """
+    """The folder of a new Minari dataset, named "minari:ID"."""
     identifier = minari_id(name)
     path = Path(require("minari.storage").get_dataset_path(identifier))
     if path.exists():
@@ -57,8 +53,8 @@ def new_dataset(
 
     Args:
         name: its ID after "minari:".
-        spaces: the arguments of Minari's storage: `observation_space`, `action_space`, and
-            optionally `env_spec` and `data_format`.
+        spaces: arguments of Minari's storage: `observation_space`, `action_space`, and optionally
+            `env_spec` and `data_format`.
 
     Yields:
         A function that adds an episode, with the fields of Minari's `EpisodeBuffer`.
@@ -86,8 +82,7 @@ def copy_with_objects(source: str, name: str, blocks: Blocks) -> None:
     """Copy a Minari dataset, and add the objects of each step to its infos.
 
     Args:
-        source: ID of the dataset after "minari:".
-        name: ID of the new one after "minari:".
+        source, name: the IDs of the dataset and of the new one, after "minari:".
         blocks: the objects of the observations of all episodes, in their order.
     """
     dataset, *_ = load_minari(source.removeprefix(MINARI))

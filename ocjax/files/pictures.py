@@ -27,10 +27,9 @@ SIGNATURES = (b"\x89PNG", b"GIF8", b"RIFF", b"BM", b"II*\0", b"MM\0*")
 
 
 def read_picture(source: bytes | Path) -> np.ndarray:
-    """Read a picture: RGB, uint8 `[H, W, 3]`, or without colours, uint8 `[H, W]`.
+    """Read a picture: RGB, uint8 `[H, W, 3]`, or palette indices (mode L), uint8 `[H, W]`.
 
-    The numbers of a picture without colours are taken as palette indices. The size is checked
-    before the pixels are decoded.
+    The size is checked before the pixels are decoded.
     """
     length = len(source) if isinstance(source, bytes) else source.stat().st_size
     if length > MOST_BYTES:
@@ -68,11 +67,7 @@ def _check_picture(image: Image.Image) -> None:
 def stacked(
     rows: Iterable[np.ndarray], name: str, first: int, shape: tuple[int, ...] | None
 ) -> np.ndarray:
-    """Stack rows of one shape.
-
-    Args:
-        shape: shape of each row; None for the shape of the first row.
-    """
+    """Stack rows of one shape; None for the shape of the first row."""
     found: list[np.ndarray] = []
     for row in rows:
         expected = row.shape if shape is None and not found else shape or found[0].shape
@@ -86,10 +81,7 @@ def stacked(
 
 
 class PictureFolder(Input):
-    """A folder of pictures, in the natural order of their names.
-
-    Hidden files and files with other suffixes are ignored.
-    """
+    """A folder of pictures, in the natural order of their names; other files are ignored."""
 
     pictures = True
 
@@ -100,7 +92,7 @@ class PictureFolder(Input):
             raise InputError(f"{path} holds no pictures ({', '.join(FORMATS)})")
         self.rows, first = len(self.reads), self._picture(0)
         check_rows(str(self.reads[0]), first.dtype, (1, *first.shape))
-        self.row_shape = first.shape
+        self.batch, self.row_shape = (self.rows,), first.shape
 
     def stem(self, i: int) -> str:
         """The name of a picture, without its suffix."""

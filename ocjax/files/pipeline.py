@@ -41,10 +41,7 @@ Progress = Callable[[int, int], object]
 
 @dataclasses.dataclass(frozen=True)
 class ExtractionPlan:
-    """Identifies an extraction.
-
-    It is written to the work folder, and a resumed extraction must match it.
-    """
+    """Identifies an extraction, in its work folder; a resumed extraction must match it."""
 
     input: str
     array: str | None
@@ -184,7 +181,7 @@ def _check_apart(target: _Target, source: str | Path, reads: Sequence[Path]) -> 
 
 
 def game_of(rows: Input, source: str | Path, name: str | None, *, hud: bool) -> Game:
-    """The game of an input, from the given name, the input's metadata, or the file's name."""
+    """The game of an input, from its metadata, the given name, or the file's name."""
     given = rows.facts.get("game") or name
     try:
         found = registry.load(given or Path(source).stem, hud=hud)
@@ -217,10 +214,7 @@ def method_of(rows: Input, game: Game) -> str:
 
 
 def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
-    """A function that extracts the objects of any number of rows.
-
-    It uses batches of one size that are divided among the local devices.
-    """
+    """A function of any number of rows, with batches that are divided among the devices."""
     devices = jax.local_devices()
     size = BATCH[method] * len(devices)
     sharding = NamedSharding(Mesh(np.array(devices), ("rows",)), PartitionSpec("rows"))
@@ -235,8 +229,7 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 def check_indices(rows: Input, game: Game) -> None:
     """Check that pictures without colours show palette indices, not shades of grey.
 
-    The function reads pictures until one has a number that no grey picture of the game has. This is
-    mostly the first picture. Other inputs are not checked.
+    It reads pictures until one has a number that no grey picture of the game has, mostly the first.
     """
     if not rows.pictures or len(rows.row_shape) != 2:
         return
@@ -331,10 +324,7 @@ def _part(folder: Path, k: int) -> Path:
 
 
 def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iterator[int]:
-    """Extract the missing blocks, and yield the number of finished rows after each block.
-
-    A block is written while the next one is extracted.
-    """
+    """Extract the missing blocks, and yield the number of finished rows after each block."""
     call = extractor(game, plan.method)
     with ThreadPoolExecutor(1) as executor:
         writing: Any = None

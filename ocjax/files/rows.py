@@ -35,7 +35,7 @@ class Input(ABC):
     """Rows of RAM or of frames.
 
     Attributes:
-        name: the input's name in errors.
+        name: for errors.
         rows: number of rows.
         batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments, in
             C order.
@@ -44,22 +44,17 @@ class Input(ABC):
         facts: metadata: optionally the "game" and the "md5" of its ROM.
         episodes: the number of rows of each episode, if the episodes are known.
         reads: the files and folders that the input reads. A folder includes every file in it.
-        pictures: whether the input consists of pictures, which may show palette indices as shades
-            of grey.
+        pictures: whether pictures may show palette indices as shades of grey.
     """
 
     name: str
     rows: int
+    batch: tuple[int, ...]
     row_shape: tuple[int, ...]
     facts: Mapping[str, str]
     reads: Sequence[Path]
     episodes: Sequence[int] = ()
     pictures: bool = False
-
-    @property
-    def batch(self) -> tuple[int, ...]:
-        """The dimensions of the rows."""
-        return (self.rows,)
 
     def stem(self, i: int) -> str:
         """The name of a row's picture, without its suffix."""
@@ -69,7 +64,7 @@ class Input(ABC):
     def _read(self, start: int, stop: int) -> np.ndarray:
         """Read rows as integers `[stop - start, *row_shape]`.
 
-        Any exception means that the file is damaged.
+        Any exception means a damaged file.
         """
 
     def read(self, start: int, stop: int) -> np.ndarray:
@@ -138,7 +133,7 @@ def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -
 
     Args:
         wanted: a path, or the end of several. By default, the first of `NAMES` whose rows are RAM
-            or frames. The default skips groups whose names begin with `next_`, because they repeat
+            or frames. The default skips groups whose names begin with `next_`: they repeat
             observations.
     """
     if wanted is not None and wanted in shapes:
@@ -202,10 +197,7 @@ def check_rows(name: str, dtype: Any, shape: Sequence[int]) -> None:
 
 
 def check_claim(name: str, rows: int, stored: int) -> None:
-    """Check that a number of rows fits in a number of stored bytes.
-
-    Formats can claim rows for which they store nothing.
-    """
+    """Check that a number of rows fits in the stored bytes; formats can claim rows without any."""
     if not 0 <= rows <= ROWS_PER_BYTE * stored:
         raise InputError(
             f"{name} claims {rows:,} rows, but only {stored:,} bytes are stored for them: the "

@@ -1,7 +1,4 @@
-"""Rows in tables: Parquet and Arrow files and folders.
-
-Folders may have the layout of hubs or of `datasets.save_to_disk`.
-"""
+"""Rows in tables: Parquet and Arrow files, and folders of them."""
 
 import functools
 import re
@@ -42,11 +39,10 @@ class _Table(Input):
     """A column of Parquet or Arrow files: lists of bytes, or bytes of RAM or of pictures.
 
     Args:
-        path: the path in errors.
+        path: for errors.
         files: the files to read.
         blocks: the column's blocks in all files, in order. Their parts are Arrow arrays.
         schema: the first file's schema.
-        column: name of the column.
     """
 
     def __init__(
@@ -59,13 +55,10 @@ class _Table(Input):
         self.name, self._blocks, self.reads = f"{path}, {column}", blocks, files
         self._ends = np.cumsum([0, *(rows for rows, _ in blocks)])
         self.rows, self.pictures = int(self._ends[-1]), True
+        self.batch = (self.rows,)
         check_claim(self.name, self.rows, sum(file.stat().st_size for file in files))
         # the next row, the parts from this row, and the rest of a part
-        self._at, self._parts, self._left = (
-            0,
-            self._from(0),
-            None,
-        )
+        self._at, self._parts, self._left = 0, self._from(0), None
         self._shape: tuple[int, ...] | None = None  # shape of a row, once it is known
         first = self._read(0, 1) if self.rows else np.zeros((0, RAM_SIZE), np.uint8)
         check_rows(self.name, first.dtype, first.shape)
@@ -136,8 +129,9 @@ def _check_type(name: str, kind: Any) -> None:
 def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) -> np.ndarray:
     """The rows of an Arrow column, integers `[n, ...]`.
 
-    `name` and `first`, the number of the first row, are for errors. `shape` is the shape of each
-    row, or None if it is not known yet.
+    Args:
+        name, first: the column's name and the number of the first row, for errors.
+        shape: of each row, or None if it is not known yet.
     """
     pa = require("pyarrow")
     parts = [column]
@@ -318,7 +312,7 @@ def check_arrow(path: Path) -> None:
 
 
 def open_hugging_face(path: Path, wanted: str | None) -> Input:
-    """Open a folder of `datasets.save_to_disk`, with one dataset or a dictionary of one dataset."""
+    """Open a folder of `datasets.save_to_disk`, with one dataset or a dictionary of one."""
     if (path / "dataset_dict.json").exists():
         splits = _json(path, "dataset_dict.json")["splits"]
         if len(splits) != 1:

@@ -1,6 +1,6 @@
-"""Output files of commands.
+"""Output files.
 
-Paths are checked before the work starts, and files are written completely or not at all.
+Paths are checked before the work starts, and files are written completely or not.
 """
 
 import os
@@ -47,8 +47,7 @@ def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
     Links are followed, and files are compared by device and inode.
 
     Args:
-        reads: the input files and folders. A folder includes every file in it. None and missing
-            paths are ignored.
+        reads: input files, and folders with every file in them. None and missing paths are ignored.
     """
     target = Path(os.path.realpath(out))
     places = [place.stat() if place.exists() else None for place in (target, *target.parents)]
@@ -83,10 +82,7 @@ def unnamed(path: Path) -> Path:
 
 
 def new_folder(path: Path) -> None:
-    """Create an empty folder.
-
-    It replaces a link or a folder of that name, but not the target of the link.
-    """
+    """Create an empty folder, in place of a link or a folder of that name."""
     if path.is_symlink():
         path.unlink()
     shutil.rmtree(path, ignore_errors=True)

@@ -1,7 +1,4 @@
-"""Candidates for `ocjax ram control`: bytes that seem to remove, freeze or recolour a category.
-
-REM and the screen suggest the candidates.
-"""
+"""Candidates for `ocjax ram control`, suggested by REM and by the screen."""
 
 import contextlib
 import functools
@@ -31,6 +28,7 @@ STEPS = (480, 1000)  # frames of random play before each written state
 VALUES = np.arange(8, 256, 16, dtype=np.uint8)  # written values; a colour is added
 FRAMES = 2  # frames, each after a write; many games draw objects computed a frame ago
 LEAST = 4  # values that must change a category if the byte belongs to it
+INSTANCES = 32  # emulators that share the work
 FOREIGN = 0.1  # fraction of the values of such a byte that may change another category
 
 
@@ -39,8 +37,8 @@ class Control(NamedTuple):
 
     Args:
         kind: "remove", "freeze" or "recolor".
-        writes: the values to write before every emulated frame, by address. For "recolor", each
-            value is the colour, a palette index.
+        writes: the values to write before every emulated frame, by address. For "recolor", each is
+            the colour, a palette index.
         also: other categories that are recoloured.
         moving: the fraction of a frozen category's objects that still move.
     """
@@ -141,11 +139,7 @@ def _effects(
 
 
 class ByRem:
-    """The effects of bytes by REM.
-
-    Args:
-        rams: uint8 `[S, 128]`, states of play.
-    """
+    """The effects of bytes by REM, in states of play `rams`, uint8 `[S, 128]`."""
 
     def __init__(self, game: Game, rams: np.ndarray) -> None:
         self.game, self.rams = game, rams
@@ -210,10 +204,7 @@ class ByRem:
         )
 
     def colors(self, category: str, color: int) -> frozenset[int]:
-        """The bytes that hold all of the category's colours; empty if a colour is elsewhere.
-
-        All of these bytes are set to a palette index for the test.
-        """
+        """The bytes that hold all of the category's colours; empty if a colour is elsewhere."""
         own = [
             a
             for a, e in self._all_effects(category).items()
@@ -254,16 +245,15 @@ class OnScreen:
 
     Args:
         color: a palette index that the screen does not have in play.
-        seed: seed of the play that leads to the states.
-        instances: number of emulators that share the work.
+        seed: of the play that leads to the states.
     """
 
-    def __init__(self, game: Game, color: int, *, seed: int = 0, instances: int = 32) -> None:
+    def __init__(self, game: Game, color: int, *, seed: int = 0) -> None:
         self.names = [category.name for category in game.categories]
         # display objects do not count
         self.counts = np.array([not category.hud for category in game.categories])
         settings = Settings(frame_skip=1, repeat_action_probability=0)
-        with contextlib.closing(AlePool(game, instances, settings, screens=("screen",))) as pool:
+        with contextlib.closing(AlePool(game, INSTANCES, settings, screens=("screen",))) as pool:
             self.states = [_state(pool, color, seed + i, steps) for i, steps in enumerate(STEPS)]
 
     def _foreign(self, state: _State, c: int) -> np.ndarray:

@@ -1,7 +1,4 @@
-"""`ocjax ram causes`: find the pixels and objects that each byte changes.
-
-The command sets every byte to every value in one state, and steps the emulator.
-"""
+"""`ocjax ram causes`: the pixels and objects that each byte changes."""
 
 import contextlib
 import dataclasses
@@ -25,11 +22,7 @@ FIELDS = ("x", "y", "w", "h", "value")
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
 BEFORE_END = 240  # emulated frames from a state to the end of its game, if play reaches the end
 LEAST_CHANGES = 2  # values that must change a category's objects for an effect to be reported
-# distinct values of the byte and of the field that a fit needs
-LEAST_SAMPLES, LEAST_VALUES = (
-    8,
-    4,
-)
+LEAST_SAMPLES, LEAST_VALUES = 8, 4  # values of the byte and of the field that a fit needs
 SHARE_SHOWN = 0.2  # formulas that are right for fewer values are not printed
 
 ACROSS, TILE_WIDTH, TITLE_HEIGHT, GAP, FONT_SIZE = 6, 288, 18, 4, 13  # of the picture, in pixels
@@ -50,9 +43,8 @@ class Effect:
     """The effect of a byte on the objects of a category.
 
     Args:
-        category: name of the category.
-        changed: number of values that change its objects.
-        gone: number of values that remove all of its objects.
+        changed: number of values that change them.
+        gone: number of values that remove all of them.
         formulas: by field, how the byte determines it.
     """
 
@@ -69,12 +61,12 @@ class Causes:
     Args:
         screen: uint8 `[H, 160]`, the frame without a change.
         ram: uint8 `[128]` of the state.
-        played: number of emulated frames from the reset to the state.
+        played: emulated frames from the reset to the state.
         shortened: whether the game ended before the wanted state, so that an earlier one was taken.
         pixels: float `[128, H, 160]`, fraction of each byte's values that change a pixel.
         tried: number of values of each byte.
         effective: int `[128]`, number of each byte's values that change any pixel.
-        effects: the effects of each byte on objects, by address.
+        effects: by address.
     """
 
     game: Game
@@ -104,15 +96,15 @@ def causes(
 ) -> Causes:
     """The causal map of a state that random play reaches.
 
-    If the game ends earlier, the state is one shortly before its end: after the end, the emulator
-    restarts the game and ignores all changes.
+    If the game ends earlier, the state is shortly before its end: after the end, the emulator
+    ignores all changes.
 
     Args:
-        steps: agent steps (of 4 emulated frames) of random play before the state.
+        steps: agent steps (of 4 emulated frames) before the state.
         frames: emulated frames after each change. At least 2, because many games draw objects
             computed one frame ago.
         values: number of values of each byte, 2 to 256, evenly spaced.
-        num_envs: number of instances, all in the same state, that share the changes.
+        num_envs: number of instances that share the changes.
         game_mode: in ale-py's numbering; None for the game's default.
     """
     if frames < 2 or not 2 <= values <= 256:
@@ -153,13 +145,10 @@ def causes(
 
 
 def play_alike(pool: AlePool, seed: int, steps: int) -> int:
-    """Play random actions, the same in all instances.
+    """Play random actions, the same in all instances, and return the number of steps to the state.
 
-    If the game ends during `steps`, the instances play it again to a state `BEFORE_END` frames
-    before its end, or to its middle if it is shorter than twice that.
-
-    Returns:
-        The number of steps from the reset to the state.
+    If the game ends during `steps`, the state is `BEFORE_END` frames before its end, or in its
+    middle if it is shorter than twice that.
     """
     played = _play(pool, seed, steps)
     if not pool.terminated.any():
@@ -184,8 +173,9 @@ def _change_every_byte(
 ) -> tuple[np.ndarray, Objects]:
     """Try all values of all bytes.
 
-    Returns the changed pixels, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128,
-    values]`.
+    Returns:
+        The changed pixels, bool `[128, values, H, 160]`, and VEM's objects, batch shape `[128,
+        values]`.
     """
     game, changed, found = pool.game, [], []
     for frames in frames_after_writes(pool, saved, tried):
@@ -232,45 +222,45 @@ def _effect(
 ) -> Effect | None:
     """The effect of one byte's values on one category.
 
-    `tried` is int `[values]`, `after` has the objects with each value, batch shape `[values]`, and
-    `before` the objects without a change.
+    Args:
+        tried: int `[values]`.
+        after: the objects with each value, batch shape `[values]`.
+        before: the objects without a change.
     """
     s = game.slices[category.name]
-    old_xywh, old_valid, old_value = (
-        np.asarray(before.xywh)[s].astype(int),
-        np.asarray(before.valid)[s],
-        np.asarray(before.value)[s],
-    )
-    xywh, valid, value = (
-        np.asarray(after.xywh)[:, s].astype(int),
-        np.asarray(after.valid)[:, s],
-        np.asarray(after.value)[:, s],
-    )
-    changed = (valid != old_valid).any(axis=1)
-    changed |= (valid[..., None] & (xywh != old_xywh)).any(axis=(1, 2)) | (
-        valid & (value != old_value)
-    ).any(axis=1)
+    # [slots, fields] and [values, slots, fields]
+    old, new = (_numbers(objects)[..., s, :] for objects in (before, after))
+    old_valid, valid = np.asarray(before.valid)[s], np.asarray(after.valid)[:, s]
+    differs = (valid != old_valid) | (valid & (new != old).any(axis=-1))
+    changed = differs.any(axis=1)
     if changed.sum() < LEAST_CHANGES:
         return None
-    was = {tuple(b) for b, v in zip(old_xywh.tolist(), old_valid, strict=True) if v}
-    moved = np.array([[tuple(b) not in was for b in row] for row in xywh.tolist()]) & valid
-    numbers = np.concatenate([xywh, value[..., None]], axis=-1)  # [values, slots, fields]
+    was = {tuple(box) for box in old[old_valid, :4].tolist()}
+    moved = valid & np.array([[tuple(b) not in was for b in row] for row in new[..., :4].tolist()])
+    known = valid & (new[..., 4] != UNKNOWN_VALUE)
     formulas = {}
-    known = valid & (value != UNKNOWN_VALUE)
     for i, field in enumerate(FIELDS):
         # The object at a new position, or the only object.
         candidates = known if field == "value" else moved if category.count > 1 else valid
-        formula = _formula(numbers[..., i], candidates, tried)
+        formula = _formula(new[..., i], candidates, tried)
         if formula is not None:
             formulas[field] = formula
     gone = int((old_valid.any() & ~valid.any(axis=1)).sum())
     return Effect(category.name, int(changed.sum()), gone, formulas)
 
 
+def _numbers(objects: Objects) -> np.ndarray:
+    """The numbers of `FIELDS`, int `[..., slots, 5]`."""
+    value = np.asarray(objects.value)[..., None]
+    return np.concatenate([np.asarray(objects.xywh), value], axis=-1).astype(int)
+
+
 def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> Formula | None:
     """The best formula for a field, over the values with exactly one candidate.
 
-    `numbers` is int and `candidates` bool `[values, slots]`; `tried` is int `[values]`.
+    Args:
+        numbers, candidates: int and bool `[values, slots]`.
+        tried: int `[values]`.
     """
     one = candidates.sum(axis=1) == 1
     if one.sum() < LEAST_SAMPLES:
@@ -281,14 +271,8 @@ def _formula(numbers: np.ndarray, candidates: np.ndarray, tried: np.ndarray) -> 
     options = []
     for scale in fits.SCALES:
         counts = np.bincount((target - scale * tried[one]) % 256, minlength=256)
-        options.append(
-            (
-                counts.max() / len(target),
-                -abs(scale),
-                scale,
-                (int(counts.argmax()) + 128) % 256 - 128,
-            )
-        )
+        offset = (int(counts.argmax()) + 128) % 256 - 128
+        options.append((counts.max() / len(target), -abs(scale), scale, offset))
     share, _, scale, offset = max(options)
     return Formula(scale, offset, float(share))
 
@@ -312,7 +296,7 @@ def _words(e: Effect) -> str:
 
 
 def notes(c: Causes) -> list[str]:
-    """Sentences about the choice of the state, and about the reason of an empty result."""
+    """Sentences about the choice of the state, and the reason of an empty result."""
     out = []
     if c.shortened:
         out.append(
@@ -331,15 +315,8 @@ def to_table(c: Causes) -> Table:
     rows: list[list[Cell]] = []
     for address in np.flatnonzero(c.effective).tolist():
         objects = "; ".join(map(_words, c.effects[address])) or "pixels of no object"
-        rows.append(
-            [
-                address,
-                int(c.ram[address]),
-                int(c.effective[address]),
-                int((c.pixels[address] > 0).sum()),
-                objects,
-            ]
-        )
+        pixels = int((c.pixels[address] > 0).sum())
+        rows.append([address, int(c.ram[address]), int(c.effective[address]), pixels, objects])
     title = (
         f"{c.game.name}, {c.played:,} frames after the reset: effects of each byte on the screen, "
         f"{c.tried} values tried"
@@ -348,10 +325,7 @@ def to_table(c: Causes) -> Table:
 
 
 def picture(c: Causes) -> Image.Image:
-    """Draw the effects of each byte on the dimmed screen.
-
-    Changed pixels are red, and brighter if more values change them.
-    """
+    """The dimmed screen for each byte, with the pixels that many values change in bright red."""
     addresses = np.flatnonzero(c.effective).tolist() or [0]
     across, height = min(ACROSS, len(addresses)), c.screen.shape[0] * 9 // 10
     font = ImageFont.load_default(size=FONT_SIZE)
@@ -360,21 +334,13 @@ def picture(c: Causes) -> Image.Image:
     draw = ImageDraw.Draw(out)
     dim = c.game.palette[c.screen].astype(float) * 0.4
     for i, address in enumerate(addresses):
-        x, y = (
-            i % across * (TILE_WIDTH + GAP) + GAP // 2,
-            i // across * (height + TITLE_HEIGHT + GAP),
-        )
+        x = i % across * (TILE_WIDTH + GAP) + GAP // 2
+        y = i // across * (height + TITLE_HEIGHT + GAP)
         share = c.pixels[address][..., None]
         heat = np.where(share > 0, LEAST_HEAT + (1 - LEAST_HEAT) * np.sqrt(share), 0)
         tile = (dim * (1 - heat) + heat * np.array(HEAT)).astype(np.uint8)
-        draw.text(
-            (x, y),
-            f"byte {address}: {c.effective[address]} of {c.tried} values",
-            font=font,
-            fill=(255, 255, 255),
-        )
-        out.paste(
-            Image.fromarray(tile).resize((TILE_WIDTH, height), Image.Resampling.BOX),
-            (x, y + TITLE_HEIGHT),
-        )
+        title = f"byte {address}: {c.effective[address]} of {c.tried} values"
+        draw.text((x, y), title, font=font, fill=(255, 255, 255))
+        small = Image.fromarray(tile).resize((TILE_WIDTH, height), Image.Resampling.BOX)
+        out.paste(small, (x, y + TITLE_HEIGHT))
     return out

@@ -1,7 +1,7 @@
 """`ocjax ram control`: find bytes that remove, freeze or recolour the objects of a category.
 
-Each candidate is tried in the emulator, because a game may draw from other bytes, or stop. The
-vision rules' objects in play with the writes are compared with their objects in plain play.
+A game may draw from other bytes, or stop, so each candidate is tried in the emulator: the vision
+rules' objects in play with the writes are compared with their objects in plain play.
 """
 
 import contextlib
@@ -56,7 +56,7 @@ class _Play(NamedTuple):
 def control(game: Game, *, seed: int = 0) -> list[Control]:
     """Find the bytes that remove, freeze or recolour a category, each confirmed on the screen.
 
-    The search skips displays, and objects that rarely appear in random play.
+    Displays, and objects that rarely appear in random play, are not searched.
     """
     plain, other = _play(game, seed), _play(game, seed + ENVS, steps=MORE_STEPS)
     chosen = np.random.default_rng(seed).choice(len(plain.rams), STATES, replace=False)
@@ -134,7 +134,10 @@ def _confirmed(game: Game, candidate: Control, plain: _Play) -> Control | None:
     ):
         return None
     if candidate.kind == "remove":
-        return candidate if _is_removed(game, candidate.category, plain, changed) else None
+        left = _per_frame(game, changed.seen, candidate.category)
+        return (
+            candidate if left <= GONE * _per_frame(game, plain.seen, candidate.category) else None
+        )
     moving = _share_moving(changed, candidate.category)
     frozen = moving <= FROZEN and _share_moving(plain, candidate.category) >= MOVES
     return (
@@ -163,10 +166,6 @@ def _pruned(game: Game, found: Control, plain: _Play) -> Control:
 def _is_kept(game: Game, category: str, plain: _Play, changed: _Play) -> bool:
     usual = _per_frame(game, plain.seen, category)
     return usual < COMMON or _per_frame(game, changed.seen, category) >= KEPT * usual
-
-
-def _is_removed(game: Game, category: str, plain: _Play, changed: _Play) -> bool:
-    return _per_frame(game, changed.seen, category) <= GONE * _per_frame(game, plain.seen, category)
 
 
 def _share_moving(play: _Play, category: str) -> float:

@@ -1,16 +1,20 @@
 """`ocjax ram correlate`: find the RAM that explains the visible objects."""
 
 import dataclasses
+from collections import Counter
 from collections.abc import Iterator
 
+import jax
 import numpy as np
 
 from ocjax.evaluation.tables import Cell, Table
-from ocjax.ramtools import fits, rows, targets
+from ocjax.extraction.categories import Category
+from ocjax.extraction.detection import detect
+from ocjax.ramtools import fits, rows
 from ocjax.ramtools.fits import Fit, Halves
 from ocjax.ramtools.rows import Row
-from ocjax.ramtools.targets import Target
 from ocjax.recordings import Recording
+from ocjax.vision.rules import Blobs
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
 FIELDS = ("x", "y", "w", "h")
@@ -20,6 +24,32 @@ GAIN = 0.02  # least gain of a formula over the most common value, as a fraction
 MEMBER_GAIN = 0.2  # least gain of a member byte over chance, as a fraction of samples
 FORMULAS = 3  # reported per number
 TABLE_ROWS = 8  # the longest table reported for a coordinate
+# moving graphics objects, by their bit in `Recording.shown`
+CHIP = {1: "Player0", 2: "Missile0", 4: "Player1", 8: "Missile1", 16: "Ball"}
+CHIP_SLOTS = 8  # pieces of each
+LOOKS = 255  # distinguished pictures; rarer ones share the last number
+
+
+@dataclasses.dataclass(frozen=True)
+class Target:
+    """The numbers of one category's objects in `n` samples, to be explained by RAM.
+
+    Args:
+        name: name of the category.
+        place: whether slots are identities. If not, the category's boxes are a set.
+        xywh: int `[n, slots, 4]`.
+        valid: bool `[n, slots]`.
+        value: int `[n, slots]`, `UNKNOWN_VALUE` if VEM cannot read it; None if VEM reads no value.
+        look: int `[n, slots]`, number of the picture in the box, the most frequent one first; -1
+            for empty slots.
+    """
+
+    name: str
+    place: bool
+    xywh: np.ndarray
+    valid: np.ndarray
+    value: np.ndarray | None
+    look: np.ndarray
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,24 +78,66 @@ class Finding:
 def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
     """Explain the visible objects of a recording by its RAM.
 
-    Formulas are fitted on half of the episodes and scored on the others.
-
     Args:
         target: "vem" (detections of the game's vision rules) or "sprites" (drawn by the video
             chip).
 
     Yields:
         The formulas for each field of each object if slots are identities. For other categories,
-        rows of objects at a regular pitch. If there are none, bytes that always equal the
-        coordinate of one of their objects.
+        rows of objects at a regular pitch. Without rows, bytes that equal the coordinate of
+        one of their objects.
     """
     half = fits.halves(recording.episode)
-    for t in targets.from_vem(recording) if target == "vem" else targets.from_chip(recording):
+    for t in from_vem(recording) if target == "vem" else from_chip(recording):
         if not t.place and t.valid[:, 1:].any():
             yield from _explain_set(recording, t, half)
         else:
             for k in range(t.valid.shape[1]):
                 yield from _explain_slot(recording, t, k, half)
+
+
+def from_vem(recording: Recording) -> Iterator[Target]:
+    """The objects that the game's vision rules detect."""
+    screens, game = recording.screens, recording.game
+    assert screens is not None
+    vem = jax.tree.map(np.asarray, game.vem(screens))
+    for c in game.categories:
+        s = game.slices[c.name]
+        xywh, valid = vem.xywh[:, s].astype(int), vem.valid[:, s]
+        look = _looks(screens, xywh, valid) if screens.ndim == 3 else np.zeros(valid.shape, int)
+        place = c.count == 1 or not isinstance(c.rule, Blobs)
+        reads_value = getattr(c.rule, "value", None) is not None
+        yield Target(c.name, place, xywh, valid, vem.value[:, s] if reads_value else None, look)
+
+
+def from_chip(recording: Recording) -> Iterator[Target]:
+    """The connected pixels of the video chip's sprites. This needs no vision rules."""
+    if recording.shown is None:
+        raise ValueError("the recording lacks the video chip's sprites (an array 'shown')")
+    categories = tuple(
+        Category(name, Blobs((bit,)), count=CHIP_SLOTS) for bit, name in CHIP.items()
+    )
+    found_on = jax.jit(lambda frames: detect(categories, frames))
+    for c, found in zip(categories, found_on(recording.shown), strict=True):
+        xywh = np.stack([found.x, found.y, found.w, found.h], axis=-1).swapaxes(0, 1)
+        valid = np.asarray(found.valid).T
+        boxes = xywh * valid[..., None]
+        yield Target(c.name, False, boxes, valid, None, np.zeros(valid.shape, int))
+
+
+def _looks(screens: np.ndarray, xywh: np.ndarray, valid: np.ndarray) -> np.ndarray:
+    """Number the pictures in boxes: the masks of pixels with the box's most common colour."""
+    out, pictures = np.full(valid.shape, -1), {}
+    for i, k in zip(*np.nonzero(valid), strict=True):
+        x, y, w, h = xywh[i, k]
+        crop = screens[i, y : y + h, x : x + w]
+        background = np.bincount(crop.ravel(), minlength=256).argmax()
+        pictures[i, k] = bytes((w, h)) + (crop == background).tobytes()
+    ranked = [picture for picture, _ in Counter(pictures.values()).most_common()]
+    numbers = {picture: min(n, LOOKS) for n, picture in enumerate(ranked)}
+    for at, picture in pictures.items():
+        out[at] = numbers[picture]
+    return out
 
 
 def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) -> Iterator[Finding]:
@@ -79,14 +151,9 @@ def _explain_slot(recording: Recording, target: Target, k: int, half: Halves) ->
     for i, field in enumerate(FIELDS):
         numbers = target.xywh[present, k, i]
         if len(np.unique(numbers)) > 1:
-            yield Finding(
-                name,
-                target.name,
-                field,
-                len(numbers),
-                fits.constant(numbers, part),
-                tuple(_best(rams, numbers, part)),
-            )
+            formulas = tuple(_best(rams, numbers, part))
+            base = fits.constant(numbers, part)
+            yield Finding(name, target.name, field, len(numbers), base, formulas)
     if target.value is not None:
         yield from _explain_value(name, target.name, rams, target.value[present, k], part)
     if len(np.unique(target.look[present, k])) > 1:
@@ -109,9 +176,8 @@ def _explain_value(
 
 def _best(rams: np.ndarray, numbers: np.ndarray, half: Halves) -> list[Fit]:
     """The best formulas and short tables that beat a constant; formulas win ties."""
-    found = fits.affine(rams, numbers, half) + [
-        t for t in fits.tables(rams, numbers, half, 1) if len(t.table) <= TABLE_ROWS
-    ]
+    tables = fits.tables(rams, numbers, half, 1)
+    found = fits.affine(rams, numbers, half) + [t for t in tables if len(t.table) <= TABLE_ROWS]
     found = [f for f in found if f.exact > fits.constant(numbers, half) + GAIN]
     return sorted(found, key=lambda f: (-round(f.exact, 3), bool(f.table)))[:FORMULAS]
 
@@ -120,30 +186,23 @@ def _table(
     name: str, category: str, field: str, rams: np.ndarray, numbers: np.ndarray, half: Halves
 ) -> Finding:
     base = fits.constant(numbers, half)
-    return Finding(
-        name,
-        category,
-        field,
-        len(numbers),
-        base,
-        tuple(f for f in fits.tables(rams, numbers, half) if f.exact > base + GAIN),
-    )
+    tables = tuple(f for f in fits.tables(rams, numbers, half) if f.exact > base + GAIN)
+    return Finding(name, category, field, len(numbers), base, tables)
 
 
 def _explain_set(recording: Recording, target: Target, half: Halves) -> Iterator[Finding]:
-    some = target.valid.sum(axis=1) > 0
+    some = target.valid.any(axis=1)
     if some.sum() < LEAST:
         return
     rams, part = recording.rams[some], (half[0][some], half[1][some])
-    count = len(rams)
+    n, k = np.nonzero(target.valid)
     for i, field in enumerate(FIELDS[:2]):
         present = np.zeros((len(recording), 256), bool)
-        n, k = np.nonzero(target.valid)
         present[n, target.xywh[n, k, i]] = True
         regular = tuple(rows.rows(rams, present[some], part))
         if regular:
-            base = 1 / regular[0].pitch
-            yield Finding(f"{target.name}, all", target.name, field, count, base, regular)
+            name, base = f"{target.name}, all", 1 / regular[0].pitch
+            yield Finding(name, target.name, field, len(rams), base, regular)
             continue
         members = [
             (fit, chance)
@@ -153,7 +212,7 @@ def _explain_set(recording: Recording, target: Target, half: Halves) -> Iterator
         base = float(np.mean([chance for _, chance in members])) if members else 0.0
         formulas = tuple(fit for fit, _ in members)
         name = f"{target.name}, one of"
-        yield Finding(name, target.name, field, count, base, formulas, members=True)
+        yield Finding(name, target.name, field, len(rams), base, formulas, members=True)
 
 
 def to_table(findings: list[Finding], title: str) -> Table:
@@ -164,19 +223,11 @@ def to_table(findings: list[Finding], title: str) -> Table:
         if not f.fits:
             cells.append([*first, "nothing found", None, None])
         for i, formula in enumerate(f.fits):
-            text = (
-                f"{formula.source} (digits {2 * formula.offset + 1}-{2 * formula.offset + 2})"
-                if f.digits
-                else str(formula)
-            )
-            cells.append(
-                [
-                    *(first if i == 0 else [""] * len(first)),
-                    text,
-                    100 * formula.exact,
-                    100 * formula.near,
-                ]
-            )
-    return Table(
-        title, ["Object", "Field", "Samples", "Constant", "Formula", "Exact", "Within 1"], cells
-    )
+            text = str(formula)
+            if f.digits:
+                last = 2 * formula.offset + 2
+                text = f"{formula.source} (digits {last - 1}-{last})"
+            before = first if i == 0 else [""] * len(first)
+            cells.append([*before, text, 100 * formula.exact, 100 * formula.near])
+    header = ["Object", "Field", "Samples", "Constant", "Formula", "Exact", "Within 1"]
+    return Table(title, header, cells)

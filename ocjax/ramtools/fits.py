@@ -1,11 +1,12 @@
 """Searches over all RAM for the bytes, nibbles or bit fields that explain a number.
 
 Every search fits on one half of the samples and scores on the other. Numbers are compared modulo
-256, as the console computes.
+256, as the console computes. `rams` are uint8 `[n, 128]`, targets int `[n]`, and results are
+sorted, best first.
 """
 
 import dataclasses
-from collections.abc import Iterator
+import itertools
 
 import numpy as np
 
@@ -20,6 +21,7 @@ TABLE_FIELDS = (
     *((b, 2) for b in range(7)),
     *((b, 3) for b in range(6)),
 )
+BEST = 3  # formulas returned
 SAMPLE = 400  # samples of the first, coarse search
 CLOSER_LOOK = 12  # bytes that are fitted on all samples
 TABLE_VALUES = 16  # a table with more values explains nothing
@@ -68,13 +70,10 @@ class Fit:
     """A formula for a number, and its accuracy on samples that were not used to fit it.
 
     Args:
-        source: the number in RAM.
-        exact: fraction of samples that the formula gets right.
-        near: fraction of samples with an error of at most one.
+        exact, near: fractions of samples with an error of 0, and of at most 1.
         scale, offset: the formula `scale * source + offset`.
-        table: pairs of a value and its meaning, used instead of scale and offset.
-        bit: if this bit is set, `step` is added.
-        step: see `bit`.
+        table: pairs of a value and its meaning, instead of scale and offset.
+        bit, step: if the bit is set, `step` is added.
     """
 
     source: Source
@@ -118,10 +117,7 @@ def affine_text(source: str, scale: int, offset: int) -> str:
 
 
 def halves(episode: np.ndarray) -> Halves:
-    """Split samples into a half to fit on and a half to score on.
-
-    Every other episode is fitted on, or the first half of a single episode.
-    """
+    """Split samples: every other episode, or the first half of a single episode, to fit on."""
     index = np.unique(episode, return_inverse=True)[1]
     fit = index % 2 == 0 if index.max(initial=0) > 0 else np.arange(len(index)) < len(index) // 2
     return fit, ~fit
@@ -154,17 +150,8 @@ def constant(target: np.ndarray, half: Halves) -> float:
     return float(np.mean(target[test] == values[counts.argmax()]))
 
 
-def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) -> list[Fit]:
-    """The best formulas `scale * field + offset`, each with the most useful correction bit.
-
-    Args:
-        rams: uint8 `[n, 128]`.
-        target: int `[n]`.
-        half: samples to fit and to score on, from `halves`.
-
-    Returns:
-        Formulas, best first.
-    """
+def affine(rams: np.ndarray, target: np.ndarray, half: Halves) -> list[Fit]:
+    """The best formulas `scale * field + offset`, each with the most useful correction bit."""
     fit, test = half
     if not (fit.any() and test.any()):
         return []
@@ -175,7 +162,7 @@ def affine(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
         exact_offset = int(target[fit][0] - first - wrapped(target[fit][0] - first - offset))
         base = _scored(Fit(source, 0, 0, scale, exact_offset), rams[test], target[test])
         fits.append(_with_bit(base, rams, target, half))
-    return sorted(fits, key=lambda f: (-f.exact, -f.source.count))[:most]
+    return sorted(fits, key=lambda f: (-f.exact, -f.source.count))[:BEST]
 
 
 def _affine_candidates(
@@ -220,21 +207,13 @@ def _with_bit(base: Fit, rams: np.ndarray, target: np.ndarray, half: Halves) -> 
 
 
 def tables(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) -> list[Fit]:
-    """The best tables, which map each value of a bit field with few values to its meaning.
-
-    Args:
-        rams: uint8 `[n, 128]`.
-        target: int `[n]`, 0 to 255.
-        half: samples to fit and to score on, from `halves`.
-
-    Returns:
-        Tables, best first.
-    """
+    """The best tables, which map the values of a bit field to meanings from 0 to 255."""
     fit, test = half
     if not (fit.any() and test.any()):
         return []
     out = []
-    for source in _table_sources():
+    for address, (first, count) in itertools.product(range(128), TABLE_FIELDS):
+        source = Source(address, first, count)
         value = source.read(rams)
         occurring = np.unique(value[fit])
         if 1 < len(occurring) <= TABLE_VALUES:
@@ -244,12 +223,6 @@ def tables(rams: np.ndarray, target: np.ndarray, half: Halves, most: int = 3) ->
                 out.append(_scored(Fit(source, 0, 0, table=table), rams[test], target[test]))
     out.sort(key=lambda f: (-f.exact, len(f.table)))
     return out[:most]
-
-
-def _table_sources() -> Iterator[Source]:
-    return (
-        Source(address, first, count) for address in range(128) for first, count in TABLE_FIELDS
-    )
 
 
 def digits(rams: np.ndarray, target: np.ndarray, half: Halves) -> list[Fit]:
@@ -288,11 +261,10 @@ def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[tuple[Fit,
     """Bytes that, scaled by 1 or -1 and shifted, are the coordinate of some object of a category.
 
     Args:
-        rams: uint8 `[n, 128]`.
         present: bool `[n, 256]`, the coordinates that objects have in each sample.
 
     Returns:
-        Formulas, best first, each with its accuracy by chance.
+        Formulas, each with its accuracy by chance.
     """
     n, chance = np.arange(len(rams))[:, None], present.mean(axis=0)
     out = []

@@ -23,7 +23,7 @@ def comments(game: Declaration) -> dict[str, str]:
 
 
 def _range(field: Field) -> str:
-    width = len(field.places[0]) if isinstance(field.places[0], tuple) else 1
+    width = len(field.places[0])
     if found := re.fullmatch(r"bits (\d+)-(\d+)", field.meaning):
         return f"0-{(1 << (int(found[2]) - int(found[1]) + 1)) - 1}"
     if field.meaning == "BCD":
@@ -49,18 +49,13 @@ def read(game: Game) -> list[Row]:
     """All numbers that a game's decoder reads, by address."""
     notes, rows = comments(game), []
     for name, field in game.ram.fields().items():
-        for i, place in enumerate(field.places):
-            where = place if isinstance(place, tuple) else (place,)
-            label = f"{name}[{i}]" if len(field.places) > 1 else name
-            rows.append(Row(where, field.meaning, _range(field), label, notes.get(name, "")))
+        for label, place in field.labelled():
+            rows.append(Row(place, field.meaning, _range(field), label, notes.get(name, "")))
     return sorted(rows, key=lambda row: row.bytes[0])
 
 
 def ram_map(game: Game) -> Table:
-    """A table of all numbers that a game's decoder reads.
-
-    Its columns are bytes, reading, range, name and meaning.
-    """
+    """A table of all numbers that a game's decoder reads."""
     rows: list[list[Cell]] = [[", ".join(map(str, row.bytes)), *row[1:]] for row in read(game)]
     return Table(f"{game.name}: RAM", ["Byte", "Read as", "Range", "Name", "Meaning"], rows)
 
@@ -69,9 +64,8 @@ def to_json(game: Game, found: Causes | None = None) -> list[dict[str, Any]]:
     """The RAM map as records, one for each number that the decoder reads.
 
     Args:
-        found: the causal map of one of its states. With it, each record has `confirmed`: the
-            categories that changed on the screen after a write to one of the bytes, while the game
-            continued.
+        found: the causal map of one of its states. With it, each record lists as `confirmed` the
+            categories that changed on the screen after a write to one of the bytes.
     """
     records = [row._asdict() for row in read(game)]
     if found is not None:

@@ -22,10 +22,9 @@ class Row:
     Args:
         pitch: pixels from one slot to the next.
         slots: number of slots that had objects.
-        source: the number in RAM that moves the row; None if the row does not move.
+        source: the number in RAM that moves the row; None if it does not move.
         scale, offset: the position of slot 0 is `scale * source + offset`.
-        exact: fraction of objects at a slot's position.
-        near: fraction of objects within one pixel of it.
+        exact, near: fractions of objects at a slot's position, and within one pixel of it.
     """
 
     pitch: int
@@ -51,7 +50,7 @@ class Row:
 
 
 def rows(rams: np.ndarray, present: np.ndarray, half: Halves) -> list[Row]:
-    """Explain the coordinates of a category's objects by rows at a regular pitch.
+    """Explain the coordinates of a category's objects by rows at a regular pitch, best first.
 
     Args:
         rams: uint8 `[n, 128]`.
@@ -59,7 +58,7 @@ def rows(rams: np.ndarray, present: np.ndarray, half: Halves) -> list[Row]:
         half: samples to fit and to score on, from `fits.halves`.
 
     Returns:
-        Rows, best first. Empty if the distances have no common divisor, or no byte moves the row.
+        Empty if the distances have no common divisor, or no byte moves the row.
     """
     several = present.sum(axis=1) > 1
     fit, test = (part & several for part in half)
@@ -90,8 +89,8 @@ def _order(row: Row) -> tuple[float, int, int]:
 def _pitch(present: np.ndarray) -> int | None:
     """The widest pitch that divides most distances between neighbours.
 
-    Boxes around different pictures begin in different rows. If no pitch divides the distances
-    exactly, one pixel of remainder is allowed.
+    Different pictures begin in different rows. If no pitch divides the distances exactly, one pixel
+    of remainder is allowed.
     """
     n, at = np.nonzero(present)
     distances = np.diff(at)[n[1:] == n[:-1]]

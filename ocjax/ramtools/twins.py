@@ -2,9 +2,8 @@
 
 A byte is changed one or two frames before a moment of play, and the same actions are repeated. If
 the console then has the same 128 bytes but another picture, no decoder of a single state can
-distinguish the two pictures. Bytes only get values that they have in play. With the other bytes,
-however, they may form a state that the game never reaches. Check the pictures of a category before
-you trust the result.
+distinguish the two. Bytes only get values that they have in play, but together they may form a
+state that the game never reaches: check the pictures before you trust the result.
 """
 
 import collections
@@ -40,14 +39,6 @@ BATCH = 128  # pictures per call of VEM
 SHOWN_BYTES = 6
 
 
-class Twin(NamedTuple):
-    """A picture with the RAM of another one."""
-
-    address: int  # the byte that was changed before
-    moment: int  # its number
-    screen: np.ndarray  # uint8 [H, 160]
-
-
 @dataclasses.dataclass(frozen=True)
 class Twins:
     """Pairs of states with equal RAM and different screens.
@@ -55,7 +46,7 @@ class Twins:
     Args:
         moment: the kind of moments; see `MOMENTS`.
         tried: number of changes per moment.
-        found: number of changes that led to the same RAM and another picture.
+        found: number of pairs.
         bytes: for each category with different objects, the number of pairs by changed byte.
     """
 
@@ -92,29 +83,31 @@ def twins(
     if moment not in MOMENTS:
         raise ValueError(f"moment must be one of {', '.join(MOMENTS)}, got {moment!r}")
     ale = start_emulator(game, seed, game_mode)
-    moments: list[_Moment] = []
-    changes, pairs = _changes(game, seed, game_mode), list[Twin]()
+    changes = _changes(game, seed, game_mode)
+    screens: list[np.ndarray] = []  # of the moments
+    pairs: list[tuple[int, int, np.ndarray]] = []  # moment, changed byte, other picture
     description = f"changing {game.name}'s RAM"
     for k, at in enumerate(progress(_moments(ale, moment, count, seed), description, count)):
-        moments.append(at)
+        screens.append(at.screen)
         here = ale.cloneSystemState()
-        pairs += (Twin(address, k, screen) for address, screen in _pairs(ale, at, changes))
+        pairs += ((k, address, screen) for address, screen in _pairs(ale, at, changes))
         ale.restoreSystemState(here)
-    if not moments:
+    if not screens:
         raise ValueError(
             f"random play of {game.name} does not reach {MOMENTS[moment]} within "
             f"{MOST_FRAMES:,} frames"
         )
-    differing: dict[str, collections.Counter[int]] = {}
-    detected = _detect(game, [m.screen for m in moments] + [t.screen for t in pairs])
-    for twin, found in zip(pairs, detected[len(moments) :], strict=True):
-        for name in _differing(game, found, detected[twin.moment]):
-            differing.setdefault(name, collections.Counter())[twin.address] += 1
-    return Twins(game, moment, len(moments), len(changes) * len(BACK), len(pairs), differing)
+    every = np.stack([*screens, *(screen for _, _, screen in pairs)])
+    detected = jax.tree.map(np.asarray, by_chunks(game.vem, every, BATCH))
+    differing: dict[str, collections.Counter[int]] = collections.defaultdict(collections.Counter)
+    for i, (k, address, _) in enumerate(pairs, len(screens)):
+        for name in _differing(game, detected[i], detected[k]):
+            differing[name][address] += 1
+    return Twins(game, moment, len(screens), len(changes) * len(BACK), len(pairs), differing)
 
 
 def _changes(game: Game, seed: int, game_mode: int | None) -> list[tuple[int, int]]:
-    """Choose addresses and values to try: some of each byte's values in random play."""
+    """Addresses and values to try: some of each byte's values in random play."""
     rng = np.random.default_rng(seed)
     ale = start_emulator(game, seed, game_mode)
     rams = np.stack([ale.getRAM() for _ in itertools.islice(_play(ale, seed), OBSERVED)])
@@ -175,17 +168,10 @@ def _pairs(
                 yield address, screen
 
 
-def _detect(game: Game, screens: list[np.ndarray]) -> list[Objects]:
-    found = by_chunks(game.vem, np.stack(screens), BATCH)
-    return [jax.tree.map(lambda a, i=i: a[i], found) for i in range(len(screens))]
-
-
 def _differing(game: Game, a: Objects, b: Objects) -> list[str]:
     """Categories with different boxes."""
-    same = (np.asarray(a.xywh) == np.asarray(b.xywh)).all(axis=-1) & (
-        np.asarray(a.valid) == np.asarray(b.valid)
-    )
-    return [name for name, slots in game.slices.items() if not same[slots].all()]
+    differs = (a.xywh != b.xywh).any(axis=-1) | (a.valid != b.valid)
+    return [name for name, slots in game.slices.items() if differs[slots].any()]
 
 
 def to_table(t: Twins) -> Table:

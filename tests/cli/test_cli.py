@@ -166,9 +166,8 @@ def test_help_is_quick():
         ("demo", "Pong", "--out"),
         ("render", DATA / "Pong.npz", "--out"),
         ("evaluate", "Pong", "--csv"),
-        ("ram", "correlate", "Pong", "--markdown"),
+        ("ram", "correlate", "Pong", "--write"),
         ("ram", "causes", "Pong", "--out"),
-        ("ram", "residual", "Pong", "Ball", "x", "--markdown"),
     ],
 )
 def test_bad_outputs_are_refused_before_the_work(command, tmp_path, monkeypatch):

@@ -247,11 +247,10 @@ def test_a_worker_that_does_not_reply_is_named(how):
     if how == "stopped":
         os.kill(pids[1], signal.SIGSTOP)
     pool.send(np.zeros(4, int))
-    state = "is stopped" if how == "stopped" else "is still busy or hangs"
     with pytest.raises(
         WorkerError,
         match=(
-            rf"environments \d-\d \(process \d+\) {state}.* not replied for 1 s[\s\S]*larger "
+            r"environments \d-\d \(process \d+\) is busy, .* not replied for 1 s[\s\S]*larger "
             r"worker_timeout"
         ),
     ):
@@ -539,16 +538,16 @@ def test_states_that_are_damaged_or_foreign_are_refused_and_change_nothing(envs)
         rows["state"][1, start : start + len(new)] = np.frombuffer(new, np.uint8)
 
     for change, message in (
-        (lambda r: r["state"].fill(7), "the state is damaged: expected the checksum"),
-        (lambda r: r["state_bytes"].fill(3), "the state is damaged: expected the checksum"),
-        (lambda r: r["state_bytes"].fill(-3), "the state is damaged: expected the checksum"),
-        (lambda r: set_bytes(r, 5_000, b"no state"), "the state is damaged: expected the checksum"),
-        (lambda r: r["state_bytes"].__isub__(1), "the state is damaged"),
+        (lambda r: r["state"].fill(7), "in an emulator's state, a text has 117901063 bytes"),
+        (lambda r: r["state_bytes"].fill(3), "in an emulator's state, it is too short"),
+        (lambda r: r["state_bytes"].fill(-3), "in an emulator's state, it is too short"),
+        (lambda r: set_bytes(r, 5_000, b"no state"), "the state of the random numbers is damaged"),
+        (lambda r: r["state_bytes"].__isub__(1), "in an emulator's state, it is too short"),
         (lambda r: r["phase"].fill(5), "'phase' has numbers out of range"),  # never saved
         (lambda r: r["held_strength"].fill(np.nan), "'held_strength' has numbers out of range"),
         (lambda r: r["generator"][1].__setitem__(4, 2), "'generator' has numbers out of range"),
         (lambda r: r["has_before"].view(np.uint8).fill(5), "'has_before' has bools that are not"),
-        (lambda r: r.pop("checksum"), "saved without checksum"),
+        (lambda r: r.pop("phase"), "saved without phase"),
         (lambda r: r.update(ram=r["ram"].astype(int)), "expected 'ram' to be uint8 of shape"),
         (lambda r: r.update(lives=r["lives"][:, None]), "expected 'lives' to be int32"),
         (lambda r: r.update(state=np.zeros((4, 2**15), np.uint8)), "expected 'state' to be uint8"),
@@ -579,14 +578,10 @@ def test_states_travel_in_files(envs, tmp_path):
         assert all(np.array_equal(observed[k], history()[7][k]) for k in OBS)
     good = path.read_bytes()
     for data, message in (
-        (b"", "expected bytes from States.to_bytes, which begin with b'ocjaxSAV', got 0 bytes"),
-        (b"PK" + good, "expected bytes from States.to_bytes"),
-        (good[:-1], "the states are damaged"),
-        (good[:10_000] + b"!" + good[10_001:], "the states are damaged"),
-        (
-            good[:8] + b"\x09" + good[9:],
-            "expected states in version 3 of the format, got version 9",
-        ),
+        (b"", "expected undamaged bytes from States.to_bytes of this version, got 0 bytes"),
+        (b"ocjaxSAV" + bytes(1_000), "expected undamaged bytes from States.to_bytes"),
+        (good[:-1], "expected undamaged bytes"),
+        (good[:10_000] + b"!" + good[10_001:], "expected undamaged bytes .*CRC"),
     ):
         with pytest.raises(ValueError, match=message):
             States.from_bytes(data)
@@ -743,10 +738,8 @@ def test_an_interrupted_step_in_this_process_asks_for_a_reset():
 
     envs = ocjax.make_vec("Pong", 4, obs=OBS, num_workers=0)
     for emulator in envs.pool._local.emulators:
-        emulator.hooks, emulator.whole_steps = (
-            [("interrupt", functools.partial(hook, interrupt=interrupt))],
-            False,
-        )
+        emulator.hooks = [("interrupt", functools.partial(hook, interrupt=interrupt))]
+        emulator.whole_steps, emulator.frames_per_act = False, 1
     envs.reset(seed=0)
     with pytest.raises(KeyboardInterrupt):
         envs.step(np.zeros(4, int))

@@ -125,7 +125,7 @@ def test_a_work_folder_with_links(ram, outside, tmp_path, name):
     (tmp_path / "x.npz.parts").mkdir()
     (tmp_path / "x.npz.parts" / name).symlink_to(outside / name)
     with pytest.raises(
-        ValueError, match=r"is a link: a work folder must consist of files and folders"
+        ValueError, match=r"a work folder must consist of files and folders, but .* is a link"
     ):
         files.extract(ram, tmp_path / "x.npz")
 
@@ -197,7 +197,7 @@ def test_contents_of_work_folders(make, tmp_path):
     make(tmp_path / "deep" / "deeper" / "entry")
     with pytest.raises(
         ValueError,
-        match=r"deeper/entry is a (link|device, pipe or socket): a work folder must consist",
+        match=r"a work folder must consist of .*deeper/entry is a (link|special file)",
     ):
         check_contents(tmp_path, "work folder")
     check_contents(tmp_path / "missing", "work folder")

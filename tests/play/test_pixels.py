@@ -10,7 +10,7 @@ from ocjax.datasets import plans, playing
 from ocjax.envs import AlePool, Dqn, settings
 from ocjax.play import policies, rollouts, stepping
 from ocjax.play.policies import PolicyError, SavedPolicy
-from ocjax.ramtools.watch.session import Session
+from ocjax.ramtools.watch import Session
 from tests.support.policies import changed
 
 ACTIONS = 6  # of Pong

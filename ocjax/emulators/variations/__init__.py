@@ -4,15 +4,14 @@
     ocjax.make_vec("Pong", 64, hook=["Pong:lazy_enemy", my_function])
 
 A variation is a hook: it writes its bytes before every emulated frame. `hook=[...]` combines
-several. Addresses and values come from HackAtari 0.0.6 and from the games' decoders in
-`extractors/`; the tests check every effect on the screen. Variations with HackAtari's effect have
-HackAtari's name. HackAtari's changes in every fifth, sixth or tenth frame happen here in every
-fourth or eighth frame of the game's own counter. Random numbers are a hash of the emulator's state;
-see `Variation`.
+several. Addresses and values come from HackAtari 0.0.6 and from the games' decoders; the tests
+check every effect on the screen. Variations with HackAtari's effect have its name. HackAtari's
+changes in every fifth, sixth or tenth frame happen here in every fourth or eighth frame of the
+game's own counter.
 
 Names also remove, freeze and recolour categories of objects: `hook="Pong:remove Enemy"`,
 `hook="Boxing:recolor Player red"`, or `hook=variations.freeze("Freeway", "Car")`.
-`variations.names(game)` lists the known names of a game.
+`variations.names(game)` lists them.
 """
 
 import difflib
@@ -20,7 +19,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from ocjax.emulators.variations import mazes, shooters, sports
+from ocjax.emulators.variations.games import GAMES
 from ocjax.emulators.variations.mechanism import Variation
 from ocjax.emulators.variations.objects import by_name, freeze, names, recolor, remove
 from ocjax.extraction.registry import load
@@ -37,8 +36,7 @@ __all__ = [
 ]
 
 _GAMES = {
-    game: {name: replace(v, name=name) for name, v in some.items()}
-    for game, some in sorted({**sports.GAMES, **shooters.GAMES, **mazes.GAMES}.items())
+    game: {name: replace(v, name=name) for name, v in some.items()} for game, some in GAMES.items()
 }
 
 ALL: Mapping[str, Variation] = MappingProxyType(
@@ -49,9 +47,6 @@ ALL: Mapping[str, Variation] = MappingProxyType(
 
 def of(game: str) -> Mapping[str, Variation]:
     """The variations of a game by name; empty if it has none.
-
-    Args:
-        game: the game's name in any of the usual spellings.
 
     Raises:
         UnknownGameError: the game is unknown; a ValueError.

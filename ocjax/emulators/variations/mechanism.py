@@ -37,8 +37,7 @@ class Variation:
     """A variation of a game, which is a hook.
 
     All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame, the seed
-    and the variation's name. Saved states contain the RAM, the frame, the seed and the RAM before
-    the last frame, so that a restored state continues identically.
+    and the variation's name, so a restored state continues identically.
 
     Args:
         game: the game's name.
@@ -55,11 +54,9 @@ class Variation:
             counter, `range(0, 256, 8)` enables it in every eighth frame.
         before: the values of bytes before the last frame that enable this variation.
         changed: addresses of bytes that must have changed since before the last frame.
-        frames: the emulated frames of a game, counted from 0, that enable this variation; all by
-            default.
+        frames: the emulated frames of a game, from 0, that enable this variation; all by default.
         parts: further variations of the game with separate conditions.
-        name: the name in `ALL` without the game. Variations with different names draw different
-            random numbers.
+        name: the name in `ALL` without the game; it seeds the random numbers.
 
     Raises:
         ValueError: an address is not from 0 to 127, a value or a mask is not from 0 to 255, or an
@@ -95,7 +92,8 @@ class Variation:
             "before",
             "changed",
         ):
-            if not all(isinstance(a, int) and 0 <= a < RAM_SIZE for a in self._addresses(name)):
+            addresses = {*getattr(self, name), *(self.copies.values() if name == "copies" else ())}
+            if not all(isinstance(a, int) and 0 <= a < RAM_SIZE for a in addresses):
                 raise ValueError(
                     f"{name} must have addresses from 0 to {RAM_SIZE - 1}, got "
                     f"{getattr(self, name)}"
@@ -107,9 +105,6 @@ class Variation:
                 )
         if not all(self.draws.values()):
             raise ValueError(f"draws must have values for each address, got {self.draws}")
-
-    def _addresses(self, name: str) -> set[int]:
-        return {*getattr(self, name), *(self.copies.values() if name == "copies" else ())}
 
     def _values(self, name: str) -> set[int]:
         values = getattr(self, name).values()
@@ -125,9 +120,7 @@ class Variation:
         """Write to the RAM of one environment, uint8 `[128]`.
 
         Args:
-            ram: the RAM.
-            moment: the fields of a `Moment`; by default the start of the first game of an
-                environment with seed 0.
+            moment: the fields of a `Moment`; by default the first game's start with seed 0.
         """
         now = Moment(ram.copy(), 0, 0, 0) if moment is None else Moment(*moment)
         self._apply(ram, now, _numbers(ram.copy(), now, self.name))

@@ -38,9 +38,6 @@ def _controls() -> dict[str, dict[str, dict[str, Any]]]:
 def names(game: str) -> tuple[str, ...]:
     """The names of a game's variations by object, such as "remove Enemy" and "recolor Player".
 
-    Args:
-        game: the game's name in any of the usual spellings.
-
     Raises:
         UnknownGameError: the game is unknown; a ValueError.
     """
@@ -55,10 +52,6 @@ def remove(game: str, category: str) -> Variation:
     """The variation without a category's objects on the screen.
 
     In some games, removed objects still move and collide.
-
-    Args:
-        game: the game's name in any of the usual spellings.
-        category: name of the category.
 
     Raises:
         ValueError: no bytes are known for it, or the game or category is unknown.
@@ -75,8 +68,6 @@ def recolor(game: str, category: str, color: int | str) -> Variation:
     """The variation with another colour of a category's objects; see `remove`.
 
     Args:
-        game: the game's name in any of the usual spellings.
-        category: name of the category.
         color: a palette index from 0 to 255, or one of `COLORS`.
 
     Raises:
@@ -113,10 +104,7 @@ def _variation(kind: str, game: str, category: str, color: int | None = None) ->
 
 
 def by_name(game: str, name: str) -> Variation | None:
-    """The variation with a name such as "remove Enemy", "freeze Car" or "recolor Player red".
-
-    It is None if the name has another form.
-    """
+    """The variation with a name such as "remove Enemy"; None for other names."""
     kind, _, rest = name.partition(" ")
     if kind == "recolor" and rest:
         category, _, color = rest.rpartition(" ")

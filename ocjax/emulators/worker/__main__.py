@@ -1,13 +1,9 @@
 """Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID`.
 
-The process inherits both file descriptors. It reads the parent's `sys.path` as JSON from its
-standard input, so that hooks can import their modules.
-
-Importing this package as `ocjax.emulators.worker` would also import JAX, which a worker does not
-need and which takes start-up time and memory. This file therefore imports the package by its
-location, as the top-level package `_worker`, and the modules of the package import each other
-relatively. The parent folder is never on `sys.path`, because its `envpool.py` would shadow the
-package envpool.
+It reads the parent's `sys.path` as JSON from its standard input, so that hooks can import their
+modules. The package `ocjax` would import JAX, which a worker does not need. This file therefore
+imports its package by its location, as the top-level package `_worker`, whose modules import each
+other relatively. The parent folder is never on `sys.path`: its `envpool.py` would shadow envpool.
 """
 
 import importlib.util

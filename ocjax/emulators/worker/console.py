@@ -142,7 +142,7 @@ def check(data: bytes, good: bytes) -> None:
     """Check that bytes are a well-formed state of ALE with all fields in their ranges.
 
     Args:
-        good: a state of the same game, from an emulator that has loaded the ROM.
+        good: a state of the same game.
     """
     outer = _Reader(data, good)
     outer.read(_HEAD)
@@ -163,10 +163,7 @@ def check(data: bytes, good: bytes) -> None:
 
 
 def _check_clocks(clocks: list[int], good: list[int], *, complete: bool) -> None:
-    """Check the clocks of the picture.
-
-    ALE resets them at each frame, unless the last frame is incomplete.
-    """
+    """Check the clocks of the picture, which ALE resets unless the last frame is incomplete."""
     _, start, stop, last_update, left, *_ = clocks
     fits = stop - start == good[2] - good[1] and last_update >= start and 0 <= left <= _LINE
     if not complete and not fits:
@@ -197,11 +194,7 @@ def facts(data: bytes) -> ConsoleState:
 
 
 def equal(a: bytes, b: bytes) -> bool:
-    """True if two states are equal.
-
-    The last field of Pitfall II's cartridge is ignored, because ALE rounds it whenever it reads and
-    writes a state.
-    """
+    """True if two states are equal, except for a field of Pitfall II that ALE rounds."""
     at = a.find(_ROUNDED)
     rounded = (
         slice(0, 0)

@@ -2,8 +2,7 @@
 
 import enum
 import math
-from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import ale_py
@@ -45,29 +44,6 @@ class Phase(enum.IntEnum):
     NEXT_READY = 5  # like GAME_OVER, but the emulator has begun the next game, which is not shown
 
 
-class Event(enum.Enum):
-    """The events that move an environment from one phase to another."""
-
-    LOAD = enum.auto()  # a new emulator loads the ROM, seeded
-    START = enum.auto()  # the beginning of the next episode is shown
-    LOSE_LIFE = enum.auto()  # a step ends the episode, but not the game
-    END_GAME = enum.auto()  # a step ends the game
-    PREPARE = enum.auto()  # the next game begins in advance
-
-
-# Event -> (phases before it, phase after it). Restoring a saved state leads to the phase of that
-# state.
-TRANSITIONS: Mapping[Event, tuple[frozenset[Phase], Phase]] = MappingProxyType(
-    {
-        Event.LOAD: (frozenset(Phase), Phase.LOADED),
-        Event.START: (frozenset(Phase) - {Phase.UNLOADED}, Phase.RUNNING),
-        Event.LOSE_LIFE: (frozenset({Phase.RUNNING}), Phase.LIFE_LOST),
-        Event.END_GAME: (frozenset({Phase.RUNNING}), Phase.GAME_OVER),
-        Event.PREPARE: (frozenset({Phase.GAME_OVER}), Phase.NEXT_READY),
-    }
-)
-
-
 def apply_hooks(
     ale: ale_py.ALEInterface,
     hooks: Sequence[tuple[str, Any]],
@@ -77,17 +53,14 @@ def apply_hooks(
 ) -> np.ndarray:
     """Let hooks edit a copy of the console's RAM, and write the changes to the console.
 
-    A hook with the attribute `takes_moment` also gets the RAM before the last frame, the seed and
-    ALE's frame numbers.
+    A hook with the attribute `takes_moment` also gets the fields of a `Moment`.
 
     Returns:
         The edited RAM.
     """
     ram, frame, game_frame = ale.getRAM(), ale.getFrameNumber(), ale.getEpisodeFrameNumber()
-    edited, moment = (
-        ram.copy(),
-        (ram if before is None or not game_frame else before, seed, frame, game_frame),
-    )
+    edited = ram.copy()
+    moment = (ram if before is None or not game_frame else before, seed, frame, game_frame)
     for name, hook in hooks:
         try:
             hook(edited, moment) if getattr(hook, "takes_moment", False) else hook(edited)
@@ -120,14 +93,9 @@ class Emulator:
         hooks: Sequence[tuple[str, Hook]],
         starts: Sequence[tuple[str, Hook]],
     ) -> None:
-        self.i, self.config, self.shown, self.commands, self.hooks, self.starts = (
-            i,
-            config,
-            shown,
-            commands,
-            hooks,
-            starts,
-        )
+        self.i, self.config = i, config
+        self.shown, self.commands = shown, commands
+        self.hooks, self.starts = hooks, starts
         self.phase = Phase.UNLOADED
         self.ram = shown.ram[i]
         self.screens: dict[str, np.ndarray] = {
@@ -143,21 +111,11 @@ class Emulator:
         # One call of `act` emulates all frames of a step, unless single frames are needed.
         single = hooks or self.previous or config.noop_max or config.rom in PRESSING
         self.whole_steps = self.least_skip == self.most_skip and not single
+        self.frames_per_act = self.least_skip if self.whole_steps else 1  # frames of ALE's `act`
         self.executed = ExecutedAction(config.repeat_action_probability)
         self.start_totals = (0.0, 0)  # return and length at the start of the next episode
-        self.before: np.ndarray | None = (
-            None  # the RAM before the last frame, after the hooks' edits
-        )
+        self.before: np.ndarray | None = None  # the edited RAM before the last frame
         self.shown_state: EmulatorState | None = None  # NEXT_READY: of the shown game
-
-    def change(self, event: Event) -> None:
-        """Change the phase."""
-        allowed, after = TRANSITIONS[event]
-        if self.phase not in allowed:
-            raise RuntimeError(
-                f"environment {self.i}: {event.name} cannot happen in phase {self.phase.name}"
-            )
-        self.phase = after
 
     def load(self, seed: int) -> None:
         """Make a new emulator; a negative seed selects a random seed."""
@@ -179,26 +137,18 @@ class Emulator:
         self.ale = ale
         self.executed.synchronize(console.facts(self.console_state()).random)
         self.commands.loaded[self.i] = True
-        self.change(Event.LOAD)
-
-    @property
-    def frames_per_act(self) -> int:
-        """The number of frames that ALE emulates for an action."""
-        return self.least_skip if self.whole_steps else 1
+        self.phase = Phase.LOADED
 
     @property
     def seed(self) -> int:
-        """A number that identifies the seed: the increment of the generator's state.
+        """A number in saved states that identifies the seed.
 
-        Saved states contain it.
+        The increment of the generator's state.
         """
         return self.rng.bit_generator.state["state"]["inc"]
 
     def play(self, action: int, strength: float = FULL, *, visible: bool = True) -> float:
-        """Hold an action for the frames of one step, and return their reward.
-
-        Screens are copied only if `visible`.
-        """
+        """Hold an action for one step, and return its reward; keep screens if `visible`."""
         if self.whole_steps:
             return self.act(action, strength)
         frames = self.draw_skip()
@@ -249,10 +199,7 @@ class Emulator:
             self.ale.getScreenRGB(out)
 
     def keep_previous(self, *, shown: bool) -> None:
-        """Keep the latest frame before the next one is emulated.
-
-        If the arrays show the frame, copy it from there, else from the emulator.
-        """
+        """Keep the latest frame before the next one; the arrays hold it if `shown`."""
         for name, out in self.previous.items():
             if shown:
                 out[:] = self.screens[name][-1]
@@ -268,13 +215,10 @@ class Emulator:
                 self.copy_frame(name, frames[-1])
 
     def reset(self) -> None:
-        """Show the start of the next episode.
-
-        After the loss of a life it continues the game, else it is a new game.
-        """
+        """Show the start of the next episode, which continues the game after the loss of a life."""
         if self.phase is not Phase.NEXT_READY:
             self.begin_episode()
-        self.change(Event.START)
+        self.phase = Phase.RUNNING
         self.shown_state = None
         shown, ale, i = self.shown, self.ale, self.i
         shown.reward[i] = 0
@@ -291,7 +235,7 @@ class Emulator:
         """Begin the next game while the arrays still show the end of this one."""
         self.shown_state = self.state()
         self.begin_episode()
-        self.change(Event.PREPARE)
+        self.phase = Phase.NEXT_READY
 
     def begin_episode(self) -> None:
         """Emulate the start of the next episode without showing it."""
@@ -328,18 +272,13 @@ class Emulator:
         self.start_totals = (0.0, 0)
         self.reset_game()
         if self.starts:
-            apply_hooks(
-                self.ale,
-                self.starts,
-                None,
-                self.seed,
-                f" at the beginning of a game in environment {self.i}",
-            )
+            place = f" at the beginning of a game in environment {self.i}"
+            apply_hooks(self.ale, self.starts, None, self.seed, place)
 
     def reset_game(self) -> None:
         """Reset the console, which releases all buttons.
 
-        In the games of `PRESSING` it also draws random numbers.
+        In the games of `PRESSING` it draws random numbers.
         """
         self.ale.reset_game()
         self.executed.release()
@@ -348,7 +287,7 @@ class Emulator:
     def end(self, *, game_over: bool) -> None:
         """End the episode with the last step; without `game_over`, it ended with a life."""
         shown, i = self.shown, self.i
-        self.change(Event.END_GAME if game_over else Event.LOSE_LIFE)
+        self.phase = Phase.GAME_OVER if game_over else Phase.LIFE_LOST
         shown.game_over[i] = game_over or self.next_episode_begins_game()
         if game_over:
             shown.terminated[i] |= self.ale.game_over(with_truncation=False)
@@ -362,10 +301,7 @@ class Emulator:
             shown.reward[i], shown.terminated[i], shown.truncated[i] = result
 
     def next_episode_begins_game(self) -> bool:
-        """True if, after a lost life, the start of the next episode reaches the frame limit.
-
-        The next episode is then a new game.
-        """
+        """True if the start of the next episode, after a lost life, reaches the frame limit."""
         state = self.rng.bit_generator.state
         frames = sum(self.draw_skip() for _ in range(1 + len(self.config.start_actions)))
         self.rng.bit_generator.state = state
@@ -399,7 +335,7 @@ class Emulator:
     def restore(self) -> None:
         """Continue from the state and the RAM in the shared memory.
 
-        The pool restores the other observed arrays.
+        The pool restores the other arrays.
         """
         saved = snapshot.read(self.commands, self.i)
         try:
@@ -416,8 +352,8 @@ class Emulator:
         """Restore a saved state, including facts that ALE's state lacks.
 
         These are the action that a sticky frame repeats, the completeness of the last frame, and
-        the pixels that the next frame does not draw. The emulator gets them by emulating frames
-        before it loads ALE's state.
+        the pixels that the next frame does not draw. The emulator gets them from frames before it
+        loads ALE's state.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         action = int(self.shown.executed[self.i])
@@ -449,7 +385,7 @@ class Emulator:
     def write_ram(self, new: np.ndarray) -> None:
         """Write RAM, uint8 `[128]`.
 
-        After the end of a game only the shown RAM changes, because the game has no further step.
+        After the end of a game, which has no further step, only the shown RAM.
         """
         if self.phase not in (Phase.GAME_OVER, Phase.NEXT_READY):
             for address in np.flatnonzero(new != self.ale.getRAM()).tolist():

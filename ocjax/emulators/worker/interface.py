@@ -1,15 +1,15 @@
 """The data that a pool shares with its workers: commands, configuration and arrays.
 
-The pool sends numbered commands over the socket. After a command has succeeded or failed, the
-worker records its number in `CommandArrays.finished` and replies with one byte to wake the pool up.
-It writes error messages to stderr. A repeated command has its old number and is not executed again.
+The pool sends numbered commands over the socket. After a command, the worker records its number in
+`CommandArrays.finished` and replies with one byte to wake the pool up. It writes errors to stderr.
+A repeated command has its old number and is not executed again.
 """
 
 import dataclasses
 import json
 import struct
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -76,11 +76,7 @@ def _screen(frames: int, *channels: int) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ObservedArrays:
-    """The arrays for observations and `info`, for N emulators with screens of H x W pixels.
-
-    With same-step autoreset, `EmulatorArrays.final` preserves these arrays at the end of an
-    episode.
-    """
+    """The arrays for observations and `info`, for N emulators with screens of H x W pixels."""
 
     ram: np.ndarray = field(metadata=_array("uint8", 128))
     lives: np.ndarray = field(metadata=_array("int32"))
@@ -126,12 +122,9 @@ class CommandArrays:
     # RESTORE: the emulator did not accept its state.
     rejected: np.ndarray = field(metadata=_array("bool"))
     new_ram: np.ndarray = field(metadata=_array("uint8", 128))  # WRITE: the desired RAM
-    # SAVE and RESTORE, the fields of `snapshot.EmulatorState`: ALE's state, its number of bytes and
-    # their CRC-32; the phase; the strength of the executed action; the state of NumPy's PCG64 in
-    # words; the RAM before the last frame.
+    # SAVE and RESTORE, the fields of `snapshot.EmulatorState`; the generator is PCG64's, in words.
     state: np.ndarray = field(metadata=_array("uint8", STATE_BYTES))
     state_bytes: np.ndarray = field(metadata=_array("int64"))
-    checksum: np.ndarray = field(metadata=_array("uint32"))
     phase: np.ndarray = field(metadata=_array("uint8"))
     held_strength: np.ndarray = field(metadata=_array("float32"))
     generator: np.ndarray = field(metadata=_array("uint64", 6))
@@ -153,14 +146,8 @@ OBSERVED: tuple[str, ...] = tuple(f.name for f in dataclasses.fields(ObservedArr
 _Arrays = TypeVar("_Arrays", ObservedArrays, EmulatorArrays, CommandArrays)
 
 
-class _Place(NamedTuple):
-    dtype: str
-    shape: tuple[int, ...]
-    offset: int
-
-
-def _layout(config: WorkerConfig) -> tuple[dict[tuple[str, str], _Place], int]:
-    """The position of each array, by group and name, and the total size in bytes."""
+def _layout(config: WorkerConfig) -> tuple[dict[tuple[str, str], tuple[Any, ...]], int]:
+    """The shape, dtype and offset of each array, by group and name, and the total size in bytes."""
     groups: list[tuple[str, type]] = [("shown", EmulatorArrays), ("command", CommandArrays)]
     if config.autoreset == SAME_STEP:
         groups.append(("final", ObservedArrays))
@@ -170,18 +157,11 @@ def _layout(config: WorkerConfig) -> tuple[dict[tuple[str, str], _Place], int]:
             if "dtype" in f.metadata:
                 dtype, shape = f.metadata["dtype"], (config.num_envs, *f.metadata["shape"])
             elif f.name in config.screens:
-                dtype, shape = (
-                    "uint8",
-                    (
-                        config.num_envs,
-                        f.metadata["frames"],
-                        *config.screen_size,
-                        *f.metadata["channels"],
-                    ),
-                )
+                frame = (*config.screen_size, *f.metadata["channels"])
+                dtype, shape = "uint8", (config.num_envs, f.metadata["frames"], *frame)
             else:
                 continue
-            places[group, f.name] = _Place(dtype, shape, offset)
+            places[group, f.name] = shape, dtype, offset
             offset += -(-int(np.prod(shape)) * np.dtype(dtype).itemsize // ALIGNMENT) * ALIGNMENT
     return places, offset
 
@@ -196,11 +176,12 @@ def shared_arrays(buffer: Any, config: WorkerConfig) -> tuple[EmulatorArrays, Co
     places, _ = _layout(config)
 
     def views(group: str, kind: type[_Arrays], **more: Any) -> _Arrays:
-        mine = {name: place for (g, name), place in places.items() if g == group}
-        return kind(
-            **{name: np.ndarray(p.shape, p.dtype, buffer, p.offset) for name, p in mine.items()},
-            **more,
-        )
+        arrays = {
+            name: np.ndarray(shape, dtype, buffer, offset)
+            for (g, name), (shape, dtype, offset) in places.items()
+            if g == group
+        }
+        return kind(**arrays, **more)
 
     final = views("final", ObservedArrays) if config.autoreset == SAME_STEP else None
     return views("shown", EmulatorArrays, final=final), views("command", CommandArrays)

@@ -34,12 +34,8 @@ class EmulatorBlock:
     def __init__(
         self, config: WorkerConfig, shown: EmulatorArrays, commands: CommandArrays
     ) -> None:
-        self.shown, self.commands, self.autoreset, self.episodic_life = (
-            shown,
-            commands,
-            config.autoreset,
-            config.episodic_life,
-        )
+        self.shown, self.commands = shown, commands
+        self.autoreset, self.episodic_life = config.autoreset, config.episodic_life
         self.max_steps = config.max_episode_steps or math.inf
         hooks = _load_hooks(config.hooks)
         self.rows = slice(*config.block)
@@ -64,10 +60,7 @@ class EmulatorBlock:
         return [e for e in self.emulators if self.commands.chosen[e.i]]
 
     def reset(self) -> None:
-        """Start the next episodes of the chosen environments.
-
-        A seed makes a new emulator.
-        """
+        """Start the next episodes of the chosen environments. A seed makes a new emulator."""
         for e in self.chosen():
             seed = int(self.commands.seed[e.i])
             if seed >= 0 or e.phase is Phase.UNLOADED:
@@ -108,18 +101,17 @@ class EmulatorBlock:
     def show(self, rewards: list[float], ended: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Write a step's results to the arrays.
 
-        `ended`, bool, marks episodes that ended before the step; they ignore the step and do not
-        count it.
+        Args:
+            ended: bool, episodes that ended before the step; they ignore the step and do not count
+                it.
 
         Returns:
             Two bool arrays: the games that ended, and the episodes that ended with a life.
         """
         shown, rows = self.shown, self.rows
         ales = [e.ale for e in self.emulators]
-        game_over, lives = (
-            np.array([ale.game_over() for ale in ales]),
-            np.array([ale.lives() for ale in ales]),
-        )
+        game_over = np.array([ale.game_over() for ale in ales])
+        lives = np.array([ale.lives() for ale in ales])
         life_over = (lives > 0) & (lives < shown.lives[rows]) & self.episodic_life
         shown.reward[rows] = rewards
         shown.terminated[rows] = life_over
@@ -138,8 +130,7 @@ class EmulatorBlock:
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
         """Begin the next games of environments with an ended game, until interrupted.
 
-        A new game costs as much as 16 steps. This method runs between two commands, while the pool
-        does not wait for the worker.
+        A new game costs as much as 16 steps. This runs while the pool does not wait for the worker.
         """
         for e in self.emulators:
             if e.phase is Phase.GAME_OVER:
@@ -204,10 +195,7 @@ def main(socket_fd: int, memory_fd: int, parent: int) -> None:
 def _serve(
     block: EmulatorBlock, link: socket.socket, incoming: IO[bytes], finished: np.ndarray
 ) -> None:
-    """Execute commands until the socket closes.
-
-    After a failure the state is unknown, so all further commands fail.
-    """
+    """Execute commands until the socket closes. After a failure, all further commands fail."""
     last, healthy = 0, True
 
     def interrupted() -> bool:
@@ -224,10 +212,7 @@ def _serve(
 
 
 def limit_stderr() -> None:
-    """Truncate a long stderr to its end.
-
-    stderr is a file, and messages of hooks would fill it without limit.
-    """
+    """Truncate a long stderr to its end: it is a file, which messages of hooks would fill."""
     size = os.fstat(_STDERR).st_size
     if size <= _MOST_STDERR:
         return
@@ -251,7 +236,7 @@ def _attempt(action: Callable[..., None], *args: Any) -> bool:
 def _end_with(parent: int) -> None:
     """End this process when the parent has ended.
 
-    The socket stays open while a hook hangs, or while a forked child of the parent also holds it. A
+    The socket stays open while a hook hangs, or while a forked child of the parent holds it. A
     signal on the parent's death would come too early: at the end of the thread that made the pool.
     """
     while os.getppid() == parent:

@@ -1,12 +1,10 @@
 """Saved emulators: rows of arrays with all values that determine an emulator's future."""
 
-import zlib
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import console
 from .interface import STATE_BYTES, CommandArrays
 
 _WORD = 64  # bits; the two large numbers of PCG64's state take two words each
@@ -32,7 +30,6 @@ def write(state: EmulatorState, arrays: CommandArrays, i: int) -> None:
         )
     arrays.state[i, :size] = np.frombuffer(state.ale, np.uint8)
     arrays.state_bytes[i] = size
-    arrays.checksum[i] = zlib.crc32(state.ale)
     arrays.phase[i] = state.phase
     arrays.held_strength[i] = state.strength
     arrays.generator[i] = _words(state.generator)
@@ -66,19 +63,3 @@ def _generator(words: list[int]) -> dict[str, Any]:
         "has_uint32": words[4],
         "uinteger": words[5],
     }
-
-
-def check(state: bytes, checksum: int, good: bytes) -> None:
-    """Check that bytes are an undamaged state of ALE, with `good` as an example."""
-    found = zlib.crc32(state)
-    if found != checksum:
-        raise ValueError(
-            f"the state is damaged: expected the checksum {checksum:08x}, got {found:08x}; save "
-            "it again"
-        )
-    try:
-        console.check(state, good)
-    except ValueError as error:
-        raise ValueError(
-            f"the state is damaged: in the emulator's part, {error}; save it again"
-        ) from error

@@ -1,8 +1,8 @@
 """The action that each frame executes, under sticky actions.
 
 ALE decides by random numbers, and this module draws the same ones. Before each emulated frame ALE
-draws two numbers in [0, 1). If the first is below the probability, the frame repeats the action of
-the previous frame. The second number belongs to the other player, who does nothing.
+draws two numbers in [0, 1). If the first is below the probability, the frame repeats the previous
+action. The second belongs to the other player, who does nothing.
 """
 
 import re
@@ -68,10 +68,9 @@ class ExecutedAction:
 
 
 def generator_state(text: bytes) -> tuple[np.ndarray, int]:
-    """The state of a Mersenne Twister from the text of a C++ library.
+    """The state of a Mersenne Twister from a C++ library's text.
 
-    Returns:
-        The words, uint32 `[624]`, and the number of used words.
+    Words, uint32 `[624]`, and used words.
     """
     numbers = np.fromstring(text, np.uint64, sep=" ") if _TEXT.fullmatch(text) else np.zeros(0)
     # libstdc++ appends the number of used words; libc++ writes the words in the order of their use.

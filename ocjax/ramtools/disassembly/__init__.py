@@ -1,14 +1,13 @@
 """`ocjax ram disassemble`: the program of a game, with the beam's position and its RAM writes.
 
-`opcodes` and `registers` are tables of facts. `cartridge` knows the banks, `processor` interprets
-instructions, and `machine` is a console around it that records what the program does. `tracing`
-runs it on states of play, `code` follows the program without running it, and `listing` writes the
-result.
+`opcodes` and `registers` are tables. `cartridge` knows the banks, `processor` interprets
+instructions, and `machine` is a console that records what the program does. `tracing` runs it on
+states of play, `code` follows the program without running it, and `listing` writes the result.
 """
 
 from pathlib import Path
 
-from ocjax.ramtools import play, roms
+from ocjax.ramtools import roms
 from ocjax.ramtools.disassembly import cartridge, listing, tracing
 
 __all__ = ["disassemble"]
@@ -19,15 +18,14 @@ APART = 10  # frames of play from one state to the next
 def disassemble(
     name: str, *, states: int = 120, seed: int = 0, game_mode: int | None = None
 ) -> listing.Program:
-    """Disassemble the program of a game, and run it for a frame from each of some states of play.
+    """Disassemble a program, and run it for a frame from each of some states of play.
 
     Args:
-        name: of the game, which needs no decoder. See `roms.find`.
+        name: of the game; see `roms.find`.
         game_mode: in ale-py's numbering; None for the game's default.
     """
     found = roms.find(name)
     rom = cartridge.read(Path(found.path).read_bytes())
-    moments = play.moments(found.path, states, APART, seed, game_mode)
-    rams = [ale.getRAM().tobytes() for ale in moments]
-    trace = tracing.trace(rom, rams, seed)
+    moments = roms.moments(found, states, APART, seed, game_mode)
+    trace = tracing.trace(rom, [ale.getRAM().tobytes() for ale in moments], seed)
     return listing.program(found.name, rom, trace, found.game.ram if found.game else None)

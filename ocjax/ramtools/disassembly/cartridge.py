@@ -1,7 +1,7 @@
 """Cartridges: which byte of the ROM's file the processor sees at an address.
 
-The processor sees 4 KiB. Larger cartridges switch banks when the processor reads or writes certain
-addresses, the hotspots. The kinds are those of the games that ocjax supports.
+The processor sees 4 KiB. Larger cartridges switch banks when the processor accesses certain
+addresses, the hotspots. The kinds are those of the supported games.
 """
 
 from dataclasses import dataclass, field
@@ -32,7 +32,7 @@ class Cartridge:
         kind: "2K", "4K", "F8", "F6", "E0", "FE" or "DPC".
         start: what the processor sees after the reset.
         bank: bytes that are switched together.
-        hotspots: by the low 12 bits of an address, the slots of one KiB that change, with their new
+        hotspots: by the low 12 bits of an address, the KiB slots that change, with their new
             offsets.
     """
 

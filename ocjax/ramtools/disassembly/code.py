@@ -15,9 +15,8 @@ class Instruction(NamedTuple):
 
     Args:
         offset: of its first byte in the file.
-        address: of its first byte.
         slots: what the processor sees of the cartridge when it reads the instruction.
-        operand: the number behind the first byte; of branches, the target's address. 0 without one.
+        operand: the number behind the first byte; the target's address of branches; 0 without one.
     """
 
     offset: int
@@ -29,7 +28,7 @@ class Instruction(NamedTuple):
 
     @property
     def target(self) -> int | None:
-        """The address at which the program may continue instead of behind the instruction."""
+        """The address of a branch, jump or call."""
         jumps = self.opcode.name in ("JMP", "JSR") and self.opcode.mode == "absolute"
         return self.operand if jumps or self.opcode.name in BRANCHES else None
 
@@ -61,8 +60,8 @@ def switched(cartridge: Cartridge, instruction: Instruction) -> Slots:
 def reachable(cartridge: Cartridge, entries: Iterable[Place]) -> dict[int, Instruction]:
     """The instructions that can be reached, by their offsets in the file.
 
-    Branches are followed both ways, and subroutines are expected to return. Jumps to addresses in
-    RAM are not followed. The first way to an instruction decides which banks it sees.
+    Branches are followed both ways, and subroutines return. Jumps to addresses in RAM are not
+    followed. The first way to an instruction decides which banks it sees.
     """
     found: dict[int, Instruction] = {}
     todo = list(entries)[::-1]

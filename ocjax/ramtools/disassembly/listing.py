@@ -35,12 +35,7 @@ SHOWN_ADDRESSES = 6  # of writes, per cell
 
 @dataclass(frozen=True)
 class Program:
-    """A disassembled program.
-
-    Args:
-        instructions: the reachable ones, by their offsets in the file.
-        fields: names of the bytes of RAM.
-    """
+    """A disassembled program: reachable instructions by offset, and the names of RAM bytes."""
 
     name: str
     cartridge: Cartridge
@@ -50,10 +45,9 @@ class Program:
 
 
 def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | None) -> Program:
-    """Disassemble a program.
+    """Disassemble a program from the reset and all executed instructions.
 
     Args:
-        trace: its execution. All executed instructions are entry points, beside the reset.
         ram: the game's names of its bytes, if it has a decoder.
     """
     ran = sorted((v.address, v.slots) for v in trace.visits.values())
@@ -64,17 +58,13 @@ def program(name: str, cartridge: Cartridge, trace: Trace, ram: type[RamMap] | N
 def field_names(ram: type[RamMap]) -> dict[int, str]:
     """The names of the bytes that a game's `Ram` declares. Several names are joined by /.
 
-    Numbers of several bytes are named "score.0", "score.1", ..., the most significant byte first.
+    Numbers of several bytes are "score.0", "score.1", ..., the most significant byte first.
     """
     names: dict[int, dict[str, None]] = collections.defaultdict(dict)
-    for name, field in ram.fields().items():
-        for i, place in enumerate(field.places):
-            label = f"{name}[{i}]" if len(field.places) > 1 else name
-            if isinstance(place, tuple):
-                for k, address in enumerate(place):
-                    names[address][f"{label}.{k}"] = None
-            else:
-                names[place][label] = None
+    for field in ram.fields().values():
+        for label, place in field.labelled():
+            for k, address in enumerate(place):
+                names[address][f"{label}.{k}" if len(place) > 1 else label] = None
     return {address: "/".join(labels) for address, labels in names.items()}
 
 
@@ -91,7 +81,8 @@ def lines(p: Program) -> Iterator[str]:
     )
     if p.trace.failed:
         yield f"; {p.trace.failed:,} states of play could not be followed for a frame."
-    for bank in _unreached(p):
+    reached = {offset // p.cartridge.bank for offset in p.instructions}
+    for bank in sorted(set(range(p.cartridge.banks)) - reached):
         yield f"; Bank {bank} was not reached. It may hold pictures or tables alone."
     labels, before, cycles = _labels(p), None, None
     for offset in sorted(p.instructions):
@@ -105,11 +96,6 @@ def lines(p: Program) -> Iterator[str]:
         cycles = _straight(before, cycles) if follows and offset not in labels else None
         yield _line(p, instruction, labels, cycles)
         before = instruction
-
-
-def _unreached(p: Program) -> list[int]:
-    reached = {offset // p.cartridge.bank for offset in p.instructions}
-    return [bank for bank in range(p.cartridge.banks) if bank not in reached]
 
 
 def _labels(p: Program) -> dict[int, str]:
@@ -191,7 +177,7 @@ def _operand(p: Program, instruction: Instruction) -> str:
 def write_table(p: Program) -> Table:
     """For each byte of RAM, the instructions that write it, by the time of their writes.
 
-    Calls of subroutines write their return addresses to the stack; the table omits them.
+    Return addresses that calls write to the stack are omitted.
     """
     found: dict[int, dict[str, list[str]]] = collections.defaultdict(
         lambda: {time: [] for time in TIMES}

@@ -1,7 +1,6 @@
 """A console that runs a game's program and records its execution and its RAM writes.
 
-It has the processor, the RAM, the timer and the cartridge. It draws nothing: collisions read as
-none, and the chip DPC of Pitfall II reads as 0. The switches, joysticks and paddles are inputs.
+It draws nothing: collisions read as none, and the chip DPC of Pitfall II reads as 0.
 """
 
 from dataclasses import dataclass, field
@@ -25,12 +24,7 @@ NOT_PRESSED = 0x80
 
 @dataclass
 class Visit:
-    """An executed instruction.
-
-    Args:
-        slots: what the processor saw of the cartridge.
-        first, last: the earliest and the latest cycle of a scan line at which it began.
-    """
+    """An executed instruction; it began at cycles `first` to `last` of a scan line."""
 
     address: int
     slots: tuple[int, int, int, int]
@@ -40,13 +34,13 @@ class Visit:
 
 @dataclass
 class Frame:
-    """The events between two vertical syncs.
+    """The events between two vertical syncs, by the processor's cycles.
 
     Args:
-        start: the processor's cycle at its beginning, when the vertical sync ends.
+        start: the end of the vertical sync.
         writes: byte of RAM, offset of the instruction, and cycle.
-        first_drawn, last_drawn: cycles of the first and last writes of something other than zero to
-            a register of graphics while the picture is on.
+        first_drawn, last_drawn: the first and last nonzero writes to a register of graphics while
+            the picture is on.
     """
 
     start: int
@@ -59,10 +53,7 @@ class Machine:
     """A console.
 
     Attributes:
-        processor: runs the program.
-        ram: 128 bytes.
-        joysticks: the register SWCHA.
-        button: the register INPT4.
+        joysticks, button: the registers SWCHA and INPT4.
         visits: the executed instructions by their offsets in the file.
     """
 

@@ -4,11 +4,9 @@ from typing import NamedTuple
 
 
 class Opcode(NamedTuple):
-    """An instruction with its addressing mode.
+    """An instruction with its addressing mode, a key of `LENGTHS`.
 
-    Args:
-        mode: a key of `LENGTHS`.
-        cycles: processor cycles, without the additional ones of branches and crossed pages.
+    `cycles` excludes the additional ones of branches and crossed pages.
     """
 
     name: str

@@ -28,14 +28,10 @@ class Bus(Protocol):
 class Processor:
     """The registers of a 6507, and its instructions.
 
-    Args:
-        bus: everything that it reads and writes.
-
     Attributes:
-        a, x, y, s: registers.
         pc: address of the next instruction, 16 bits.
         n, v, d, i, z, c: flags, 0 or 1.
-        cycles: since the start; the bus may move it on to halt the processor.
+        cycles: since the start; the bus may add some to halt the processor.
     """
 
     def __init__(self, bus: Bus) -> None:

@@ -17,13 +17,8 @@ TIMES = ("before", "during", "after")
 
 @dataclasses.dataclass
 class Writes:
-    """The writes of one instruction to one byte of RAM at one time of the frame.
+    """The first and last scan line of an instruction's writes to a byte."""
 
-    Args:
-        first, last: scan lines, counted from the end of the vertical sync.
-    """
-
-    count: int
     first: int
     last: int
 
@@ -34,8 +29,8 @@ class Trace:
 
     Args:
         visits: the executed instructions by their offsets in the file.
-        writes: in frames of play, by byte of RAM, offset of the instruction and time: "before",
-            "during" or "after" the drawing of the picture.
+        writes: by byte of RAM, offset of the instruction and one of `TIMES`, relative to the
+            drawing.
         frames: number of frames of play that were run.
         failed: number of states from which the program could not be followed for a frame.
     """
@@ -47,14 +42,11 @@ class Trace:
 
 
 def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
-    """Run a program from its reset, then for one frame from each state of play.
+    """Run a program from its reset, then for one frame from each state of play, 128 bytes each.
 
     A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
-    state of play replaces the machine's. The registers stay those of the frame before. If a program
-    gets lost, the machine continues from the frames after its reset.
-
-    Args:
-        rams: 128 bytes each.
+    state replaces the machine's; its registers stay. If a program gets lost, the machine continues
+    from the frames after its reset.
     """
     machine, rng = Machine(cartridge), np.random.default_rng(seed)
     out = Trace(machine.visits, {}, 0, 0)
@@ -82,8 +74,7 @@ def _count(frame: Frame, out: Trace) -> None:
     out.frames += 1
     for byte, at, cycle in frame.writes:
         line = (cycle - frame.start) // LINE
-        found = out.writes.setdefault((byte, at, _time(frame, cycle)), Writes(0, line, line))
-        found.count += 1
+        found = out.writes.setdefault((byte, at, _time(frame, cycle)), Writes(line, line))
         found.first, found.last = min(found.first, line), max(found.last, line)
 
 

@@ -1,8 +1,4 @@
-"""`ocjax ram new`: a game file that runs, for a game without a decoder.
-
-`fonts` finds digits in the ROM, `colors` describes the colours of random play, and this module
-writes the file.
-"""
+"""`ocjax ram new`: a game file that runs, for a game without a decoder."""
 
 import hashlib
 from pathlib import Path
@@ -12,7 +8,7 @@ import ale_py
 import numpy as np
 
 from ocjax.console.palette import NTSC, PAL
-from ocjax.ramtools import play, roms
+from ocjax.ramtools import roms
 from ocjax.ramtools.new import fonts
 from ocjax.ramtools.new.colors import Color, Mixed, mixed, survey
 
@@ -103,30 +99,26 @@ class NewGame(NamedTuple):
 
 
 def describe(name: str, *, frames: int = 60, seed: int = 0) -> NewGame:
-    """Collect the facts about a game.
-
-    Args:
-        name: of the game. See `roms.find`.
-    """
+    """Collect the facts about a game; see `roms.find` for its name."""
     found = roms.find(name)
     data = Path(found.path).read_bytes()
     screens, ale = [], None
-    for ale in play.moments(found.path, frames, APART, seed):
+    for ale in roms.moments(found, frames, APART, seed):
         screens.append(ale.getScreen())
     assert ale is not None
     colors = survey(np.stack(screens))
     return NewGame(
-        found.name,
-        found.rom,
-        hashlib.md5(data, usedforsecurity=False).hexdigest(),
-        screens[0].shape[0],
-        _is_pal(ale),
-        tuple(ale.getAvailableModes()),
-        tuple(ale.getAvailableDifficulties()),
-        frames,
-        tuple(fonts.find(np.frombuffer(data, np.uint8))[:MOST_FONTS]),
-        tuple(colors),
-        tuple(mixed(np.stack(screens), colors)),
+        name=found.name,
+        rom=found.rom,
+        md5=hashlib.md5(data, usedforsecurity=False).hexdigest(),
+        height=screens[0].shape[0],
+        pal=_is_pal(ale),
+        modes=tuple(ale.getAvailableModes()),
+        difficulties=tuple(ale.getAvailableDifficulties()),
+        frames=frames,
+        fonts=tuple(fonts.find(np.frombuffer(data, np.uint8))[:MOST_FONTS]),
+        colors=tuple(colors),
+        mixed=tuple(mixed(np.stack(screens), colors)),
     )
 
 
@@ -140,7 +132,10 @@ def source(game: NewGame) -> str:
     """The source of a game file that runs."""
     objects = [color for color in game.colors if not color.is_scenery]
     lines = [f"COLOR_{c.index} = {c.index}  # {_comment(game, c)}" for c in game.colors]
-    numbers = [_font(f"FONT_{i + 1}" if i else "FONT", found) for i, found in enumerate(game.fonts)]
+    numbers = [
+        f"{MIRRORED if found.mirrored else ''}{f'FONT_{i + 1}' if i else 'FONT'} = {found}"
+        for i, found in enumerate(game.fonts)
+    ]
     note = "# Pictures in the ROM that look like the digits 0-9. Delete the ones that are not."
     missing = "# No digits were found in the ROM."
     options = [f"screen=({game.height}, 160)"] if game.height != HEIGHT else []
@@ -164,11 +159,6 @@ def source(game: NewGame) -> str:
 
 def _numbers(numbers: tuple[int, ...]) -> str:
     return ", ".join(map(str, numbers))
-
-
-def _font(name: str, font: fonts.FoundFont) -> str:
-    """A font's constant, with a hint if its pictures are mirror images."""
-    return f"{MIRRORED if font.mirrored else ''}{name} = {font}"
 
 
 def _comment(game: NewGame, color: Color) -> str:

@@ -29,9 +29,9 @@ class Color:
     Args:
         seen: fraction of the frames that have the colour.
         most: the most components of an object's size on a frame.
-        w, h: smallest and largest size of a component of an object's size; None without one.
+        w, h: smallest and largest size of such a component; None without one.
         area: left, top, right and bottom of all of them.
-        usual: the most frequent sizes, width and height.
+        usual: the most frequent widths and heights.
         places: number of different positions.
         is_wide: whether a component is too large for an object.
     """
@@ -57,7 +57,7 @@ class Mixed:
     """Colours that touch each other.
 
     Args:
-        count: number of such components per frame.
+        count: such components per frame.
         size: their most frequent width and height.
     """
 
@@ -67,11 +67,7 @@ class Mixed:
 
 
 def survey(screens: np.ndarray) -> list[Color]:
-    """Describe the colours of frames, the ones on most frames first.
-
-    Args:
-        screens: uint8 `[n, H, 160]`, palette indices.
-    """
+    """Describe the colours of frames, uint8 `[n, H, 160]`, the most frequent ones first."""
     indices = [int(c) for c in np.unique(screens) if _seen(screens, c) >= RARE]
     found = _components(screens, [(c,) for c in indices])
     out = [
@@ -86,7 +82,7 @@ def mixed(screens: np.ndarray, colors: Iterable[Color]) -> list[Mixed]:
 
     Args:
         screens: uint8 `[n, H, 160]`, palette indices.
-        colors: results of `survey`. Colours with wide components are left out.
+        colors: results of `survey`; the ones with wide components are ignored.
     """
     indices = tuple(color.index for color in colors if not color.is_wide)
     if not indices:

@@ -42,11 +42,9 @@ class FoundFont:
 
     Args:
         offset: of the first byte of the 0.
-        rows: rows of a picture.
         stride: bytes from a digit to the next one.
         dots: width of the widest picture.
         shift: dots to the right of the pictures.
-        top_first: whether the first row is the top one.
         likeness: correlation with usual digits.
         mirrored: whether the pictures are mirror images of digits.
     """
@@ -77,13 +75,7 @@ class FoundFont:
 
 
 def find(rom: np.ndarray) -> list[FoundFont]:
-    """Find fonts in a ROM, the most usual ones first.
-
-    A digit's rows must be adjacent, and the digits in order.
-
-    Args:
-        rom: uint8 `[size]`.
-    """
+    """Find fonts in a ROM, uint8 `[size]`, the most usual ones first."""
     found: list[FoundFont] = []
     for font in sorted(_all(rom), key=lambda font: -font.likeness):
         if not any(font.offset < other.end and other.offset < font.end for other in found):
@@ -117,10 +109,7 @@ def _dots(digits: np.ndarray, top_first: bool) -> np.ndarray:
 
 
 def _likeness(dots: np.ndarray) -> float:
-    """The correlation of ten pictures with `USUAL`, -1 to 1.
-
-    The pictures are scaled to the same size, all by the same factors.
-    """
+    """The correlation of ten pictures with `USUAL`, -1 to 1, all scaled by the same factors."""
     used = [np.flatnonzero(dots.any(axis=(0, axis))) for axis in (2, 1)]
     cut = dots[:, used[0][0] : used[0][-1] + 1, used[1][0] : used[1][-1] + 1]
     y, x = (
@@ -148,10 +137,9 @@ def _font(digits: np.ndarray, offset: int, stride: int, top_first: bool) -> Foun
 
 
 def _holes(pictures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The number of holes of pictures `[n, rows]`, and the sum of their rows' distances.
+    """The number of holes of pictures `[n, rows]`, and their rows' total distance from the middle.
 
-    A hole is an area without dots that is connected by edges and does not reach the border. The
-    second result is negative if the holes are above the middle.
+    A hole is an area without dots, connected by edges, that does not reach the border.
     """
     n, rows = pictures.shape
     empty = np.full((n, rows + 2 * MARGIN), (1 << 8 + 2 * MARGIN) - 1, np.int32)

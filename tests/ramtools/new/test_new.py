@@ -11,7 +11,7 @@ from ocjax import extractors
 from ocjax.console.fonts import DIGITS_3X5
 from ocjax.console.rom_files import rom_path
 from ocjax.extraction import names
-from ocjax.ramtools import new, play, roms
+from ocjax.ramtools import new, roms
 from ocjax.ramtools.new import colors, fonts
 from tests.support.command import run
 
@@ -140,7 +140,7 @@ def test_new_game_runs(name, folder):
     assert result.exit_code == 0, result.output
     names.modules.cache_clear()
     game = ocjax.load(name)
-    moments = play.moments(roms.find(name).path, 8, 50, 1)
+    moments = roms.moments(roms.find(name), 8, 50, 1)
     frames = np.stack([ale.getScreen() for ale in moments])
     assert np.asarray(game.vem(frames).valid).any(axis=0).sum() >= 10
     assert not np.asarray(game.rem(np.zeros((2, 128), np.uint8)).valid).any()

@@ -1,1 +1,0 @@
-"""Live views of the RAM while a game is played."""
