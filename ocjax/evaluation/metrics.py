@@ -134,6 +134,7 @@ def agreement(
         categories of the other arguments.
 
     Raises:
+        TypeError: an argument is no `Detections`.
         ValueError: the numbers of frames differ.
     """
     names, (mine, theirs, *_) = matching.common_labels(left, right, before)
@@ -227,6 +228,7 @@ def average_precision(
         without a box in `truth`.
 
     Raises:
+        TypeError: an argument is no `Detections`.
         ValueError: the numbers of frames differ.
     """
     matching.require_same_frames(detected, truth)

@@ -1,7 +1,6 @@
 """`Objects`: the objects on the screen as padded tensors with a validity mask."""
 
 import dataclasses
-import difflib
 import reprlib
 import warnings
 from collections.abc import Iterator
@@ -128,6 +127,12 @@ class Objects:
             )
         return self.batch_shape
 
+    def __getattr__(self, name: str) -> Any:
+        """Explain how to select a category, if this is the name of one."""
+        game = vars(self).get("game")
+        hint = f"; objects.of({name!r}) selects a category" if game and name in game.slices else ""
+        raise AttributeError(f"'Objects' object has no attribute {name!r}{hint}")
+
     def __repr__(self) -> str:
         leaves = [getattr(self, name) for name in records.FIELDS]
         if not all(
@@ -142,7 +147,7 @@ class Objects:
         if self.game is None or 0 in self.batch_shape:
             return f"{about}, {int(np.sum(self.valid))} valid"
         return (
-            f"{about}{', of which the first' if self.batch_shape else ''}:\n"
+            f"{about}{'. The first state' if self.batch_shape else ''}:\n"
             f"{display.text(self.game, self._first())}"
         )
 
@@ -152,7 +157,7 @@ class Objects:
         if self.game is None or 0 in self.batch_shape:
             return f"<p>{about}</p>"
         return (
-            f"<p>{about}{', of which the first' if self.batch_shape else ''}:</p>"
+            f"<p>{about}{'. The first state' if self.batch_shape else ''}:</p>"
             f"{display.state_html(self.game, self._first())}"
         )
 
@@ -191,7 +196,7 @@ class Objects:
         if name not in own.slices:
             raise ValueError(
                 f"these objects of {own.name} have no category {name!r}; they have "
-                f"{', '.join(own.slices)}{_did_you_mean(name, own)}"
+                f"{own.suggestion(name)}"
             )
         s = own.slices[name]
         return Objects(
@@ -330,12 +335,6 @@ class Objects:
             MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.
         """
         return records.arrow(self._host(), whose(self))
-
-
-def _did_you_mean(name: str, game: Declaration) -> str:
-    known = {own.lower(): own for own in game.slices}
-    close = difflib.get_close_matches(name.lower(), known, n=1)
-    return f"; did you mean {known[close[0]]!r}?" if close else ""
 
 
 def _reordered(game: Declaration, category: Any) -> tuple[str | Category, Declaration]:

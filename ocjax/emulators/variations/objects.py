@@ -95,7 +95,7 @@ def _variation(kind: str, game: str, category: str, color: int | None = None) ->
     declared = load(game)
     if category not in declared.slices:
         raise ValueError(
-            f"{declared.name} has no category {category!r}; it has {', '.join(declared.slices)}"
+            f"{declared.name} has no category {category!r}; it has {declared.suggestion(category)}"
         )
     known = _controls().get(declared.name, {}).get(kind, {})
     if category not in known:
