@@ -64,7 +64,7 @@ class Declaration:
     """The ROM, address map, decoder and categories of a game.
 
     Args:
-        name: as in Gymnasium's "ALE/<name>-v5".
+        name: as in Gymnasium's id `ALE/<name>-v5`.
         rom: the ROM for which the decoder was written. The attribute `rom` is ALE's name of it, and
             `md5` its MD5 checksum.
         ram: the address map.

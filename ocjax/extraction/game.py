@@ -27,7 +27,7 @@ class Game(Declaration):
     """A game with its extraction methods, from `ocjax.load`.
 
     Attributes:
-        name: as in Gymnasium's "ALE/<name>-v5".
+        name: as in Gymnasium's id `ALE/<name>-v5`.
         categories: the categories: name, count (the number of slots), hud, role, attributes, doc.
         slices: the slots of each category by name or alias, as slices.
         slot_category: int `[N]`, the index of each slot's category.

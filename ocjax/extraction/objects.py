@@ -27,17 +27,21 @@ class Objects:
     `N` is the number of slots of the game, and `...` is any batch shape. An invalid slot is zero in
     every field. `game.slices` maps each category to its slots. Length, iteration and indices apply
     to the batch.
+
+    Args:
+        xywh: int16 `[..., N, 4]`, left, top, width, height in pixels of the ALE screen.
+        valid: bool `[..., N]`, whether the slot holds an object now.
+        orientation: int8 `[..., N]`, compass point 0-15, clockwise from north; -1 in VEM.
+        value: int32 `[..., N]`, score, lives, time, ...; the smallest int32 if VEM cannot read it.
+        rgb: uint8 `[..., N, 3]`, colour.
+        game: the game of the objects, or None.
     """
 
-    xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
-    valid: jax.Array  # bool [..., N]: the slot holds an object now
-    # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
+    xywh: jax.Array
+    valid: jax.Array
     orientation: jax.Array
-    # int32 [..., N]: score, lives, time, ...; the smallest int32 (UNKNOWN_VALUE) if VEM cannot read
-    # it
     value: jax.Array
-    rgb: jax.Array  # uint8 [..., N, 3]
-    # the game of the objects
+    rgb: jax.Array
     game: Declaration | None = dataclasses.field(default=None, metadata={"static": True})
 
     @property
@@ -128,7 +132,6 @@ class Objects:
         return self.batch_shape
 
     def __getattr__(self, name: str) -> Any:
-        """Explain how to select a category, if this is the name of one."""
         game = vars(self).get("game")
         hint = f"; objects.of({name!r}) selects a category" if game and name in game.slices else ""
         raise AttributeError(f"'Objects' object has no attribute {name!r}{hint}")
