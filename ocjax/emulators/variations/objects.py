@@ -54,7 +54,8 @@ def names(game: str) -> tuple[str, ...]:
 def remove(game: str, category: str) -> Variation:
     """The variation without a category's objects on the screen.
 
-    In some games, removed objects still move and collide.
+    Only the screen is certain to lack them. In some games, removed objects still exist, move and
+    collide, and REM still reports them; the page "Other projects" lists these.
 
     Args:
         game: the game's name in any of the usual spellings.
