@@ -15,7 +15,7 @@ MOST_LINES = 19  # lines of a state in an interpreter
 MOST_ROWS = 30  # rows of a state's table in a notebook
 SCALE = 2  # of the drawing in a notebook; the console's pixels are twice as wide as high
 BACKGROUND = "#222"
-BESIDE = "display: flex; gap: 1em; align-items: flex-start; overflow-x: auto"
+BESIDE = "display: flex; gap: 1em; flex-wrap: wrap; align-items: flex-start; overflow-x: auto"
 
 
 def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
