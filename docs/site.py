@@ -7,6 +7,7 @@
 
 import functools
 import inspect
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -48,6 +49,8 @@ SEARCH = """
   });
 </script>
 """
+ANIMATION = "<pre>&lt;IPython.core.display.Image object&gt;</pre>"  # in the page of a notebook
+LABEL = re.compile(r"^([A-Z][A-Za-z ]*):")  # of a paragraph in the docstring of a game
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)(#[^)]*)?\)")
 PUBLIC = (
     "ocjax",
@@ -108,10 +111,29 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     return markdown if page.file.generated_by else _relinked(markdown, Path("docs"))
 
 
+def on_page_content(html: str, page: Any, **_: Any) -> str:
+    """Show the animations of a notebook, which the converter replaces by their text."""
+    if page.file.src_uri.endswith(".ipynb"):
+        notebook = json.loads(Path(page.file.abs_src_path).read_text("utf-8"))
+        for picture in _animations(notebook):
+            html = html.replace(
+                ANIMATION, f'<img alt="animation" src="data:image/gif;base64,{picture}">', 1
+            )
+    return html
+
+
+def _animations(notebook: dict[str, Any]) -> Iterator[str]:
+    """The GIF outputs of a notebook in base64."""
+    for cell in notebook["cells"]:
+        for output in cell.get("outputs", ()):
+            if picture := output.get("data", {}).get("image/gif"):
+                yield "".join(picture).replace("\n", "")
+
+
 def _entries() -> str:
     """Cards with links to the four tasks."""
     cards = (f"- **[{name}]({page})**\n\n    {text}" for name, (page, text) in ENTRIES.items())
-    return '<div class="grid cards" markdown>\n\n' + "\n".join(cards) + "\n\n</div>"
+    return '<div class="grid cards" markdown>\n\n' + "\n\n".join(cards) + "\n\n</div>"
 
 
 def _gallery(games: list[Game]) -> Iterator[str]:
@@ -142,7 +164,7 @@ def _page(game: Game) -> Iterator[str]:
     yield from _environment(game)
     yield f"![Objects that REM finds in {game.name}]({game.name}.png)\n"
     yield "## Objects\n"
-    yield "| | category | slots | attributes | what it is |\n|---|---|---|---|---|"
+    yield "| | category | slots | attributes | meaning |\n|---|---|---|---|---|"
     colors = category_colors(game)
     for c in about["categories"]:
         first, end = c["slots"]
@@ -163,7 +185,8 @@ def _page(game: Game) -> Iterator[str]:
         if about["accuracy"].get(key) is not None
     )
     yield "\n[How the figures are measured](../benchmarks.md#accuracy-and-speed-by-game).\n"
-    yield "## Notes\n\n" + "\n\n".join(about["notes"]) + "\n"
+    notes = (LABEL.sub(r"**\1:**", note) for note in about["notes"])
+    yield "## Notes\n\n" + "\n\n".join(notes) + "\n"
     yield from _variants(about)
     yield from _starts(about)
     yield from _play(about)
@@ -176,7 +199,7 @@ def _terrain(game: Game) -> Iterator[str]:
         return
     yield "## Terrain\n"
     yield "[`game.terrain_of(ram).masks`](../terrain.md) has a mask of each kind.\n"
-    yield "| kind | effect | drawn by | category | what it is |\n|---|---|---|---|---|"
+    yield "| kind | effect | drawn by | category | meaning |\n|---|---|---|---|---|"
     for kind in game.terrain:
         category = f"`{kind.category}`" if kind.category else ""
         yield f"| `{kind.name}` | {kind.effect or ''} | {kind.drawn} | {category} | {kind.doc} |"
@@ -221,7 +244,7 @@ def _play(about: dict[str, Any]) -> Iterator[str]:
             "## Variations\n\nFor `hook=` of the environments, and for "
             f"`ocjax play {about['name']} --variations`:\n"
         )
-        yield "| name | what is different |\n|---|---|"
+        yield "| name | difference |\n|---|---|"
         yield from (f"| `{name}` | {doc} |" for name, doc in about["variations"].items())
         yield ""
 

@@ -3,9 +3,9 @@
 Picture: docs/games/Asterix.png
 
 Screen: each lane has one thing at a time: a lyre (an enemy), something to eat, or the points for
-it. In later stages Obelix replaces Asterix, and the food is helmets, shields, lamps, apples, fish,
-meat and mugs. Between the two heroes, a picture of Obelix fills the screen. The last life has no
-icon, so Lives is not valid then. The stage is scenery.
+it. In later stages Obelix replaces Asterix, after a picture of him has filled the screen. The food
+is helmets, shields, lamps, apples, fish, meat and mugs. The last life has no icon, so Lives is not
+valid then. The stage is scenery.
 
 Slots: Enemy, Consumable and Reward have the lanes from the top.
 

@@ -30,10 +30,10 @@ A list makes a lap of 89 steps. An asteroid's number of steps since it came in i
 number of all steps plus its row, in the direction of the list.
 
 Covered: modes with slow and fast asteroids and with each of the stick's features (hyperspace,
-shields, turning about), both difficulties (the saucer flies at A), explosions, later waves, resets.
-While the reset switch is held, a game begins on every frame. Therefore the first frame after a
-reset shows the asteroids of the game before. Their random numbers follow from the last one. The
-second frame shows the asteroids in the RAM, the third one also the ship.
+shields, turning about), both difficulties (the saucer appears at A), explosions, later waves,
+resets. While the reset switch is held, a new game begins on every frame, and its asteroids follow
+from the previous game's last random number. The first frame after a reset therefore shows the
+previous game's asteroids, the second frame the asteroids in the RAM, the third one also the ship.
 
 Not exact: the digits on the frame on which a point is made; on odd frames, whether a new ship has
 already been drawn. The RAM contains no trace of them.

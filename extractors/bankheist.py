@@ -3,10 +3,9 @@
 Picture: docs/games/BankHeist.png
 
 Screen: fuel, spare cars and the loot are outside the maze. If three objects share lines, the game
-alternates them. After an explosion the streets flash. While they are as grey as banks, points and
-explosions, those objects are invisible and not valid. Walls hide dynamite. Scenery: the empty
-part of the tank, the mark beside it (the fuel level after this city), the spark that dynamite
-leaves.
+alternates them. After an explosion the streets flash. While they have the grey of banks, points and
+explosions, these objects are invisible and not valid. Walls hide dynamite. Scenery: the empty part
+of the tank, the mark beside it (the fuel level after this city), the spark that dynamite leaves.
 
 Slots: the game keeps four records. One is the getaway car. Each of the other three is successively
 a bank, the points for its robbery, a police car, and its explosion. The slots of Bank, Points,

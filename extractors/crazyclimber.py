@@ -13,7 +13,7 @@ computes in the blank lines after a frame, so the RAM agrees with the screen.
 
 Timeline of the drawing loop, which counts steps instead of lines. A falling object shows the row of
 its picture that belongs to the step. A row of the building has 13 lines:
-    line 4           the loop waits, which shows the row of the picture before once more
+    line 4           the loop waits, so the previous row of the picture appears twice
     lines 5 to 11    the windows; the loop waits on the line after the last shut row
     lines 12 and 13  the loop waits
 In each row the loop makes 11 steps. It makes one more in each row from the third down to a thrower

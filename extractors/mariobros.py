@@ -2,15 +2,15 @@
 
 Picture: docs/games/MarioBros.png
 
-Screen: player 0 is Mario. Player 1 is the pest of a floor, set again below each of three platforms.
-On some frames player 1 is the fireball instead, so the fireball and the pest of its floor flicker.
-The missiles are two coins that roll and turn. In a bonus phase, player 1 alternates between four
-coins at the left and four at the right. The top shows the score, or for a while the lives. Pipes
-are scenery.
+Screen: player 0 is Mario. Player 1 draws one pest after the other: below each of three platforms,
+the program moves it to the next floor's pest. On some frames it draws the fireball instead of a
+pest, so the fireball and the pest of its floor flicker. The missiles are two coins that roll and
+turn. In a bonus phase, player 1 alternates between four coins at the left and four at the right.
+The top shows the score, or for a while the lives. Pipes are scenery.
 
 Slots: Pest has one per floor, from the top down. BonusCoin has those at the left, then those at the
-right, each from the top down. Platform goes by lines, each from the left. Level is the number at
-the bottom: in a bonus phase, the remaining seconds.
+right, each from the top down. Platform has the lines from the top, each from the left. Level is the
+number at the bottom: in a bonus phase, the remaining seconds.
 
 RAM: ALE's source (score, lives), OCAtari 2.2, and the ROM's code: f24d-fb58 of its second half, and
 b00b-b7e9 of its first. Pests and coins move after the frame is drawn. The pointers and the codes
@@ -23,9 +23,9 @@ lives, the end of the game.
 Not exact: a pest that the fireball hides is up to two columns ahead. A coin that has just landed
 may be a column off. On the frame on which Mario dies, the lives are already one less.
 
-VEM: it misses coins with a row in a colour of the scenery, because the game leaves their colours to
-chance. It misses Mario while he falls off the screen, and figures of one colour that touch. At an
-edge, it finds both parts of an object, while REM gives the larger part.
+VEM: the colours of coins are random; it misses a coin with a row in a colour of the scenery. It
+misses Mario while he falls off the screen, and figures of one colour that touch. At an edge, it
+finds both parts of an object, while REM gives the larger part.
 """
 
 import jax

@@ -9,19 +9,20 @@ Slots: Block has the places of the well row by row from the top left. The blocks
 piece count, too.
 
 RAM: the ROM's code. After drawing, the game takes the piece out of the well, moves it by the
-joystick, lets it fall or removes full rows, and puts it back. `_as_drawn` reverts the moves. They
-leave the row, the column or the turn before in two bytes. The two frames after a reset show the
+joystick, lets it fall or removes full rows, and puts it back. `_as_drawn` reverts the moves. The
+game keeps the previous row, column or rotation in two bytes. The two frames after a reset show the
 last picture before it, which is always the same: the emulator plays 60 frames and then resets.
 
-Covered: landed pieces, full rows, the words for them, the end of the game. The game has one mode
-and one difficulty.
+Covered: landed pieces, full rows and the words that name them, the end of the game. The game has
+one mode and one difficulty.
 
 Not exact: the RAM lacks these facts, each for a single frame: the places of full rows that have
 just been removed; the piece that has just landed, which counts as blocks; whether the joystick
 pulled the piece down or turned it, if both leave the same bytes; whether a piece in the highest row
 is new. The third frame after a reset shows the score a row lower.
 
-VEM: it misses a piece that touches other blocks, and takes four blocks that stand alone for one.
+VEM: it misses a piece that touches other blocks, and mistakes four blocks that stand alone for a
+piece.
 """
 
 import functools

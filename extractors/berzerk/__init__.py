@@ -6,13 +6,14 @@ Screen: while a room appears, human and robots are absent and not valid. The sco
 while lives or a bonus replace it on the screen. A robot stays valid while it explodes. Otto and the
 human share a sprite, which shows them alternately.
 
-Slots: Enemy has the game's own list, from top to bottom, which closes its gaps.
+Slots: Enemy has the game's own list, from top to bottom. When a robot is destroyed, the later ones
+move up.
 
 Terrain: the walls, from the room's picture in the ROM, its side exits and the exit that is shut
-behind the human. The chip's movement of sprites blanks eight columns on the line above each robot,
-which are no wall. Where the first robot's row is unknown (see below), that line is complete. On the
-one frame between two rooms, the RAM lacks four lines of the old walls. After a game, the walls'
-colour changes, and the pixels do not show them.
+behind the human. On the line above each robot, the chip blanks eight columns while it moves
+sprites; these columns are not wall. Where the first robot's row is unknown (see below), that line
+is complete. On the one frame between two rooms, the RAM lacks four lines of the old walls. After a
+game, the walls' colour changes, and the pixels do not show them.
 
 RAM: ALE's source (score, lives), AtariARI, OCAtari 2.2 (positions), a public disassembly by Dennis
 Debro (names), and the ROM's code. The human, his shot and Otto move after the frame is drawn, so

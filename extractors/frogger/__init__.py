@@ -11,7 +11,7 @@ Slots: a lane has two sprites of one to three copies. Car has lane * 6 + sprite 
 four lanes of cars, lowest lane first, then the two trucks. Turtle has the lower lane's six, then
 the upper lane's four. Log has three short logs, the long one, the last lane's two, then the pieces
 of the last three at the left edge while the rest is at the right one. Alligator has the alligator
-and such a piece of it. Snake has the snake between road and river, then the snake on a log.
+and its piece at the left edge. Snake has the snake between road and river, then the snake on a log.
 
 RAM: ALE's source (score, lives), OCAtari 2.2 (frog, cars), and the ROM's code. Lanes, turtles and
 the frog move after the frame is drawn. `decode` reads positions from the codes for the video chip:

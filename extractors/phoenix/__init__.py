@@ -2,8 +2,8 @@
 
 Picture: docs/games/Phoenix.png
 
-Screen: explosions and the ground are scenery. The game draws the shield, and bats so low that they
-shake, on every other frame. On the frames between, it draws nothing in the rows below them either.
+Screen: explosions and the ground are scenery. The game draws the shield, and bats that shake
+because they are low, on every other frame. On the other frames, the rows below them are empty too.
 
 Slots: Phoenix has the four rows from the lowest one, first their left birds, then their right ones.
 Bat has the seven rows from the lowest one. A shot keeps its slot of Enemy_Projectile as it falls.
@@ -28,7 +28,7 @@ their turning points, where they become slower, moved last (1 % of boxes), and t
 frame.
 
 VEM: a shot that touches a bird or a bat takes the same colours and becomes a part of it. In the
-second wave, it takes enemies' shots in the colour of the player's shot for that.
+second wave, it mistakes enemies' shots in the colour of the player's shot for the player's shot.
 """
 
 import functools

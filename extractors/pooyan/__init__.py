@@ -5,7 +5,7 @@ Picture: docs/games/Pooyan.png
 Screen: in even rounds, wolves march in at the top and float down. In odd rounds, they float up and
 push a rock over the edge; a frame then shows either the rock or the wolves at it. The pig at the
 winch is scenery, as are ropes, remains of popped balloons, and the part of a bow beside a balloon.
-Left of the beam, the columns of a shot at the left edge show a line later.
+At the left edge, the columns of a shot left of the beam appear one line later.
 
 Slots: Balloon and Enemy 0-5 have the game's records, two in each column. Enemy 6 climbs at the
 right, 7-9 march or stand, 10 has landed, 11-16 push the rock. Bait may still be in the pig's hand.

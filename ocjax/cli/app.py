@@ -59,11 +59,16 @@ def load(name: str) -> Any:
     return command
 
 
-def _hide_types_of_flags(command: Any) -> None:
-    """Show flags such as `--json` without the type `<bool>` in the help."""
-    for parameter in command.get_params(typer.Context(command)):
+def _without_types(parameters: list[Any]) -> list[Any]:
+    for parameter in parameters:
         if getattr(parameter, "is_flag", False):
             parameter.metavar = ""
+    return parameters
+
+
+def _hide_types_of_flags(command: Any) -> None:
+    """Show flags such as `--json` without the type `<bool>` in the help."""
+    _without_types(command.get_params(typer.Context(command)))
     for inner in getattr(command, "commands", {}).values():
         _hide_types_of_flags(inner)
 
@@ -73,6 +78,10 @@ class Commands(Interruptible):
 
     A subcommand is imported when it is called. Until then, only its line of help is known.
     """
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The options of `ocjax` itself."""
+        return _without_types(super().get_params(ctx))
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """The subcommand that the arguments call."""

@@ -22,7 +22,9 @@ ALL = "all"
 def dataset(
     game: Annotated[str, typer.Argument(help="Name of the game, or all.")],
     out: Annotated[Path, typer.Option(help="Folder of the dataset, or of the datasets.")],
-    states: Annotated[int, count_option("States to play, of all seeds together.", "10k")] = 10_000,
+    states: Annotated[
+        int, count_option("States to play, in equal parts by 10 instances of each seed.", "10k")
+    ] = 10_000,
     seed: Annotated[
         list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")
     ] = None,

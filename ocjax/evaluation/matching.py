@@ -178,11 +178,22 @@ def _is_record(record: Any) -> bool:
 
 
 def require_same_frames(left: Detections, right: Detections) -> None:
-    """Raise a ValueError unless both have the same number of frames."""
+    """Raise an error unless both are detections of the same number of frames."""
+    _require_detections(left, right)
     if len(left) != len(right):
         raise ValueError(
             f"both sides must describe the same frames, got {len(left)} and {len(right)} frames"
         )
+
+
+def _require_detections(*sides: object) -> None:
+    for side in sides:
+        if not isinstance(side, Detections):
+            raise TypeError(
+                f"expected Detections, got {type(side).__name__}: convert objects with "
+                "evaluation.detections(objects), and lists with evaluation.from_records(records, "
+                "game)"
+            )
 
 
 def common_labels(*sides: Detections | None) -> tuple[tuple[str, ...], list[np.ndarray]]:
@@ -193,6 +204,7 @@ def common_labels(*sides: Detections | None) -> tuple[tuple[str, ...], list[np.n
         is not None as indices into them.
     """
     given = [side for side in sides if side is not None]
+    _require_detections(*given)
     names = tuple(dict.fromkeys(name for side in given for name in side.categories))
     tables = (np.array([*(names.index(name) for name in side.categories), -1]) for side in given)
     return names, [table[side.label] for table, side in zip(tables, given, strict=True)]
@@ -247,6 +259,7 @@ def match(left: Detections, right: Detections, radius: float = RADIUS) -> np.nda
         int `[B, N]`: for each box of `left` the column of its match in `right`, or -1.
 
     Raises:
+        TypeError: an argument is no `Detections`.
         ValueError: the numbers of frames differ.
     """
     require_same_frames(left, right)

@@ -130,6 +130,7 @@ def agreement(
         Counts of shape `[B, categories]`: the categories of `left`, then further ones.
 
     Raises:
+        TypeError: an argument is no `Detections`.
         ValueError: the numbers of frames differ.
     """
     names, (mine, theirs, *_) = matching.common_labels(left, right, before)
@@ -221,6 +222,7 @@ def average_precision(
         without a box in `truth`.
 
     Raises:
+        TypeError: an argument is no `Detections`.
         ValueError: the numbers of frames differ.
     """
     matching.require_same_frames(detected, truth)

@@ -16,7 +16,7 @@ __all__ = ["ATTRIBUTES", "HEADER", "ROLES", "Category", "display", "names_by_ali
 
 ATTRIBUTES = ("orientation", "value")
 ROLES = ("player", "score", "opponent_score", "lives", "time")
-HEADER = "category", "slots", "attributes", "what it is"  # of tables of categories
+HEADER = "category", "slots", "attributes", "meaning"  # of tables of categories
 
 
 def _has_colors(rule: Rule) -> bool:

@@ -3,6 +3,7 @@
 The decoder is validated before its first use, everything else on construction.
 """
 
+import difflib
 import functools
 import inspect
 from collections.abc import Callable, Iterator, Mapping
@@ -63,7 +64,7 @@ class Declaration:
     """The ROM, address map, decoder and categories of a game.
 
     Args:
-        name: as in Gymnasium's "ALE/<name>-v5".
+        name: as in Gymnasium's id `ALE/<name>-v5`.
         rom: the ROM for which the decoder was written. The attribute `rom` is ALE's name of it, and
             `md5` its MD5 checksum.
         ram: the address map.
@@ -201,6 +202,13 @@ class Declaration:
             return self
         category = self.categories[self.slot_category[self.slices[name].start]]
         return self._parts.setdefault(category.name, _Part(self, category))
+
+    def suggestion(self, name: str) -> str:
+        """The names of the categories, with the most similar one, for an error about `name`."""
+        known = {own.lower(): own for own in self.slices}
+        close = difflib.get_close_matches(name.lower(), known, n=1)
+        hint = f"; did you mean {known[close[0]]!r}?" if close else ""
+        return f"{', '.join(self.slices)}{hint}"
 
     def replaced(self, **changes: Any) -> Self:
         """Return the same game with other arguments."""

@@ -15,7 +15,7 @@ MOST_LINES = 19  # lines of a state in an interpreter
 MOST_ROWS = 30  # rows of a state's table in a notebook
 SCALE = 2  # of the drawing in a notebook; the console's pixels are twice as wide as high
 BACKGROUND = "#222"
-BESIDE = "display: flex; gap: 1em; align-items: flex-start; overflow-x: auto"
+BESIDE = "display: flex; gap: 1em; flex-wrap: wrap; align-items: flex-start; overflow-x: auto"
 
 
 def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
@@ -23,13 +23,14 @@ def summary(game: Declaration | None, batch: Sequence[int], slots: int) -> str:
     of = "no game" if game is None else game.name
     if game is not None and len(game.categories) == 1:
         of += f", category {game.categories[0].name}"
-    return f"Objects of {of}, {slots} slots, batch shape {list(batch)}"
+    plural = "" if slots == 1 else "s"
+    return f"Objects of {of}, {slots} slot{plural}, batch shape {list(batch)}"
 
 
 def text(game: Declaration, fields: records.Fields) -> str:
     """List the objects of one state in at most `MOST_LINES` indented lines."""
     state = records.of_state(fields, game)
-    lines = records.text(state).splitlines() or ["nothing is valid"]
+    lines = records.text(state).splitlines() or ["no objects"]
     if len(lines) > MOST_LINES:
         lines = _counted(game, records.by_category(state))
     if len(lines) > MOST_LINES:

@@ -71,7 +71,7 @@ def edit(
 def _check(game: Game, category: str, slot: int | None, wanted: Mapping[str, int]) -> None:
     if category not in game.slices:
         raise ValueError(
-            f"{game.name} has no category {category!r}; it has {', '.join(game.slices)}"
+            f"{game.name} has no category {category!r}; it has {game.suggestion(category)}"
         )
     if not wanted or not set(wanted) <= set(EDITABLE):
         raise TypeError(

@@ -24,9 +24,19 @@ __all__ = ["Category", "Game", "GameError", "display"]
 
 @dataclass(frozen=True, eq=False, init=False, repr=False)
 class Game(Declaration):
-    """A game with its extraction methods.
+    """A game with its extraction methods, from `ocjax.load`.
 
-    `ocjax.load` returns one; `Declaration` explains its fields.
+    Attributes:
+        name: as in Gymnasium's id `ALE/<name>-v5`.
+        categories: the categories: name, count (the number of slots), hud, role, attributes, doc.
+        slices: the slots of each category by name or alias, as slices.
+        slot_category: int `[N]`, the index of each slot's category.
+        slot_hud: bool `[N]`, whether each slot belongs to the display.
+        num_slots: N.
+        screen: (height, width) in pixels.
+        rom: ALE's name of the ROM.
+        md5: the ROM's MD5 checksum.
+        terrain: the kinds of terrain, or None.
     """
 
     @functools.cached_property
@@ -45,14 +55,6 @@ class Game(Declaration):
     @functools.cached_property
     def _terrain_in(self) -> Callable[[Any], scene.Terrain]:
         return scene.from_frames(self, self._vem)
-
-    @functools.cached_property
-    def vem_overflow(self) -> Callable[[Any], tuple[Objects, Any]]:
-        """Apply `vem` to uint8 `[B, H, 160]`, and count the objects without a slot.
-
-        The counts are int32 `[B, categories]`.
-        """
-        return vem.extractor_with_overflow(self)
 
     def rem(self, ram: jax.Array | np.ndarray) -> Objects:
         """Extract objects from RAM; a pure function that works under `jit`, `vmap` and `scan`.
@@ -101,6 +103,14 @@ class Game(Declaration):
             self.__dict__["_checked"] = True
             return self._checked_vem(frames)
         return self._vem(frames)
+
+    @functools.cached_property
+    def vem_overflow(self) -> Callable[[Any], tuple[Objects, Any]]:
+        """Apply `vem` to uint8 `[B, H, 160]`, and count the objects without a slot.
+
+        The counts are int32 `[B, categories]`.
+        """
+        return vem.extractor_with_overflow(self)
 
     def _checked_frames(self, frames: jax.Array | np.ndarray) -> jax.Array | np.ndarray:
         """Frames as an array of the right type and shape."""

@@ -1,7 +1,6 @@
 """`Objects`: the objects on the screen as padded tensors with a validity mask."""
 
 import dataclasses
-import difflib
 import reprlib
 import warnings
 from collections.abc import Iterator
@@ -28,17 +27,21 @@ class Objects:
     `N` is the number of slots of the game, and `...` is any batch shape. An invalid slot is zero in
     every field. `game.slices` maps each category to its slots. Length, iteration and indices apply
     to the batch.
+
+    Args:
+        xywh: int16 `[..., N, 4]`, left, top, width, height in pixels of the ALE screen.
+        valid: bool `[..., N]`, whether the slot holds an object now.
+        orientation: int8 `[..., N]`, compass point 0-15, clockwise from north; -1 in VEM.
+        value: int32 `[..., N]`, score, lives, time, ...; the smallest int32 if VEM cannot read it.
+        rgb: uint8 `[..., N, 3]`, colour.
+        game: the game of the objects, or None.
     """
 
-    xywh: jax.Array  # int16 [..., N, 4]: left, top, width, height in pixels of the ALE screen
-    valid: jax.Array  # bool [..., N]: the slot holds an object now
-    # int8 [..., N]: compass point 0-15, clockwise from north; -1 (UNKNOWN) in VEM
+    xywh: jax.Array
+    valid: jax.Array
     orientation: jax.Array
-    # int32 [..., N]: score, lives, time, ...; the smallest int32 (UNKNOWN_VALUE) if VEM cannot read
-    # it
     value: jax.Array
-    rgb: jax.Array  # uint8 [..., N, 3]
-    # the game of the objects
+    rgb: jax.Array
     game: Declaration | None = dataclasses.field(default=None, metadata={"static": True})
 
     @property
@@ -128,6 +131,11 @@ class Objects:
             )
         return self.batch_shape
 
+    def __getattr__(self, name: str) -> Any:
+        game = vars(self).get("game")
+        hint = f"; objects.of({name!r}) selects a category" if game and name in game.slices else ""
+        raise AttributeError(f"'Objects' object has no attribute {name!r}{hint}")
+
     def __repr__(self) -> str:
         leaves = [getattr(self, name) for name in records.FIELDS]
         if not all(
@@ -142,7 +150,7 @@ class Objects:
         if self.game is None or 0 in self.batch_shape:
             return f"{about}, {int(np.sum(self.valid))} valid"
         return (
-            f"{about}{', of which the first' if self.batch_shape else ''}:\n"
+            f"{about}{'. The first state' if self.batch_shape else ''}:\n"
             f"{display.text(self.game, self._first())}"
         )
 
@@ -152,7 +160,7 @@ class Objects:
         if self.game is None or 0 in self.batch_shape:
             return f"<p>{about}</p>"
         return (
-            f"<p>{about}{', of which the first' if self.batch_shape else ''}:</p>"
+            f"<p>{about}{'. The first state' if self.batch_shape else ''}:</p>"
             f"{display.state_html(self.game, self._first())}"
         )
 
@@ -191,7 +199,7 @@ class Objects:
         if name not in own.slices:
             raise ValueError(
                 f"these objects of {own.name} have no category {name!r}; they have "
-                f"{', '.join(own.slices)}{_did_you_mean(name, own)}"
+                f"{own.suggestion(name)}"
             )
         s = own.slices[name]
         return Objects(
@@ -330,12 +338,6 @@ class Objects:
             MissingExtraError: a ModuleNotFoundError; pyarrow is not installed.
         """
         return records.arrow(self._host(), whose(self))
-
-
-def _did_you_mean(name: str, game: Declaration) -> str:
-    known = {own.lower(): own for own in game.slices}
-    close = difflib.get_close_matches(name.lower(), known, n=1)
-    return f"; did you mean {known[close[0]]!r}?" if close else ""
 
 
 def _reordered(game: Declaration, category: Any) -> tuple[str | Category, Declaration]:

@@ -24,7 +24,7 @@ class TerrainKind:
 
     Args:
         name: the field's word in lower case: "wall", "ladder", "water", ...
-        doc: what it is in this game, in one line.
+        doc: a description in one line.
         effect: "blocks", "carries" or "kills" the player; None for scenery.
         drawn: "playfield", "background" (the colour of the background register) or "sprites".
         category: the category whose objects are the same thing, or None.

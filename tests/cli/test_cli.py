@@ -313,6 +313,7 @@ def test_help_groups_the_commands():
     assert places == sorted(places)
     assert sorted(name for names in cli.PANELS.values() for name in names) == sorted(cli.COMMANDS)
     assert "--install-completion" in output
+    assert "<bool>" not in output
 
 
 @pytest.mark.parametrize("name", cli.COMMANDS)

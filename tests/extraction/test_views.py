@@ -257,18 +257,18 @@ def test_velocities_are_of_one_game_and_of_a_category(objects):
 def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
     shown = repr(objects)
     assert shown.startswith(
-        f"Objects of Pong, 5 slots, batch shape [{len(objects)}], of which the first:\n"
+        f"Objects of Pong, 5 slots, batch shape [{len(objects)}]. The first state:\n"
     )
     assert objects[0].to_text().splitlines()[0] in shown
     assert len(shown.splitlines()) <= 6
     assert repr(objects[0]).startswith("Objects of Pong, 5 slots, batch shape []:\n")
     assert repr(objects.of("Ball")).startswith(
-        f"Objects of Pong, category Ball, 1 slots, batch shape [{len(objects)}], "
+        f"Objects of Pong, category Ball, 1 slot, batch shape [{len(objects)}]. "
     )
     stripped = dataclasses.replace(objects, game=None)
     assert repr(stripped).startswith("Objects of no game, 5 slots, batch shape")
     assert repr(objects[:0]).endswith("batch shape [0], 0 valid")
-    assert "nothing is valid" in repr(jax.tree.map(np.zeros_like, objects))
+    assert "no objects" in repr(jax.tree.map(np.zeros_like, objects))
     assert "xywh=" in repr(jax.eval_shape(lambda: objects))
     assert objects._repr_html_().count("<rect") == int(np.sum(objects.valid[0]))
     assert "PlayerScore" in objects._repr_html_()

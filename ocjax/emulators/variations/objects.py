@@ -51,7 +51,8 @@ def names(game: str) -> tuple[str, ...]:
 def remove(game: str, category: str) -> Variation:
     """The variation without a category's objects on the screen.
 
-    In some games, removed objects still move and collide.
+    Only the screen is certain to lack them. In some games, removed objects still exist, move and
+    collide, and REM still reports them; the page "Other projects" lists these.
 
     Raises:
         ValueError: no bytes are known for it, or the game or category is unknown.
@@ -86,7 +87,7 @@ def _variation(kind: str, game: str, category: str, color: int | None = None) ->
     declared = load(game)
     if category not in declared.slices:
         raise ValueError(
-            f"{declared.name} has no category {category!r}; it has {', '.join(declared.slices)}"
+            f"{declared.name} has no category {category!r}; it has {declared.suggestion(category)}"
         )
     known = _controls().get(declared.name, {}).get(kind, {})
     if category not in known:
