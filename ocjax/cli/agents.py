@@ -10,7 +10,7 @@ import typer
 
 from ocjax._extras import extras
 from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.options import START_HELP, Terrain, count_option, fields_as_options
 from ocjax.cli.outputs import write_csv, write_markdown, write_text
 from ocjax.cli.render import extract, pictures, save
@@ -110,23 +110,22 @@ def train(
     """
     if inputs not in ("objects", "pixels"):
         raise typer.BadParameter(f"inputs must be objects or pixels, got {inputs!r}")
-    with errors_in_one_line():
-        variant = {
-            "variations": variation or (),
-            "game_mode": game_mode,
-            "game_difficulty": game_difficulty,
-        }
-        changes = variant | {
-            "seed": seed,
-            "inputs": inputs,
-            "starts": [ram_starts.parse(text) for text in start or ()],
-        }
-        changes |= {} if preset is None else {"preset": preset}
-        given = {name: value for name, value in hyperparameters.items() if value is not None}
-        config = Config.of(experiment, game, given, **changes)
-        folder = out or writing.unnamed(Path(f"ocjax-{config.game}-{seed}"))
-        _train(config, folder, frames)
-        _show(config, folder)
+    variant = {
+        "variations": variation or (),
+        "game_mode": game_mode,
+        "game_difficulty": game_difficulty,
+    }
+    changes = variant | {
+        "seed": seed,
+        "inputs": inputs,
+        "starts": [ram_starts.parse(text) for text in start or ()],
+    }
+    changes |= {} if preset is None else {"preset": preset}
+    given = {name: value for name, value in hyperparameters.items() if value is not None}
+    config = Config.of(experiment, game, given, **changes)
+    folder = out or writing.unnamed(Path(f"ocjax-{config.game}-{seed}"))
+    _train(config, folder, frames)
+    _show(config, folder)
 
 
 def _train(config: Config, folder: Path, frames: int) -> None:
@@ -247,61 +246,60 @@ def play(
     Escape ends. Your play is saved as an animation and as a recording for
     `ocjax evaluate`, `ocjax render` and `ocjax extract`.
     """
-    with errors_in_one_line():
-        spec = registry.load(game)
-        protocol = {
-            "preset": preset,
-            "frame_skip": frame_skip,
-            "repeat_action_probability": repeat_action_probability,
-        }
-        writing.check_suffix(gif, (".gif",))
-        if terrain:
-            spec.require_terrain()
-            if gif is None and not human:
-                raise ValueError("--terrain paints into a picture: it needs --gif or --human")
-        if human:
-            plays = (
-                csv is not None
-                or variations is not None
-                or policy != TRAINED
-                or episodes != EVALUATION_EPISODES
-            )
-            if plays or any(value is not None for value in protocol.values()):
-                raise ValueError(
-                    "--policy, --episodes, --variations, --csv and the settings are for a policy "
-                    "that plays: they do not apply with --human"
-                )
-            recording = out or writing.unnamed(Path(f"ocjax-{spec.name}.npz"))
-            animation = gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif"))
-            _play_by_hand(spec, seed, recording, animation, terrain)
-            return
-        if out is not None:
+    spec = registry.load(game)
+    protocol = {
+        "preset": preset,
+        "frame_skip": frame_skip,
+        "repeat_action_probability": repeat_action_probability,
+    }
+    writing.check_suffix(gif, (".gif",))
+    if terrain:
+        spec.require_terrain()
+        if gif is None and not human:
+            raise ValueError("--terrain paints into a picture: it needs --gif or --human")
+    if human:
+        plays = (
+            csv is not None
+            or variations is not None
+            or policy != TRAINED
+            or episodes != EVALUATION_EPISODES
+        )
+        if plays or any(value is not None for value in protocol.values()):
             raise ValueError(
-                "--out needs --human, and names its recording; `ocjax dataset` records the play "
-                "of policies"
+                "--policy, --episodes, --variations, --csv and the settings are for a policy "
+                "that plays: they do not apply with --human"
             )
-        if variations is not None:
-            if csv is not None or gif is not None:
-                raise ValueError(
-                    "--csv and --gif apply only to the original game: with --variations, use "
-                    "--markdown and --json"
-                )
-            writing.check(markdown, json, reads=[policies.file_of(policy)])
-            rows = varied.compare(
-                spec, policy, varied.chosen(spec, variations), episodes, seed=seed, **protocol
+        recording = out or writing.unnamed(Path(f"ocjax-{spec.name}.npz"))
+        animation = gif or writing.unnamed(Path(f"ocjax-{spec.name}.gif"))
+        _play_by_hand(spec, seed, recording, animation, terrain)
+        return
+    if out is not None:
+        raise ValueError(
+            "--out needs --human, and names its recording; `ocjax dataset` records the play "
+            "of policies"
+        )
+    if variations is not None:
+        if csv is not None or gif is not None:
+            raise ValueError(
+                "--csv and --gif apply only to the original game: with --variations, use "
+                "--markdown and --json"
             )
-            _show_rows(spec, policy, rows, markdown, json)
-            return
-        if markdown is not None or json is not None:
-            raise ValueError("--markdown and --json need --variations, and write its comparison")
-        writing.check(csv, gif, reads=[policies.file_of(policy)])
-        drawing = {"pictures": gif is not None, "with_terrain": terrain}
-        played = play_games(spec, policy, episodes, seed=seed, **drawing, **protocol)
-        tables.show(_table(spec, played), console)
-        write_csv(csv, ("episode", "return", "frames"), _csv_rows(played))
-        if gif is not None:
-            save(played.pictures, gif, frame_time=FRAME_TIME)
-            writing.announce(console, "The first game", gif)
+        writing.check(markdown, json, reads=[policies.file_of(policy)])
+        rows = varied.compare(
+            spec, policy, varied.chosen(spec, variations), episodes, seed=seed, **protocol
+        )
+        _show_rows(spec, policy, rows, markdown, json)
+        return
+    if markdown is not None or json is not None:
+        raise ValueError("--markdown and --json need --variations, and write its comparison")
+    writing.check(csv, gif, reads=[policies.file_of(policy)])
+    drawing = {"pictures": gif is not None, "with_terrain": terrain}
+    played = play_games(spec, policy, episodes, seed=seed, **drawing, **protocol)
+    tables.show(_table(spec, played), console)
+    write_csv(csv, ("episode", "return", "frames"), _csv_rows(played))
+    if gif is not None:
+        save(played.pictures, gif, frame_time=FRAME_TIME)
+        writing.announce(console, "The first game", gif)
 
 
 def _show_rows(

@@ -11,7 +11,7 @@ import typer
 
 from ocjax._extras import require
 from ocjax.cli.gallery import states
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.options import OCATARI_ENV
 from ocjax.cli.outputs import write_text
 from ocjax.emulators.start import load_playable
@@ -52,7 +52,7 @@ def bench(
     median of repeated calls after the first one. --json adds the 10th and the
     90th percentile.
     """
-    with errors_in_one_line(), timing.one_core():  # before JAX starts its threads
+    with timing.one_core():  # before JAX starts its threads
         if plots is not None:
             require("matplotlib")
             plots.mkdir(parents=True, exist_ok=True)

@@ -14,7 +14,7 @@ from PIL import Image
 from rich.progress import track
 
 from ocjax.cli.gallery import richest
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.options import Terrain
 from ocjax.cli.outputs import write_picture
 from ocjax.emulators.start import load_playable
@@ -41,24 +41,22 @@ def demo(
     terrain: Terrain = False,
 ) -> None:
     """Play a game with random actions, time both extraction methods, and draw their objects."""
-    with errors_in_one_line():
-        spec = load_playable(game)
-        if terrain:
-            spec.require_terrain()
-        out = out or writing.unnamed(Path(f"ocjax-{spec.name}.png"))
-        writing.check(out, suffixes=(".png",))
+    spec = load_playable(game)
+    if terrain:
+        spec.require_terrain()
+    out = out or writing.unnamed(Path(f"ocjax-{spec.name}.png"))
+    writing.check(out, suffixes=(".png",))
     result = run(spec, num_envs, steps, seed)
     tables.show(to_table(result), console)
     console.print(
         "First call, compilation included: "
         + ", ".join(f"{name} {s:.2f} s" for name, s in result.first_call.items())
     )
-    with errors_in_one_line():
-        write_picture(
-            out,
-            picture(result, terrain),
-            "Objects on the last frames, REM beside VEM, and their pixels",
-        )
+    write_picture(
+        out,
+        picture(result, terrain),
+        "Objects on the last frames, REM beside VEM, and their pixels",
+    )
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from ocjax import recordings
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.options import OCATARI_ENV
 from ocjax.cli.outputs import write_markdown, write_text
 from ocjax.emulators.start import load_playable
@@ -87,47 +87,43 @@ def evaluate(
     ] = None,
 ) -> None:
     """Measure how well REM and VEM agree, and how often scores and lives are right."""
-    with errors_in_one_line():
-        tapes = _read_with_frames(w for w in what if w.endswith(".npz"))
-        specs = {w: load_playable(w) for w in what if w not in tapes}
-        writing.check(markdown, csv, latex, html, reads=[*tapes, policies.file_of(policy)])
-        with console.status("looking for OCAtari"):
-            python = ocatari_peer.interpreter(ocatari_env) if ocatari else None
-        done = []
-        for w in dict.fromkeys(what):
-            if w in tapes:
-                tape, source = tapes[w], f"{len(tapes[w]):,} samples of {w}"
-            else:
-                choices = {
-                    "seed": seed or [SEED],
-                    "game_mode": game_mode or [None],
-                    "game_difficulty": game_difficulty or [None],
-                }
-                tape = _play_all(
-                    specs[w],
-                    choices,
-                    samples=samples,
-                    policy=policy,
-                    num_envs=num_envs,
-                    frame_skip=frame_skip,
-                    after=after,
-                )
-                source = _describe(tape, policy, choices, after)
-            with console.status(f"evaluating {tape.game.name}"):
-                done.append(
-                    report.evaluate(
-                        tape, source, ocatari_peer.run(tape, python) if python else None
-                    )
-                )
-            for table in report.tables_of(done[-1]):
-                tables.show(table, console)
-            for note in report.notes(done[-1]):
-                console.print(note, markup=False, soft_wrap=True)
+    tapes = _read_with_frames(w for w in what if w.endswith(".npz"))
+    specs = {w: load_playable(w) for w in what if w not in tapes}
+    writing.check(markdown, csv, latex, html, reads=[*tapes, policies.file_of(policy)])
+    with console.status("looking for OCAtari"):
+        python = ocatari_peer.interpreter(ocatari_env) if ocatari else None
+    done = []
+    for w in dict.fromkeys(what):
+        if w in tapes:
+            tape, source = tapes[w], f"{len(tapes[w]):,} samples of {w}"
+        else:
+            choices = {
+                "seed": seed or [SEED],
+                "game_mode": game_mode or [None],
+                "game_difficulty": game_difficulty or [None],
+            }
+            tape = _play_all(
+                specs[w],
+                choices,
+                samples=samples,
+                policy=policy,
+                num_envs=num_envs,
+                frame_skip=frame_skip,
+                after=after,
+            )
+            source = _describe(tape, policy, choices, after)
+        with console.status(f"evaluating {tape.game.name}"):
+            done.append(
+                report.evaluate(tape, source, ocatari_peer.run(tape, python) if python else None)
+            )
+        for table in report.tables_of(done[-1]):
+            tables.show(table, console)
+        for note in report.notes(done[-1]):
+            console.print(note, markup=False, soft_wrap=True)
     tables.show(report.overview(done), console)
     if not (markdown or csv):
         console.print("--markdown and --csv write more columns.")
-    with errors_in_one_line():
-        _write_reports(done, markdown, csv, latex, html)
+    _write_reports(done, markdown, csv, latex, html)
 
 
 def _read_with_frames(paths: Iterator[str]) -> dict[str, Recording]:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.options import RAY
 from ocjax.emulators.progress import progress_bar
 from ocjax.files import writing
@@ -58,6 +58,6 @@ def extract(
     To resume after an interruption, repeat the command. Until the output is
     complete, the work stays in the folder OUT.parts.
     """
-    with errors_in_one_line(), progress_bar("extracting", "rows", console) as report:
+    with progress_bar("extracting", "rows", console) as report:
         extract_file(source, out, game, array=array, hud=hud, ray=ray, report=report)
     writing.announce(console, "Written", Path(out))

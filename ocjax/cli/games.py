@@ -9,7 +9,7 @@ import typer
 from rich.padding import Padding
 from rich.table import Table
 
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.extraction import names
 
 STEPS = 150  # agent steps before a picture
@@ -44,16 +44,14 @@ def games(
     if game is None:
         if picture is not None:
             raise typer.BadParameter("--picture needs the name of a game")
-        with errors_in_one_line():
-            _print_list(suite, as_json)
+        _print_list(suite, as_json)
         return
     if suite is not None:
         raise typer.BadParameter("--suite lists games: give a suite or a game, not both")
     from ocjax.cli import description
     from ocjax.extraction import registry
 
-    with errors_in_one_line():
-        known = registry.load(game)
+    known = registry.load(game)
     about = description.describe(known)
     if as_json:
         typer.echo(json.dumps(about, indent=2))
@@ -177,6 +175,5 @@ def _draw(game: Any, path: Path) -> None:
     from ocjax.cli.outputs import write_picture
     from ocjax.files import writing
 
-    with errors_in_one_line():
-        writing.check(path, suffixes=(".png",))
-        write_picture(path, picture(game, STEPS), f"Objects of {game.name}, REM beside VEM")
+    writing.check(path, suffixes=(".png",))
+    write_picture(path, picture(game, STEPS), f"Objects of {game.name}, REM beside VEM")

@@ -8,7 +8,7 @@ import numpy as np
 import typer
 from PIL import Image, ImageDraw
 
-from ocjax.cli.messages import console, errors_in_one_line, warn
+from ocjax.cli.messages import console, warn
 from ocjax.cli.outputs import write_csv, write_picture
 from ocjax.emulators.progress import progress_bar
 from ocjax.evaluation import tables
@@ -57,24 +57,21 @@ def gaze(
 ) -> None:
     """Find the objects that the players of the dataset Atari-HEAD look at."""
     folder = trial.with_suffix("") if frames is None else frames
-    with errors_in_one_line():
-        known = registry.load(game)
-        if not trial.exists():
-            raise FileNotFoundError(f"no trial {trial}")
-        if not folder.exists():
-            raise FileNotFoundError(
-                f"no folder {folder} of the trial's pictures: give it (--frames)"
-            )
-        reads = [trial, *PictureFolder(folder).reads]
-        writing.check(out, suffixes=(".csv",), reads=reads)
-        writing.check(picture, suffixes=(".png",), reads=reads)
-        with progress_bar("extracting", "frames", console) as report:
-            found = list(looks(known, trial, folder, report))
-        tables.show(_to_table(known, found), console)
-        write_csv(out, COLUMNS, map(_csv_row, found))
-        if picture is not None:
-            looked_at = (look for look in found if look.slot is not None)
-            write_picture(picture, _drawn(known, folder, next(looked_at, found[0])))
+    known = registry.load(game)
+    if not trial.exists():
+        raise FileNotFoundError(f"no trial {trial}")
+    if not folder.exists():
+        raise FileNotFoundError(f"no folder {folder} of the trial's pictures: give it (--frames)")
+    reads = [trial, *PictureFolder(folder).reads]
+    writing.check(out, suffixes=(".csv",), reads=reads)
+    writing.check(picture, suffixes=(".png",), reads=reads)
+    with progress_bar("extracting", "frames", console) as report:
+        found = list(looks(known, trial, folder, report))
+    tables.show(_to_table(known, found), console)
+    write_csv(out, COLUMNS, map(_csv_row, found))
+    if picture is not None:
+        looked_at = (look for look in found if look.slot is not None)
+        write_picture(picture, _drawn(known, folder, next(looked_at, found[0])))
     if not any(look.objects.valid.any() for look in found):
         warn(f"no object of {known.name} is in {folder}: are these pictures of another game?")
 

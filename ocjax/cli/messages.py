@@ -40,12 +40,13 @@ def errors_in_one_line() -> Iterator[None]:
 
 
 class Interruptible(TyperGroup):
-    """Commands that print one line and exit with status 130 after Ctrl-C."""
+    """Commands that report errors in one line, and exit with status 130 after Ctrl-C."""
 
     def invoke(self, ctx: Any) -> Any:
         """Invoke the command."""
         try:
-            return super().invoke(ctx)
+            with errors_in_one_line():
+                return super().invoke(ctx)
         except KeyboardInterrupt:
             say("Interrupted.")
             sys.stdout.flush()

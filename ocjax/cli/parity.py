@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.progress import track
 
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.render import save
 from ocjax.evaluation import parity as referee
 from ocjax.evaluation import tables
@@ -47,10 +47,9 @@ def parity(
 
     Both play the same actions.
     """
-    with errors_in_one_line():
-        writing.check(out, suffixes=(".png", ".gif"))
-        games = list(FIELDS) if name == "all" else [name]
-        found = [_runs(game, seeds, frames, align=align) for game in games]
+    writing.check(out, suffixes=(".png", ".gif"))
+    games = list(FIELDS) if name == "all" else [name]
+    found = [_runs(game, seeds, frames, align=align) for game in games]
     table = referee.to_summary(found) if name == "all" else referee.to_table(found[0])
     tables.show(table, console)
     if out is not None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ocjax import recordings
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.outputs import write_picture, write_text
 from ocjax.evaluation import tables
 from ocjax.extraction import names, registry
@@ -43,18 +43,16 @@ PRINTED = Path("-")  # as an output: print instead
 
 
 def _tape(what: str, samples: int, policy: str, seed: int, game_mode: int | None) -> Recording:
-    with errors_in_one_line():
-        if what.endswith(".npz"):
-            return recordings.read(what)
-        return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
+    if what.endswith(".npz"):
+        return recordings.read(what)
+    return rollout(registry.load(what), samples, policy=policy, seed=seed, game_mode=game_mode)
 
 
 def _write(out: Path, text: str, what: str) -> None:
     if out == PRINTED:
         typer.echo(text, nl=False)
         return
-    with errors_in_one_line():
-        write_text(out, text, what)
+    write_text(out, text, what)
 
 
 @ram.command()
@@ -86,9 +84,8 @@ def correlate(
     """
     if target not in ("vem", "sprites"):
         raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
-    with errors_in_one_line():
-        reads = [Path(what)] if what.endswith(".npz") else [policies.file_of(policy)]
-        writing.check(None if write == PRINTED else write, reads=reads)
+    reads = [Path(what)] if what.endswith(".npz") else [policies.file_of(policy)]
+    writing.check(None if write == PRINTED else write, reads=reads)
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
         raise typer.BadParameter(
@@ -119,24 +116,22 @@ def causes(
     ] = None,
 ) -> None:
     """Set each byte to each value in one state, and show which pixels and objects change."""
-    with errors_in_one_line():
-        game = registry.load(name)
-        out = out or writing.unnamed(Path(f"ocjax-causes-{game.name}.png"))
-        writing.check(out, suffixes=(".png",))
-        found = causal.causes(
-            game,
-            steps=steps,
-            frames=frames,
-            seed=seed,
-            values=values,
-            num_envs=num_envs,
-            game_mode=game_mode,
-        )
+    game = registry.load(name)
+    out = out or writing.unnamed(Path(f"ocjax-causes-{game.name}.png"))
+    writing.check(out, suffixes=(".png",))
+    found = causal.causes(
+        game,
+        steps=steps,
+        frames=frames,
+        seed=seed,
+        values=values,
+        num_envs=num_envs,
+        game_mode=game_mode,
+    )
     tables.show(causal.to_table(found), console)
     for note in causal.notes(found):
         console.print(note, markup=False, soft_wrap=True)
-    with errors_in_one_line():
-        write_picture(out, causal.picture(found), "Map of all bytes, changed pixels in red")
+    write_picture(out, causal.picture(found), "Map of all bytes, changed pixels in red")
 
 
 @ram.command()
@@ -151,7 +146,7 @@ def residual(
 ) -> None:
     """Search the whole RAM for bits that explain the remaining errors of a decoder in one field."""
     tape = _tape(what, samples, policy, seed, game_mode)
-    with errors_in_one_line(), console.status("searching"):
+    with console.status("searching"):
         found = residuals.residual(tape, category, field)
     for table in residuals.to_tables(found, f"{tape.game.name} {category} {field}"):
         tables.show(table, console)
@@ -175,9 +170,8 @@ def twins(
     The command changes every byte before a moment of random play, and repeats
     the same actions. The game needs vision rules, but no decoder.
     """
-    with errors_in_one_line():
-        game = registry.load(name)
-        found = pairs.twins(game, moment, count=count, seed=seed, game_mode=game_mode)
+    game = registry.load(name)
+    found = pairs.twins(game, moment, count=count, seed=seed, game_mode=game_mode)
     tables.show(pairs.to_table(found), console)
 
 
@@ -200,10 +194,9 @@ def control(
     The search skips displays, and objects that rarely appear in random play. A
     game takes about a minute.
     """
-    with errors_in_one_line():
-        games = names.games() if name == "all" else [registry.load(name).name]
-        writing.check(out)
-        known = jobs.read(out) if out is not None and out.exists() else {}
+    games = names.games() if name == "all" else [registry.load(name).name]
+    writing.check(out)
+    known = jobs.read(out) if out is not None and out.exists() else {}
     for game in map(registry.load, games):
         if name == "all" and game.name in known:
             continue
@@ -211,8 +204,7 @@ def control(
         tables.show(controls.to_table(game, found), console)
         known[game.name] = controls.to_json(found)
         if out is not None:
-            with errors_in_one_line():
-                writing.write_text(out, json.dumps(dict(sorted(known.items())), indent=1) + "\n")
+            writing.write_text(out, json.dumps(dict(sorted(known.items())), indent=1) + "\n")
     if out is not None:
         writing.announce(console, "Written", out)
 
@@ -236,16 +228,15 @@ def new_game(
     their components, and a vision rule for each colour. Its comments give the
     next steps.
     """
-    with errors_in_one_line():
-        found = roms.find(name)
-        folder = Path(next(iter(importlib.import_module("ocjax.extractors").__path__)))
-        out = out or writing.unnamed(folder / f"{found.name.lower()}.py")
-        for taken in (out, out.with_suffix("")):
-            if out != PRINTED and taken.exists():
-                raise FileExistsError(f"{taken} exists: give another output")
-        writing.check(None if out == PRINTED else out)
-        with console.status("playing"):
-            text = new.source(new.describe(name, frames=frames, seed=seed))
+    found = roms.find(name)
+    folder = Path(next(iter(importlib.import_module("ocjax.extractors").__path__)))
+    out = out or writing.unnamed(folder / f"{found.name.lower()}.py")
+    for taken in (out, out.with_suffix("")):
+        if out != PRINTED and taken.exists():
+            raise FileExistsError(f"{taken} exists: give another output")
+    writing.check(None if out == PRINTED else out)
+    with console.status("playing"):
+        text = new.source(new.describe(name, frames=frames, seed=seed))
     _write(out, text, "Game file")
 
 
@@ -265,10 +256,9 @@ def show_map(
     seed: Annotated[int, SEED] = 0,
 ) -> None:
     """Print the RAM map of a finished game: bytes, reading, range, name and meaning."""
-    with errors_in_one_line():
-        game = registry.load(name)
-        if confirm and not as_json:
-            raise ValueError("--confirm needs --json")
+    game = registry.load(name)
+    if confirm and not as_json:
+        raise ValueError("--confirm needs --json")
     if as_json:
         found = causal.causes(game, seed=seed, values=VALUES_CONFIRMED) if confirm else None
         typer.echo(json.dumps(ram_map.to_json(game, found), indent=2))
@@ -297,10 +287,9 @@ def disassemble(
     The program runs in an interpreter with the RAM of random play. There are no
     collisions.
     """
-    with errors_in_one_line():
-        writing.check(out)
-        with console.status("running"):
-            program = disassembly.disassemble(name, states=states, seed=seed, game_mode=game_mode)
+    writing.check(out)
+    with console.status("running"):
+        program = disassembly.disassemble(name, states=states, seed=seed, game_mode=game_mode)
     _write(out or PRINTED, "\n".join(listing.lines(program)) + "\n", "Listing")
     tables.show(listing.write_table(program), console)
 
@@ -323,6 +312,5 @@ def watch_game(
     ] = None,
 ) -> None:
     """Play a game, watch its objects and changing bytes live, and edit or save the state."""
-    with errors_in_one_line():
-        session = watch.Session(registry.load(name), policy, seed, game_mode)
+    session = watch.Session(registry.load(name), policy, seed, game_mode)
     watch.watch(session, console, frames)

@@ -11,7 +11,7 @@ from PIL import Image
 from rich.progress import track
 
 from ocjax import recordings
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.options import Terrain
 from ocjax.extraction.objects import Objects
 from ocjax.files import writing
@@ -44,9 +44,8 @@ def render(
     """Draw objects over the frames of a recording."""
     if method not in METHODS:
         raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
-    with errors_in_one_line():
-        writing.check(out, suffixes=(".png", ".gif"), reads=[recording])
-        tape = recordings.read(recording, game)
+    writing.check(out, suffixes=(".png", ".gif"), reads=[recording])
+    tape = recordings.read(recording, game)
     if tape.screens is None:
         raise typer.BadParameter(f"{recording} has no frames (an array 'screens') to draw on")
     if first >= len(tape):
@@ -54,16 +53,14 @@ def render(
             f"{recording} has {len(tape)} samples, so the first to draw cannot be {first}"
         )
     if terrain:
-        with errors_in_one_line():
-            tape.game.require_terrain()
+        tape.game.require_terrain()
     samples = slice(first, min(len(tape), first + (count if out.suffix == ".gif" else 1)))
     with console.status("extracting"):
         objects = extract(tape, METHODS[method], samples)
     drawn = pictures(tape, objects, samples, scale, with_terrain=terrain)
     total = samples.stop - samples.start
     images = list(track(drawn, description="drawing", total=total, console=console, transient=True))
-    with errors_in_one_line():
-        save(images, out)
+    save(images, out)
     writing.announce(console, f"{len(images)} samples of {recording}", out)
 
 

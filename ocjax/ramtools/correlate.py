@@ -8,10 +8,9 @@ import jax
 import numpy as np
 
 from ocjax.evaluation.tables import Cell, Table
-from ocjax.extraction.categories import Category
-from ocjax.extraction.detection import detect
 from ocjax.ramtools import fits, rows
 from ocjax.ramtools.fits import Fit, Halves
+from ocjax.ramtools.new.colors import components
 from ocjax.ramtools.rows import Row
 from ocjax.recordings import Recording
 from ocjax.vision.rules import Blobs
@@ -114,15 +113,10 @@ def from_chip(recording: Recording) -> Iterator[Target]:
     """The connected pixels of the video chip's sprites. This needs no vision rules."""
     if recording.shown is None:
         raise ValueError("the recording lacks the video chip's sprites (an array 'shown')")
-    categories = tuple(
-        Category(name, Blobs((bit,)), count=CHIP_SLOTS) for bit, name in CHIP.items()
-    )
-    found_on = jax.jit(lambda frames: detect(categories, frames))
-    for c, found in zip(categories, found_on(recording.shown), strict=True):
-        xywh = np.stack([found.x, found.y, found.w, found.h], axis=-1).swapaxes(0, 1)
-        valid = np.asarray(found.valid).T
+    found = components(recording.shown, [(bit,) for bit in CHIP], CHIP_SLOTS)
+    for name, (xywh, valid) in zip(CHIP.values(), found, strict=True):
         boxes = xywh * valid[..., None]
-        yield Target(c.name, False, boxes, valid, None, np.zeros(valid.shape, int))
+        yield Target(name, False, boxes, valid, None, np.zeros(valid.shape, int))
 
 
 def _looks(screens: np.ndarray, xywh: np.ndarray, valid: np.ndarray) -> np.ndarray:

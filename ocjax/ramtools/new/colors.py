@@ -2,7 +2,7 @@
 
 import collections
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -69,7 +69,7 @@ class Mixed:
 def survey(screens: np.ndarray) -> list[Color]:
     """Describe the colours of frames, uint8 `[n, H, 160]`, the most frequent ones first."""
     indices = [int(c) for c in np.unique(screens) if _seen(screens, c) >= RARE]
-    found = _components(screens, [(c,) for c in indices])
+    found = components(screens, [(c,) for c in indices])
     out = [
         _color(index, _seen(screens, index), *boxes)
         for index, boxes in zip(indices, found, strict=True)
@@ -87,7 +87,7 @@ def mixed(screens: np.ndarray, colors: Iterable[Color]) -> list[Mixed]:
     indices = tuple(color.index for color in colors if not color.is_wide)
     if not indices:
         return []
-    (boxes,) = _components(screens, [indices])
+    (boxes,) = components(screens, [indices])
     sizes: dict[tuple[int, ...], list[tuple[int, int]]] = collections.defaultdict(list)
     for n, k in np.argwhere(boxes.valid):
         x, y, w, h = boxes.xywh[n, k]
@@ -103,24 +103,21 @@ def mixed(screens: np.ndarray, colors: Iterable[Color]) -> list[Mixed]:
     return sorted(often, key=lambda one: -one.count)[:MOST_MIXED]
 
 
-class _Boxes(NamedTuple):
+class Boxes(NamedTuple):
     """The components of a set of colours: int `[n, slots, 4]` and bool `[n, slots]`."""
 
     xywh: np.ndarray
     valid: np.ndarray
 
 
-def _components(screens: np.ndarray, colors: list[tuple[int, ...]]) -> list[_Boxes]:
-    """The components of each set of colours."""
-    categories = tuple(Category(f"Set{i}", Blobs(c), count=SLOTS) for i, c in enumerate(colors))
+def components(
+    screens: np.ndarray, colors: Sequence[tuple[int, ...]], slots: int = SLOTS
+) -> list[Boxes]:
+    """The components of each set of colours in frames, uint8 `[n, H, 160]`."""
+    categories = tuple(Category(f"Set{i}", Blobs(c), count=slots) for i, c in enumerate(colors))
     found = jax.jit(lambda frames: detect(categories, frames))(screens)
-    return [
-        _Boxes(
-            np.stack([b.x, b.y, b.w, b.h], axis=-1).swapaxes(0, 1).astype(int),
-            np.asarray(b.valid).T,
-        )
-        for b in found
-    ]
+    boxes = (np.stack([b.x, b.y, b.w, b.h], axis=-1).swapaxes(0, 1).astype(int) for b in found)
+    return [Boxes(xywh, np.asarray(b.valid).T) for xywh, b in zip(boxes, found, strict=True)]
 
 
 def _seen(screens: np.ndarray, color: int) -> float:
