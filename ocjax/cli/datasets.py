@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from ocjax.cli.messages import console, errors_in_one_line
+from ocjax.cli.messages import console
 from ocjax.cli.options import RAY, START_HELP, count_option
 from ocjax.datasets import collection, detection, exports, generation
 from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
@@ -57,20 +57,19 @@ def dataset(
     With `all`, each game gets a subfolder with as many states, played by the
     default policies from all of the game's starts, and --out a table of them.
     """
-    with errors_in_one_line():
-        if game == ALL:
-            if policy or start or least_f1 != LEAST_F1:
-                raise ValueError("all takes no --policy, --start and --least-f1")
-            _all(out, states, seed or SEEDS, ray)
-            return
-        spec = registry.load(game)
-        begin = [ram_starts.parse(text) for text in start or ()]
-        plan = plan_dataset(
-            spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1, begin
-        )
-        was_complete = (out / generation.SHEET).exists() and not generation.missing(plan, out)
-        with progress_bar(f"playing {spec.name}", "states", console) as report:
-            generation.generate(plan, out, ray=ray, report=report)
+    if game == ALL:
+        if policy or start or least_f1 != LEAST_F1:
+            raise ValueError("all takes no --policy, --start and --least-f1")
+        _all(out, states, seed or SEEDS, ray)
+        return
+    spec = registry.load(game)
+    begin = [ram_starts.parse(text) for text in start or ()]
+    plan = plan_dataset(
+        spec, states, seed or SEEDS, _percentages(policy) if policy else None, least_f1, begin
+    )
+    was_complete = (out / generation.SHEET).exists() and not generation.missing(plan, out)
+    with progress_bar(f"playing {spec.name}", "states", console) as report:
+        generation.generate(plan, out, ray=ray, report=report)
     writing.announce(
         console,
         "Complete already" if was_complete else "Written",
@@ -105,7 +104,7 @@ def relabel(
 
     To resume after an interruption, repeat the command.
     """
-    with errors_in_one_line(), progress_bar("labelling", "states", console) as report:
+    with progress_bar("labelling", "states", console) as report:
         generation.relabel(folder, ray=ray, report=report)
     writing.announce(console, "Written", folder / generation.SHEET)
 
@@ -126,7 +125,7 @@ def export(
     ],
 ) -> None:
     """Export datasets to COCO, YOLO, CSV or Minari."""
-    with errors_in_one_line(), progress_bar("exporting", "states", console) as report:
+    with progress_bar("exporting", "states", console) as report:
         if out.startswith((detection.COCO, detection.YOLO)):
             detection.export_boxes(folders, out, report=report)
         elif len(folders) > 1:
