@@ -1,6 +1,5 @@
 """Vision Extraction Method: compiles a game's vision rules to a function of frames."""
 
-import itertools
 from collections.abc import Callable, Sequence
 
 import jax
@@ -18,8 +17,8 @@ from ocjax.extraction.saver import key_of, restored, saved
 from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
-# Frames per chunk: their planes and masks fit in a second-level cache of 2 MB. A chunk of 64 takes
-# a quarter longer. Rows `chunks of frames` of benchmarks/tricks.py.
+# Frames per chunk: their planes and masks fit in a second-level cache of 2 MB. Rows `chunks of
+# frames` of benchmarks/tricks.py.
 CHUNK = 32
 
 
@@ -32,14 +31,12 @@ def _by_slot(
     """
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
-    pieces = []
-    counts = [c.count for c in game.categories]
-    for absent, group in itertools.groupby(
-        zip(fields, counts, strict=True), key=lambda pair: pair[0] is None
-    ):
-        own, sizes = zip(*group, strict=True)
-        pieces += [jnp.full((sum(sizes), lanes), default, jnp.int32)] if absent else own
-    return jnp.concatenate(pieces)
+    return jnp.concatenate(
+        [
+            jnp.full((c.count, lanes), default, jnp.int32) if field is None else field
+            for c, field in zip(game.categories, fields, strict=True)
+        ]
+    )
 
 
 def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Array:
@@ -89,7 +86,6 @@ def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array
 
 
 def _objects(game: Declaration, slots: jax.Array, frames: jax.Array) -> Objects:
-    """Make objects from the slots that `_extract` returns for some frames."""
     box = slots[:, 0]
     valid, xywh = words.boxes(box.ravel())
     valid, xywh = valid.reshape(box.shape), xywh.reshape(*box.shape, 4)
