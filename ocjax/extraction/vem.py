@@ -1,5 +1,6 @@
 """Vision Extraction Method: compiles a game's vision rules to a function of frames."""
 
+import itertools
 from collections.abc import Callable, Sequence
 
 import jax
@@ -27,16 +28,19 @@ def _by_slot(
 ) -> jax.Array:
     """Join a field of all categories in one array `[N, B]`, int32 (boxes: uint32).
 
-    Categories without the field get the default.
+    Categories without the field get the default, adjacent ones in one piece: each operand of a
+    concatenation is a branch.
     """
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
-    return jnp.concatenate(
-        [
-            jnp.full((c.count, lanes), default, jnp.int32) if field is None else field
-            for c, field in zip(game.categories, fields, strict=True)
-        ]
-    )
+    pieces = []
+    counts = [c.count for c in game.categories]
+    for absent, group in itertools.groupby(
+        zip(fields, counts, strict=True), key=lambda pair: pair[0] is None
+    ):
+        own, sizes = zip(*group, strict=True)
+        pieces += [jnp.full((sum(sizes), lanes), default, jnp.int32)] if absent else own
+    return jnp.concatenate(pieces)
 
 
 def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Array:

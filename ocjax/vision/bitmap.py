@@ -174,8 +174,10 @@ def columns_between(left: jax.Array, right: jax.Array, words: int = WIDTH // 32)
 
 def from_column(words: jax.Array, column: jax.Array) -> jax.Array:
     """Clear the pixels left of each row's column: rows `[words, n, B]`, columns int32 `[n, B]`."""
-    end = jnp.full_like(column, 32 * len(words))
-    return words & columns_between(column, end, len(words))
+    start = jnp.clip(
+        column[None] - 32 * jnp.arange(len(words), dtype=jnp.int32)[:, None, None], 0, 32
+    )
+    return words & jnp.where(start < 32, ALL >> jnp.minimum(start, 31).astype(U), U(0))
 
 
 def rows_at(bitmap: Bitmap, row: jax.Array) -> jax.Array:
@@ -285,6 +287,28 @@ def bridged(bitmap: Bitmap, gap: int) -> Bitmap:
     """Fill gaps of at most `gap` blank pixels between the pixels of a row."""
     wide = over(_pad(bitmap, (0, 1)), gap + 1, shift_right, jnp.bitwise_or)
     return bitmap | over(wide, gap + 1, shift_left, jnp.bitwise_and)[:-1]
+
+
+def stretched(masks: Bitmap, gap: tuple[int, int]) -> Bitmap:
+    """Spread pixels dx to the right and dy down, to connect parts at most (dx, dy) apart.
+
+    A component keeps its first pixel, and its box grows by (dx, dy). Each mask has room for this on
+    its right and below.
+    """
+    dx, dy = gap
+    # The word to the left. Pixels move less than 32 columns, so no other word matters.
+    before = jnp.pad(masks[:-1], ((1, 0), (0, 0), (0, 0)))
+    n = 1
+    while n <= dx:
+        step = min(n, dx - n + 1)
+        masks = masks | (masks >> step) | (before << (32 - step))
+        before, n = before | (before >> step), 2 * n
+    masks = jnp.pad(masks, ((0, 0), (dy, 0), (0, 0)))
+    n = 1
+    while n <= dy:
+        step = min(n, dy - n + 1)
+        masks, n = masks[:, step:] | masks[:, :-step], 2 * n
+    return masks
 
 
 def spread(bitmap: Bitmap, where: jax.Array | np.ndarray = ALL) -> Bitmap:

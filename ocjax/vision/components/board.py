@@ -32,11 +32,6 @@ def stacked(layout: Layout, masks: Sequence[Bitmap]) -> Bitmap:
 
 
 def _bridged(board: Bitmap, first: int, end: int, gap: tuple[int, int]) -> Bitmap:
-    """Connect parts at most `gap` blank pixels apart in some rows of the board.
-
-    Pixels spread to the right and down, where each mask has room: a component keeps its first
-    pixel, and its box grows by the gap.
-    """
-    dx, dy = gap
-    bridged = materialize(lambda board: bm.any_within(board[:, first:end], dx + 1, dy + 1), board)
+    """Close the gaps between the parts of components in some rows of the board."""
+    bridged = materialize(lambda board: bm.stretched(board[:, first:end], gap), board)
     return lax.dynamic_update_slice(board, bridged, (0, first, 0))
