@@ -306,8 +306,7 @@ class Kernels:
         words = jax.jit(lambda m: bitmap.cut(m, rule.region))(words)
         shapes = {
             "up to 8 x 10": rule.shapes,
-            "up to 31 x 31": Shape(w=(1, 31), h=(1, 31)),
-            "any size": Shape(),
+            "up to 31 x 32": Shape(),
         }
         searches = {
             name: Search(alien.count, (shape,), gap=rule.gap) for name, shape in shapes.items()
@@ -323,7 +322,10 @@ class Kernels:
             "MsPacman",
             walls,
             mask,
-            {"up to 8 x 10": Search(200, (Shape(w=(1, 8), h=(1, 10)),)), "any size": Search(200)},
+            {
+                "up to 8 x 10": Search(200, (Shape(w=(1, 8), h=(1, 10)),)),
+                "up to 31 x 32": Search(200),
+            },
         )
 
     def component_rows(
@@ -364,9 +366,7 @@ class Kernels:
 
     def check_components(self, what: str, search: "Search", ours: Any, closed: np.ndarray) -> None:
         """End the run if another program finds other boxes in any of the distinct frames."""
-        from ocjax.console.boxes import WIDTH
-
-        gap, (max_width, max_height) = search.gap, search.shapes[0].max_size or (WIDTH, 256)
+        gap, (max_width, max_height) = search.gap, search.shapes[0].max_size
         distinct = len(recorded(what.split(", ")[-1])["screens"])
         for name, f in self.others.items():
             for b in range(distinct if f else 0):

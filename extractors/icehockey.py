@@ -263,10 +263,8 @@ def _clock_box(m: Ram) -> Box:
 
 
 HEADED = Raised(HEAD_ROWS)
-BLUE_TEAM = Blobs((BLUE, RED), RINK, Shape(w=(5, None), h=(8, None)), gap=(0, 1), then=(HEADED,))
-YELLOW_TEAM = Blobs(
-    (YELLOW, CREAM, GREEN, HEAD), RINK, Shape(w=(5, None), h=(12, None)), gap=(1, 2)
-)
+BLUE_TEAM = Blobs((BLUE, RED), RINK, Shape(w=(5, 31), h=(8, 32)), gap=(0, 1), then=(HEADED,))
+YELLOW_TEAM = Blobs((YELLOW, CREAM, GREEN, HEAD), RINK, Shape(w=(5, 31), h=(12, 32)), gap=(1, 2))
 SECONDS = Digits(FONT, CLOCK_LEFTS, CLOCK_TOP, (60, 10, 1))
 CLOCK = Bounds(BLUE_DIGITS, (64, CLOCK_TOP, 96, CLOCK_TOP + FONT.height), value=SECONDS)
 

@@ -425,8 +425,16 @@ OTHERS = tuple(c for c in LIGHTS if c != YAR_COLOR)
 MISSILE = Blobs(OTHERS, shapes=Shape(w=(3, 4), h=(1, 3)), ignore=(ZONE,), also=(IN_ZONE,))
 cannon_rule = functools.partial(Blobs, gap=(0, 4), shapes=Shape(w=(3, 8), h=(4, 8)), ignore=(ZONE,))
 CANNON = cannon_rule((*DIM, CANNON_COLOR), (0, 0, 128, 195))
-tiles = functools.partial(Cells, whole=False, exclude=("Enemy", "Enemy_Missile"), floats=True)
-BLOCKS = tiles(SHIELDS, CELLS_X, CELLS_Y, 4, 8)
+BLOCKS = Cells(
+    SHIELDS,
+    CELLS_X,
+    CELLS_Y,
+    4,
+    8,
+    whole=False,
+    exclude=("Enemy", "Enemy_Missile"),
+    floats=(SHIELDS, max(CELLS_Y) + 8),
+)
 STRIPES = Bounds(DIM, ZONE, min_size=(28, 150))
 TEXT = (YAR_COLOR, YAR_COLOR & 247)  # the second one in the screen saver
 

@@ -69,7 +69,7 @@ from ocjax.vision.bitmap import (
 from ocjax.vision.colors import Colors
 from ocjax.vision.detected import Detected, boxes
 from ocjax.vision.displays import IconRow, Icons, NumberDisplay, Static
-from ocjax.vision.filters import Lines, LoneRuns, NoLines, Searched, ShortRuns
+from ocjax.vision.filters import LoneRuns, NoLines, Searched, ShortRuns
 from ocjax.vision.pictures import picture
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Cells, Gauge, Run, Runs
 from ocjax.vision.shades import Saver, Shades
@@ -112,7 +112,6 @@ __all__ = [
     "Icons",
     "KindEntry",
     "Kinds",
-    "Lines",
     "LivesAsIcons",
     "LivesAsNumber",
     "LoneRuns",

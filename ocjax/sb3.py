@@ -38,8 +38,8 @@ def make_vec_env(
         game: the game's name in any of the usual spellings, or a `Game`.
         n_envs: number of instances.
         seed: instance i gets `seed + i` at the first reset; by default a random seed.
-        options: options of `ocjax.make_vec`, except `autoreset_mode` and `batch_size`. The default
-            observation is "vector".
+        options: of `ocjax.make_vec`, except `autoreset_mode` and `batch_size`; `obs` is "vector" by
+            default.
 
     Raises:
         ValueError: the game or an option's value is unknown.
@@ -62,21 +62,12 @@ def make_vec_env(
 
 
 class _Instance:
-    """The object behind `get_attr` and `env_method` for one of the environments."""
-
     def __init__(self, envs: ObjectVectorEnv, i: int) -> None:
         self._envs, self._i = envs, i
-        self.observation_space, self.action_space = (
-            envs.single_observation_space,
-            envs.single_action_space,
-        )
-        self.spec, self.metadata, self.render_mode, self.game, self.mode = (
-            envs.spec,
-            envs.metadata,
-            envs.render_mode,
-            envs.game,
-            envs.mode,
-        )
+        self.observation_space = envs.single_observation_space
+        self.action_space = envs.single_action_space
+        for name in ("spec", "metadata", "render_mode", "game", "mode"):
+            setattr(self, name, getattr(envs, name))
 
     @property
     def unwrapped(self) -> "_Instance":
@@ -113,18 +104,14 @@ class _Instance:
 class ObjectVecEnv(VecEnv):
     """A vector environment of ocjax with the interface of Stable-Baselines3.
 
-    The `infos` of a step contain `lives`, `frame_number`, `episode_return`, `episode_length` and
-    `game_over` as in `ObjectVectorEnv`, `reward` (unclipped) if rewards are clipped, `ram` with
-    `ram_info`, and `TimeLimit.truncated`. At the end of an episode they describe the terminal
-    state, and contain `terminal_observation`. At the end of a complete game they also contain
-    `episode`, as from Stable-Baselines3's `Monitor`: the unclipped return `r`, the number of agent
-    steps `l`, and the seconds `t` since the environments were made.
+    The `infos` of a step contain the entries of `ObjectVectorEnv`'s `info`, except
+    `executed_action`, and `TimeLimit.truncated`. At the end of an episode they describe the
+    terminal state, and contain `terminal_observation`. At the end of a complete game they also
+    contain `episode`, as from Stable-Baselines3's `Monitor`: the unclipped return `r`, the number
+    of agent steps `l`, and the seconds `t` since the environments were made.
 
     Args:
         envs: a vector environment with same-step autoreset.
-
-    Attributes:
-        envs: the vector environment.
 
     Raises:
         ValueError: the environment has another autoreset mode.
@@ -204,10 +191,7 @@ class ObjectVecEnv(VecEnv):
         self.envs.close()
 
     def get_images(self) -> Sequence[np.ndarray | None]:
-        """The last frame of each environment.
-
-        Frames are None unless the render mode is "rgb_array".
-        """
+        """The last frame of each environment; None unless the render mode is "rgb_array"."""
         frames = self.envs.render() if self.render_mode == "rgb_array" else None
         return [None] * self.num_envs if frames is None else list(frames)
 
@@ -217,7 +201,7 @@ class ObjectVecEnv(VecEnv):
     def get_attr(self, attr_name: str, indices: int | Iterable[int] | None = None) -> list[Any]:
         """An attribute of some environments.
 
-        Attributes are the spaces, `spec`, `metadata`, `render_mode`, `game`, `mode`, `features` and
+        These are the spaces, `spec`, `metadata`, `render_mode`, `game`, `mode`, `features` and
         `objects`.
 
         Raises:
@@ -228,12 +212,7 @@ class ObjectVecEnv(VecEnv):
     def set_attr(
         self, attr_name: str, value: Any, indices: int | Iterable[int] | None = None
     ) -> None:
-        """Raise an error: attributes cannot be set.
-
-        Raises:
-            AttributeError: always: the emulators run in worker processes, and options are set when
-                the environments are made.
-        """
+        """Raise AttributeError: options are set when the environments are made."""
         raise AttributeError(
             f"cannot set {attr_name!r}: options of ocjax's environments are set when they are made"
         )

@@ -46,7 +46,6 @@ from ocjax.authoring import (
     Game,
     Gauge,
     Icons,
-    Lines,
     LivesAsIcons,
     LivesAsNumber,
     Packed,
@@ -70,6 +69,7 @@ from ocjax.authoring import (
     when,
     wrap,
 )
+from ocjax.extractors.krull.lines import Lines
 from ocjax.extractors.krull.ram import ROM, Flags, Item, Ram, Scene
 from ocjax.extractors.krull.wedding import (
     BRIDES,

@@ -393,8 +393,7 @@ def _block_cells(color: int, blocks: np.ndarray, height: int) -> Cells:
     """Blocks below the domes, also behind shots."""
     x = tuple(blocks[:, 2].tolist())
     y = tuple(blocks[:, 3].tolist())
-    anchor = GREEN, DOMES_BOTTOM
-    return Cells((color, WHITE), x, y, 4, height, floats=True, anchor=anchor)
+    return Cells((color, WHITE), x, y, 4, height, floats=(GREEN, DOMES_BOTTOM))
 
 
 block = functools.partial(Category, needs=("Boss_Block_Green",))

@@ -1,15 +1,9 @@
 """A `vmap` over the last axis that keeps the batch in the last axis.
 
 `jax.vmap(f, in_axes=-1, out_axes=-1)` moves the batch to the front in `concatenate`, `reshape`,
-`broadcast_in_dim`, `gather` and other operations. A decoder's operations then run along axes of a
-few elements, with transposes in between. Here every operation keeps the batch last and runs along
-thousands of states.
-
-Measurements against the plain `vmap` (one core, microseconds per state at batches of 4,096, jax
-0.10.2): Asteroids 0.101 instead of 0.173, Beam Rider 0.192 instead of 0.323, Carnival 0.154 instead
-of 0.224, Freeway 0.069 instead of 0.098, Ms. Pac-Man 0.482 instead of 0.656. Over 19 games the
-plain `vmap` takes 1.15 times as long in the geometric mean, and at least 0.97 times as long in
-every game.
+`gather` and other operations, which then run along axes of a few elements, with transposes in
+between. Here every operation runs along thousands of states. The plain `vmap` takes 1.15 times as
+long in the geometric mean over 19 games, and 1.7 times in Asteroids.
 """
 
 from collections.abc import Callable
@@ -46,8 +40,7 @@ _EXTENDED: dict[str, Callable[..., jax.Array]] = {
     "tile": lambda p, n, x: lax.tile(x, (*p["reps"], 1)),
     "transpose": lambda p, n, x: lax.transpose(x, (*p["permutation"], len(p["permutation"]))),
 }
-# Elements. Smaller results are not stored: the call costs more than it saves.
-# Row `small results` of benchmarks/tricks.py.
+# Elements. Smaller results are not stored. Row `small results` of benchmarks/tricks.py.
 MIN_STORED_ELEMENTS = 64
 Value = tuple[Any, bool]  # an array, and whether its last axis is the batch
 
@@ -55,12 +48,9 @@ Value = tuple[Any, bool]  # an array, and whether its last axis is the batch
 def batch_last(
     f: Callable[[jax.Array], Any], example: jax.ShapeDtypeStruct
 ) -> Callable[[jax.Array], Any]:
-    """Apply a function to a batch in the last axis, `[*shape, B]`.
+    """Apply a function of one array, without effects, to a batch in the last axis, `[*shape, B]`.
 
     Each result of shape `s` becomes `[*s, B]`.
-
-    Args:
-        f: function of one array, without effects.
     """
     closed, out = jax.make_jaxpr(f, return_shape=True)(example)
     tree, program = jax.tree.structure(out), flatten(closed)
@@ -74,7 +64,6 @@ def batch_last(
 
 
 def _batched(value: Value, like: jax.Array) -> jax.Array:
-    """Return an array with the batch axis of `like`, repeating it if it has no batch."""
     array, has_batch = value
     if has_batch:
         return array
@@ -109,7 +98,6 @@ def _evaluate(program: Program, x: jax.Array, stored: set[int]) -> list[Value]:
 
 
 def _apply(eqn: Any, values: list[Value], like: jax.Array) -> Any:
-    """Apply one operation with at least one batched operand."""
     name, params = eqn.primitive.name, dict(eqn.params)
     if name == "gather" and _is_look_up(eqn, values):
         return _look_up(eqn, values[0][0], values[1][0], like)
@@ -131,10 +119,7 @@ def _apply(eqn: Any, values: list[Value], like: jax.Array) -> Any:
 
 
 def _aligned(values: list[Value], shape: tuple[int, ...], like: jax.Array) -> list[jax.Array]:
-    """Give the operands of an elementwise operation one shape.
-
-    A condition or a bound may be a scalar among arrays.
-    """
+    """Give the operands of an elementwise operation one shape: some may be scalars."""
     whole = [_batched(v, like) for v in values]
     return [
         v
@@ -157,16 +142,12 @@ def _is_look_up(eqn: Any, values: list[Value]) -> bool:
 
 
 def _look_up(eqn: Any, table: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:
-    """Look up entries of an unbatched table.
-
-    `jax.vmap` moves the batch to the front, which costs two transposes.
-    """
+    """Look up entries of an unbatched table, without the two transposes of `jax.vmap`."""
     index = lax.reshape(indices, (*indices.shape[:-2], like.shape[-1], 1))
     return eqn.primitive.bind(varying(jnp.asarray(table), like), index, **eqn.params)
 
 
 def _rows(eqn: Any, array: jax.Array, indices: jax.Array, like: jax.Array) -> jax.Array:
-    """Gather entries of a batched array at unbatched indices."""
     numbers, axis = eqn.params["dimension_numbers"], len(eqn.outvars[0].aval.shape)
     params = eqn.params | {
         "dimension_numbers": numbers._replace(offset_dims=(*numbers.offset_dims, axis)),

@@ -1,13 +1,9 @@
-"""Batches of any shape and size, divided into chunks, in a few compiled programs.
-
-Times are microseconds per state or frame on one core of a cloud machine, at batches of 4,096 states
-or 1,024 frames, jax 0.10.2. `B` is the batch size.
-"""
+"""Batches of any shape and size, divided into chunks, in a few compiled programs."""
 
 import contextlib
 import functools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -29,8 +25,7 @@ _NO_TRACE = get_opaque_trace_state()  # outside of `jit`, `vmap` and similar tra
 # waste less computation, and fewer compile fewer programs. Row `shared sizes` of
 # benchmarks/tricks.py.
 SIZES_PER_DOUBLING = 8
-# Evidence: `jit`, and rows `compiler options`, `older emitters`, `code in one piece` and
-# `vectors of 512 bits` of benchmarks/tricks.py.
+# Evidence: `jit`, and rows `compiler options` and following of benchmarks/tricks.py.
 COMPILER_OPTIONS = {
     "xla_cpu_use_fusion_emitters": False,
     "xla_cpu_parallel_codegen_split_count": 1,
@@ -53,16 +48,12 @@ def compiler_options() -> dict[str, Any] | None:
 def jit(f: Callable[..., Any]) -> Callable[..., Any]:
     """Apply `jax.jit` for concrete arrays, with XLA's older fusion emitters and in one piece.
 
-    - The newer emitters take about twice as long to compile, and their code is no faster: Beam
-      Rider's VEM takes 7.2 s of processor time instead of 5.2, its REM 1.6 instead of 0.9.
+    - The newer emitters take about twice as long to compile, and their code is no faster.
     - Code generation split over threads takes a tenth more.
-    - LLVM's second optimization level takes three quarters of the compile time of the third, but
-      VEM takes 13 % and REM 18 % longer.
-    - Vectors of 512 bits instead of 256 make VEM take 5 % less on an Intel Xeon with AVX-512
-      (geometric mean of 69 games; 8 % in Adventure and Solaris) and REM 2 % less. Processors
-      without AVX-512 are not affected.
+    - Vectors of 512 bits make VEM take 5 % less on an Intel Xeon with AVX-512, and REM 2 % less.
 
-    JAX accepts such options only for the outermost `jit`.
+    LLVM's second optimization level compiles in three quarters of the time, but VEM takes 13 % and
+    REM 18 % longer. JAX accepts such options only for the outermost `jit`.
     """
 
     @functools.cache
@@ -77,8 +68,7 @@ class AnyBatch:
 
     A single state and each batch size of `shared_size` has a separate compiled function. Batches of
     other sizes and shapes are padded to the next such size, so that recordings of many lengths
-    share a few programs. The padding compiles in 20 ms, a game's VEM in seconds. `vmap` of the
-    result is the function on a larger batch.
+    share a few programs. `vmap` of the result is the function on a larger batch.
 
     Args:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
@@ -101,7 +91,6 @@ class AnyBatch:
         self._traced.def_vmap(self._of_larger_batch)
 
     def __call__(self, x: jax.Array | np.ndarray) -> Any:
-        """Return the results for `[*batch, *tail]`, a pytree of arrays `[*batch, ...]`."""
         if isinstance(x, Tracer) or get_opaque_trace_state() != _NO_TRACE:
             with _with_32_bits():
                 return self._traced(jnp.asarray(x))
@@ -147,8 +136,7 @@ class AnyBatch:
 def shared_size(n: int, chunk: int) -> int:
     """Round a batch size up: to a power of two up to `chunk`, then to a multiple of `chunk`.
 
-    Above `SIZES_PER_DOUBLING` chunks there are as many sizes between a power of two and the next
-    one, so that at most an eighth of the computation is wasted.
+    Above `SIZES_PER_DOUBLING` chunks, at most an eighth of the computation is wasted.
     """
     if n <= chunk:
         return 1 << max(n - 1, 0).bit_length()
@@ -164,7 +152,6 @@ def _with_32_bits() -> contextlib.AbstractContextManager[Any]:
 
 
 def _filled_up(x: jax.Array | np.ndarray, rank: int, size: int) -> jax.Array | np.ndarray:
-    """Reshape `[..., *tail]` to `[size, *tail]`, with zeros at the end."""
     if isinstance(x, jax.Array):
         return _filled_up_on_device(x, rank, size)
     tail = x.shape[x.ndim - rank :]
@@ -183,41 +170,31 @@ def _filled_up_on_device(x: jax.Array, rank: int, size: int) -> jax.Array:
 
 @functools.partial(jax.jit, static_argnums=1)
 def _cut_off(tree: Any, batch: tuple[int, ...]) -> Any:
-    """Return the first elements of arrays `[size, ...]`, in a batch shape."""
     n = math.prod(batch)
     return jax.tree.map(lambda a: a[:n].reshape(*batch, *a.shape[1:]), tree)
 
 
-def padded_chunks(x: np.ndarray, size: int) -> Iterator[tuple[np.ndarray, int]]:
-    """Split an array `[n, ...]` into chunks `[size, ...]`, with the number of rows in each.
+def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
+    """Apply `f` to `[n, ...]`, n > 0, in chunks of one size; return NumPy arrays `[n, ...]`.
 
-    A function of chunks is compiled once. The last chunk is padded with its first row.
+    The last chunk is padded with its first row, so `f` is compiled once.
     """
+    parts = []
     for start in range(0, len(x), size):
         chunk = x[start : start + size]
-        filling = np.repeat(chunk[:1], size - len(chunk), axis=0)
-        yield np.concatenate([chunk, filling]), len(chunk)
-
-
-def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
-    """Apply `f` to an array `[n, ...]`, n > 0, in chunks of one size.
-
-    Returns:
-        A pytree of NumPy arrays `[n, ...]`.
-    """
-    parts = [
-        jax.tree.map(lambda a, n=n: np.asarray(a)[:n], f(chunk))
-        for chunk, n in padded_chunks(x, size)
-    ]
+        n = len(chunk)
+        filling = np.repeat(chunk[:1], size - n, axis=0)
+        found = f(np.concatenate([chunk, filling]))
+        parts.append(jax.tree.map(lambda a, n=n: np.asarray(a)[:n], found))
     return jax.tree.map(lambda *arrays: np.concatenate(arrays), *parts)
 
 
 def in_chunks(f: Callable[[Any], Any], x: Any, size: int) -> Any:
     """Apply `f` to `size` elements of a pytree at a time, to keep its results in the cache.
 
-    In one piece, VEM of 512 frames takes 130 instead of 72 for Space Invaders and 95 instead of 34
-    for Pong. Chunks are written in place: `lax.map` stacks results, which copies them once more,
-    and REM of 65,536 states takes 1.8 instead of 1.5 for Ms. Pac-Man.
+    In one piece, VEM of 512 frames takes 95 us per frame instead of 34 for Pong. Chunks are written
+    in place: `lax.map` copies results once more, and REM of 65,536 states takes 1.8 us instead of
+    1.5 for Ms. Pac-Man.
     """
     n = jax.tree.leaves(x)[0].shape[0]
     if not on_cpu() or n <= size:

@@ -1,9 +1,7 @@
 """Flat list of the operations of a traced function, and the choice of results to store.
 
-XLA computes a result again in every kernel that reads it and, within a kernel, for every operand of
-a concatenation. The categories of a game share most of their computation, so a decoder would
-compute the same numbers many times, and XLA would compile all of this code. `worth_storing` finds
-the results that are cheaper to write to memory once. The README beside this file has an example.
+XLA computes a result again in every kernel that reads it. `worth_storing` finds the results that
+are cheaper to write to memory once. The README beside this file has an example.
 """
 
 import functools
@@ -26,8 +24,8 @@ _MOVES = frozenset(
 _JOINS = frozenset("concatenate stack".split())
 # Operations that XLA fuses into the kernels that read their results.
 _FUSED = ELEMENTWISE | _MOVES | _JOINS
-# XLA fuses reductions, too, each as a loop that repeats the code of its operands. They are always
-# stored: otherwise, one kernel of Krull has 6,000 lines of machine-independent code instead of 400.
+# XLA fuses reductions, too, each as a loop that repeats the code of its operands: one kernel of
+# Krull would have 6,000 lines of machine-independent code instead of 400. They are always stored.
 _REDUCTIONS = frozenset(
     "argmax argmin reduce_and reduce_max reduce_min reduce_or reduce_sum".split()
 )
@@ -39,8 +37,8 @@ _CALLS = {
 }
 # Elements. Constants with more elements are compared by identity, which limits the keys' length.
 MAX_COMPARED_ELEMENTS = 64
-# Operations in the code that storing a result must save. With 14 or 20 no game is faster, and
-# compilation takes longer. Rows `stored values` of benchmarks/tricks.py.
+# Operations in the code that storing a result must save. With 14 or 20 no game is faster. Rows
+# `stored values` of benchmarks/tricks.py.
 MIN_SAVED_OPERATIONS = 30
 
 
@@ -143,7 +141,7 @@ def flatten(closed: ClosedJaxpr) -> Program:
 def places(program: Program) -> list[set[tuple[int, int]]]:
     """Find the evaluation sites of each value if nothing is stored.
 
-    An evaluation site is a kernel or an operand of a join, by the number of its operation.
+    A site is a kernel or an operand of a join, by the number of its operation.
     """
     found: list[set[tuple[int, int]]] = [set() for _ in range(program.num_values)]
     for i, value in enumerate(program.outputs):
@@ -158,7 +156,6 @@ def places(program: Program) -> list[set[tuple[int, int]]]:
 def _places_of_operand(
     step: Step, i: int, k: int, own: set[tuple[int, int]]
 ) -> set[tuple[int, int]]:
-    """Return the sites of the k-th operand of the i-th operation, given its result's sites."""
     if step.name not in _FUSED:
         return {(i, 0)}
     return {(i, k)} if step.name in _JOINS else own

@@ -1,7 +1,6 @@
-"""Detect forked processes: JAX may wait forever there, so extraction raises an error.
+"""Detect forked processes, where a computation with JAX may never end: extraction raises an error.
 
-JAX computes with threads. A process that is forked while they run lacks them, and a computation may
-never end. This module also lets such processes exit.
+A process that is forked while JAX's threads run lacks them. This module also lets it exit.
 """
 
 import atexit
@@ -37,9 +36,8 @@ def require_threads() -> None:
     if _without_threads:
         raise RuntimeError(
             "this process was forked from one that had already computed with JAX, and JAX may "
-            "wait for ever in it: start processes with "
-            "'spawn', as with context='spawn' of gymnasium.vector.AsyncVectorEnv or "
-            "multiprocessing.get_context('spawn'), or compute "
+            "wait for ever in it: start processes with 'spawn', as with context='spawn' of "
+            "gymnasium.vector.AsyncVectorEnv or multiprocessing.get_context('spawn'), or compute "
             "nothing with JAX before they are forked"
         )
 

@@ -13,9 +13,8 @@ MIN_CACHED_SECONDS = 0.2  # compilations that take longer are kept on disk
 # Environment variable: 1 calls `retain_freed_memory` on import.
 RETAIN_MEMORY = "OCJAX_RETAIN_MEMORY"
 
-# Parameters of glibc's mallopt, by their environment variables. No freed memory is returned to the
-# system. This includes large blocks, which glibc otherwise maps separately, and the memory of
-# threads, which otherwise have separate heaps.
+# Parameters of glibc's mallopt, by their environment variables: no freed memory is returned to the
+# system, including large blocks and the memory of threads, which glibc otherwise maps separately.
 MALLOC = {
     "MALLOC_TRIM_THRESHOLD_": (-1, 2**31 - 1),
     "MALLOC_MMAP_MAX_": (-4, 0),
@@ -24,17 +23,14 @@ MALLOC = {
 
 
 def use_compilation_cache() -> Path:
-    """Keep compiled programs on disk: from the second process on, the first call is faster.
-
-    A game's first call is then two to five times faster.
+    """Keep compiled programs on disk: in later processes, first calls are two to five times faster.
 
     Call this function before the first extraction. It sets JAX's persistent compilation cache for
-    the whole process. If `JAX_COMPILATION_CACHE_DIR` or the program has chosen a folder, it changes
-    nothing. The `ocjax` command calls it. To empty the cache, delete the folder.
+    the whole process, unless `JAX_COMPILATION_CACHE_DIR` or the program has chosen a folder. The
+    `ocjax` command calls it. To empty the cache, delete the folder.
 
     Returns:
-        The folder: the chosen one, or else `ocjax/xla` in the user's cache, such as
-        `~/.cache/ocjax/xla`.
+        The folder: the chosen one, or else `ocjax/xla` in the user's cache.
 
     Raises:
         OSError: the user has no home folder.
@@ -65,17 +61,11 @@ def _user_cache() -> Path:
 def retain_freed_memory() -> bool:
     """Ask the C library to keep freed memory for later allocations of the process.
 
-    By default glibc returns large results to the system when they are dropped. It maps and clears
+    By default glibc returns large results to the system when they are dropped, and maps and clears
     pages again for the next call. At 65,536 states, this takes Ms. Pac-Man's REM from 1.5 to 2.9
-    microseconds of processor time per state; at 4,096 states it takes 0.9.
-
-    This always happens if an array of the result exceeds 32 MiB, which glibc maps separately:
-    boxes of more than 4 million slots, such as 20,000 states of Ms. Pac-Man (220 slots). REM of
-    65,536 of its states then has 51,000 page faults per call, and with retained memory none. For
-    smaller results it depends on the order of earlier allocations: 16,384 states of Space Invaders
-    (14 MB) had 4,100 page faults per call, and 16,384 of Ms. Pac-Man (61 MB) none. VEM's results
-    are small: 4,096 frames of Pong or Ms. Pac-Man had at most 2 page faults. The program
-    `benchmarks/memory.py` measures page faults and times.
+    microseconds of processor time per state. It always happens if an array of the result exceeds 32
+    MiB; for smaller results it depends on earlier allocations. The program `benchmarks/memory.py`
+    measures page faults and times.
 
     The `ocjax` command and the benchmarks call this function. Other programs call it, or set the
     environment variable `OCJAX_RETAIN_MEMORY=1` before they import ocjax. `MALLOC_TRIM_THRESHOLD_`,

@@ -1,8 +1,6 @@
 """Extraction from sharded arrays: each device processes its part of the batch.
 
-The compiler does not find this division itself. VEM's loops end when no frame has a candidate left,
-so devices would have to communicate to agree on the end. A loop over the chunks of a batch would
-fetch each chunk from the device that holds it.
+The compiler does not find this division: VEM's loops and the loop over chunks would communicate.
 """
 
 from collections.abc import Callable
@@ -16,11 +14,8 @@ from jax.sharding import AbstractMesh, AxisType, NamedSharding, PartitionSpec, u
 def by_device(f: Callable[[jax.Array], Any], rank: int) -> Callable[[jax.Array], Any]:
     """Apply a function to traced arrays, following their sharding along the batch.
 
-    On one device and inside `shard_map` this is the function itself.
-
     Args:
-        f: maps `[..., *tail]` to a pytree of arrays `[..., *rest]`; states are independent of each
-            other.
+        f: maps `[..., *tail]` to a pytree of arrays `[..., *rest]`; states are independent.
         rank: number of axes of `tail`. The array is gathered along these axes if it is divided
             there.
     """

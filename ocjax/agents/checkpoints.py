@@ -54,7 +54,7 @@ class Checkpoints:
     def _try_space(self, size: int) -> None:
         """Check that the disk has `size` free bytes.
 
-        On a full disk, Orbax's threads would log pages of errors long after raising the first one.
+        Orbax's threads would log pages of errors long after raising the first one.
         """
         path = self._folder / RESERVE
         try:

@@ -22,8 +22,6 @@ Act = Callable[[np.ndarray, int], tuple[Any, Any]]
 
 @dataclasses.dataclass
 class _Half:
-    """Half of the environments, and their last observation."""
-
     envs: ObjectVectorEnv
     columns: slice  # the half's columns of a rollout
     obs: np.ndarray
@@ -34,13 +32,11 @@ class Collector:
     """Steps two vector environments alternately and collects rollouts.
 
     Episodes end as in Gymnasium's next-step autoreset: the observation after an episode's last step
-    is the last one of that episode, and the next step ignores the action and shows the first
-    observation of a new episode.
+    is the last one of that episode, and the next step ignores the action and begins a new episode.
 
     Each of the first rollouts begins with a new episode in one environment: the second rollout in
-    environment 1, the third in environment 2, and so on. Otherwise games of a fixed length, such as
-    Freeway, would begin at the same time in all environments during the whole training, and every
-    rollout would show one short part of a game.
+    environment 1, and so on. Otherwise games of a fixed length, such as Freeway, would begin at the
+    same time in all environments, and every rollout would show one short part of a game.
 
     Args:
         first: half of the environments.
@@ -49,8 +45,7 @@ class Collector:
 
     Attributes:
         games: the returns of the games that ended in the last rollout.
-        seconds: the time that the last rollout waited for the environments (emulators and
-            extraction) and for the policy.
+        seconds: the time that the last rollout waited for the environments and for the policy.
     """
 
     def __init__(
@@ -90,10 +85,7 @@ class Collector:
         return out
 
     def _restart_one(self) -> None:
-        """Begin a new episode in one environment.
-
-        Its number equals the number of the rollout; later rollouts do nothing.
-        """
+        """Begin a new episode in the environment with the number of the rollout."""
         rollout = self.steps // (len(self._halves) * self.horizon)
         for half in self._halves:
             mask = np.arange(self.num_envs)[half.columns] == rollout
@@ -102,7 +94,6 @@ class Collector:
                 half.ended = half.ended & ~mask
 
     def _begin(self, half: _Half, out: Rollout, i: int, act: Act) -> None:
-        """Choose actions and start step i of a rollout."""
         start = time.perf_counter()
         chosen, chosen_log_prob = act(half.obs, self.steps)
         action, log_prob = np.asarray(chosen), np.asarray(chosen_log_prob)
@@ -113,7 +104,6 @@ class Collector:
         out.action[i, half.columns], out.log_prob[i, half.columns] = action, log_prob
 
     def _finish(self, half: _Half, out: Rollout, i: int) -> None:
-        """Wait for step i of a rollout."""
         start = time.perf_counter()
         half.obs, reward, terminated, truncated, info = half.envs.step_wait()
         self.seconds["environments"] += time.perf_counter() - start
@@ -134,11 +124,7 @@ class Collector:
         return {"steps": self.steps, "halves": halves}
 
     def restore(self, saved: Mapping[str, Any], rollouts: int) -> None:
-        """Continue from the result of `save`, as if without an interruption.
-
-        Args:
-            saved: the result of `save`.
-        """
+        """Continue from the result of `save`, as if without an interruption."""
         steps = rollouts * len(self._halves) * self.horizon
         self.steps = integer(
             "the number of steps",

@@ -42,15 +42,12 @@ def _hyperparameter(default: float, meaning: str) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class Hyperparameters:
-    """Hyperparameters of PPO, the same for all games.
-
-    The metadata entry `help` of each field explains it.
+    """Hyperparameters of PPO, the same for all games; the metadata entry `help` explains each one.
 
     The OCAtari paper's values (`EXPERIMENTS["paper"]`) learn more slowly per frame: after 1.3
     million frames, they reach -18.4 points in Pong, and the defaults -17.0. Learning rate, clipping
-    range and entropy coefficient fall linearly to 0 over the training. At first the entropy bonus
-    makes the policy explore; later it would keep the policy from choosing between actions with
-    similar values.
+    range and entropy coefficient fall linearly to 0 over the training: an entropy bonus would later
+    keep the policy from choosing between actions with similar values.
     """
 
     num_envs: int = _hyperparameter(
@@ -112,19 +109,18 @@ class Config:
         preset: the settings of the environments. Rewards are never clipped, but scaled by the
             spread of the returns.
         hyperparameters: the hyperparameters of PPO.
-        features: the features of each slot, by their names in `ocjax.envs.Vector`, in pixels; for
-            "objects".
+        features: the features of each slot, by their names in `ocjax.envs.Vector`, in pixels. This
+            and the next three are for "objects".
         grid_features: the features of slots of fixed grids; with None, the same as for others.
-        history: number of states that the policy sees; for "objects".
-        network: "deep_sets" (the slots of a category share weights; it takes one state) or "mlp" (a
-            multilayer perceptron); for "objects".
+        history: number of states that the policy sees.
+        network: "deep_sets" (the slots of a category share weights; it takes one state) or "mlp".
         variations: names of variations of the game, which apply together; see
             `ocjax.emulators.variations`.
         game_mode: ale-py's number of the mode; by default the game's own.
         game_difficulty: ale-py's number of the difficulty; by default the game's own.
         starts: values to write to the RAM when a game begins, by the name of a field of the game's
-            `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The starts
-            are assigned to the environments in rotation; an empty start writes nothing.
+            `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
+            environments use the starts in rotation; an empty start writes nothing.
     """
 
     game: str
@@ -179,11 +175,7 @@ class Config:
         hyperparameters: Mapping[str, float] | None = None,
         **changes: Any,
     ) -> "Config":
-        """The configuration of a named experiment, with changes.
-
-        Args:
-            experiment: a name in `EXPERIMENTS`.
-        """
+        """The configuration of an experiment, by its name in `EXPERIMENTS`, with changes."""
         if experiment not in EXPERIMENTS:
             raise ValueError(f"experiment must be {' or '.join(EXPERIMENTS)}, got {experiment!r}")
         fields = {"hyperparameters": Hyperparameters(), **EXPERIMENTS[experiment], **changes}
@@ -230,10 +222,7 @@ def _check_preset(preset: Any) -> None:
 
 
 def _variant(game: Game, mode: Any, difficulty: Any) -> dict[str, int | None]:
-    """The mode and the difficulty, after a check.
-
-    The ROM is only loaded if one of them is given.
-    """
+    """Check the mode and the difficulty; the ROM is only loaded if one of them is given."""
     given = {"game_mode": mode, "game_difficulty": difficulty}
     if mode is None and difficulty is None:
         return given
@@ -254,7 +243,6 @@ def _names(field: str, value: Any) -> tuple[str, ...]:
 
 
 def _variations(game: Game, value: Any) -> tuple[str, ...]:
-    """The names of variations without the prefix of the game."""
     names = _names("variations", value)
     named_hooks(names, game.name)
     return tuple(name.rpartition(":")[2] for name in names)

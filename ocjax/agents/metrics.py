@@ -24,8 +24,8 @@ RECENT_GAMES = 100  # number of games in the reported mean return
 class Metrics:
     """Metrics with one row per update; `add` writes it to the files at once.
 
-    `restore` drops rows that are later than the checkpoint. This thread writes the events:
-    tensorboardX's own writer uses a thread, and after an error in it `add_scalar` waits forever.
+    This thread writes the events: tensorboardX's own writer uses a thread, and after an error in it
+    `add_scalar` waits forever.
 
     Args:
         folder: the folder of the training, for `metrics.csv` and `tensorboard/`.
@@ -147,8 +147,6 @@ def _are_numbers(values: list[Any]) -> bool:
 
 
 class _Kept(NamedTuple):
-    """The heading and the first rows of `metrics.csv`."""
-
     names: list[str]  # of the columns
     frames: float  # of the last row
     size: int  # bytes
@@ -176,5 +174,4 @@ def _read(path: Path, count: int) -> _Kept:
 
 
 def _cells(line: bytes) -> list[str] | None:
-    """The cells of a line of `metrics.csv`, or None if the line is missing or cut off."""
     return line.decode("utf-8").removesuffix("\n").split(",") if line.endswith(b"\n") else None

@@ -25,16 +25,10 @@ def initial_moments(shape: tuple[int, ...]) -> Moments:
 
 
 def merge_moments(moments: Moments, samples: jax.Array | np.ndarray) -> Moments:
-    """Add samples `[n, ...]` to the moments.
-
-    It uses the parallel algorithm of Chan et al. (1979).
-    """
+    """Add samples `[n, ...]` to the moments, by the algorithm of Chan et al. (1979)."""
     samples = jnp.asarray(samples)
-    mean, variance, count = (
-        jnp.mean(samples, axis=0),
-        jnp.var(samples, axis=0),
-        jnp.float32(samples.shape[0]),
-    )
+    mean, variance = jnp.mean(samples, axis=0), jnp.var(samples, axis=0)
+    count = jnp.float32(samples.shape[0])
     total = moments.total + count
     difference = mean - moments.mean
     squares = (

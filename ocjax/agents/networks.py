@@ -58,10 +58,7 @@ def _pairs(layers: Sequence[dict[str, jax.Array]]) -> Layers:
 
 
 def mlp(num_inputs: int, num_actions: int, hidden: Sequence[int] = HIDDEN) -> Network:
-    """Separate multilayer perceptrons with tanh for actor and critic.
-
-    They take float32 `[B, num_inputs]`.
-    """
+    """Separate perceptrons with tanh for actor and critic, on float32 `[B, num_inputs]`."""
 
     def init(key: jax.Array) -> Params:
         actor, critic = jax.random.split(key)

@@ -19,8 +19,8 @@ from ocjax.agents.moments import Moments, initial_moments, merge_moments, scaled
 from ocjax.agents.networks import Network, Params
 
 MAX_REWARD = 10.0  # limit of scaled rewards
-# The matrices are small. Dividing one product among threads saves no time, and the threads compete
-# with the emulators: training in Seaquest takes 12 % longer (`benchmarks/training.py`).
+# The matrices are small, and threads compete with the emulators: training in Seaquest takes 12 %
+# longer (`benchmarks/training.py`).
 CPU_OPTIONS = {"xla_cpu_multi_thread_eigen": False}
 
 
@@ -119,9 +119,8 @@ def advantages(
 def compressed(reward: jax.Array) -> jax.Array:
     """sign(r) log(1 + |r|) (Hester et al., 2018), float32.
 
-    Rewards of one game can differ by orders of magnitude. In Skiing, each step gives -7 points, and
-    the last step down to -10,000 for missed gates. Without compression and with a discount factor
-    of 0.99, an agent learns to delay the end of the game.
+    Rewards of one game can differ by orders of magnitude: in Skiing, each step gives -7 points, and
+    the last one down to -10,000. An agent would learn to delay the end of the game.
     """
     return jnp.sign(reward) * jnp.log1p(jnp.abs(reward))
 
@@ -147,8 +146,6 @@ def _scaled_rewards(
 
 
 class _Samples(NamedTuple):
-    """Samples of a rollout, `[n, ...]`."""
-
     obs: jax.Array
     action: jax.Array
     log_prob: jax.Array
@@ -191,8 +188,8 @@ def make_act(network: Network, *, standardize: bool) -> Callable[..., tuple[jax.
 
     Returns:
         A function of parameters, moments of inputs, observations `[B, *D]`, the data of a key and
-        the number of the step. It returns actions, int32 `[B]`, and their log probabilities,
-        float32 `[B]`.
+        the number of the step. It returns actions, int32 `[B]`, and log probabilities, float32
+        `[B]`.
     """
 
     def act(
@@ -230,10 +227,8 @@ def make_update(
         )
         target = advantage + value[:-1]
         weight = 1 - jnp.asarray(rollout.resets).astype(jnp.float32)
-        residual, spread = (
-            _mean((target - value[:-1]) ** 2, weight),
-            _mean((target - _mean(target, weight)) ** 2, weight),
-        )
+        residual = _mean((target - value[:-1]) ** 2, weight)
+        spread = _mean((target - _mean(target, weight)) ** 2, weight)
         fields = (
             obs[:-1],
             jnp.asarray(rollout.action),

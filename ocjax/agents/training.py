@@ -37,15 +37,11 @@ ACTION_SEED = 2**31 - 1  # separates the random numbers of actions and of update
 
 
 class _Acting(NamedTuple):
-    """The parameters and moments that the policy acts with."""
-
     params: Any
     inputs: Moments
 
 
 class _Updated(NamedTuple):
-    """The result of an update."""
-
     learner: Learner
     losses: Losses
     seconds: float
@@ -54,11 +50,10 @@ class _Updated(NamedTuple):
 class Trainer:
     """A training in a folder.
 
-    It writes `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`.
-
-    While the emulators play a rollout, another thread computes the update from the previous
-    rollout. The acting policy is therefore always one update behind, so results do not depend on
-    the speed of either.
+    It writes `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`. While
+    the emulators play a rollout, another thread computes the update from the previous rollout. The
+    acting policy is therefore always one update behind, and results do not depend on the speed of
+    either.
 
     Args:
         config: the configuration. If the folder contains a training, it must be the same one, and
@@ -102,7 +97,6 @@ class Trainer:
         return self.updates * self.frames_per_update
 
     def _make_envs(self, start: int) -> ObjectVectorEnv:
-        """Half of the environments, which begins with number `start`."""
         c, num_envs = self.config, self.config.hyperparameters.num_envs // 2
         mode: Mode = "rem" if self._objects else "raw"
         obs = c.vector if self._objects else "dqn"
@@ -123,7 +117,6 @@ class Trainer:
         )
 
     def _make_network(self, inputs: int) -> networks.Network:
-        """Actor and critic; only networks on objects use `inputs`."""
         if not self._objects:
             return networks.nature_cnn(STACK, self.num_actions)
         if self.config.network == "deep_sets":
@@ -186,20 +179,18 @@ class Trainer:
             for part in parts
             for layer in learner.params.get(part, [])
         ]
-        known = {
-            "sampled": True,
-            "settings": self.config.settings,
-            "preset": self.config.preset,
-            "frames": self.frames,
-        }
-        known |= {"network": self._network}
-        if NETWORKS[self._network].standardized:
-            known |= {
-                "mean": np.asarray(learner.inputs.mean),
-                "deviation": np.asarray(deviation(learner.inputs)),
-            }
+        standardized = NETWORKS[self._network].standardized
         return SavedPolicy(
-            self.game, layers, self.config.vector if self._objects else Dqn(), **known
+            self.game,
+            layers,
+            self.config.vector if self._objects else Dqn(),
+            mean=np.asarray(learner.inputs.mean) if standardized else None,
+            deviation=np.asarray(deviation(learner.inputs)) if standardized else None,
+            sampled=True,
+            settings=self.config.settings,
+            preset=self.config.preset,
+            frames=self.frames,
+            network=self._network,
         )
 
     def _save(self) -> None:
@@ -213,7 +204,6 @@ class Trainer:
 
     @contextlib.contextmanager
     def _writing(self) -> Iterator[None]:
-        """Turn system errors of writing into `TrainingError`."""
         try:
             yield
         except OSError as error:
@@ -229,7 +219,6 @@ class Trainer:
             ) from error
 
     def _restore(self) -> None:
-        """Continue from the latest checkpoint."""
         faulty = "the folder checkpoints"
         try:
             self._checkpoints = Checkpoints(self.folder / "checkpoints")
@@ -240,10 +229,10 @@ class Trainer:
         # For damaged files, Orbax, TensorStore, JSON and the emulators' states raise many types.
         except Exception as error:
             self.close()
+            reason = " ".join(f"{type(error).__name__}: {error}".split())[:500]
             raise TrainingError(
                 f"{self.folder}: {faulty} is damaged, or another version of ocjax wrote it: "
-                f"{_in_one_line(error)}. Restore the folder from "
-                "a copy, or train in another one"
+                f"{reason}. Restore the folder from a copy, or train in another one"
             ) from error
 
     def _restore_from(self, checkpoints: Checkpoints, step: int) -> None:
@@ -252,19 +241,14 @@ class Trainer:
         if jax.tree.map(_form, saved["state"]) != jax.tree.map(_form, state):
             raise ValueError("its arrays have the wrong shapes or types for this training")
         updates = integer("the number of updates", saved["progress"]["updates"], step, step)
-        self._pending, self._acting = (
-            _completed(saved["state"]["pending"]),
-            saved["state"]["acting"],
-        )
+        self._pending = _completed(saved["state"]["pending"])
+        self._acting = saved["state"]["acting"]
         self._collector.restore(saved["environments"], updates)
         self.metrics.restore(saved["progress"]["metrics"], updates)
         self.updates = self._kept = updates
 
     def close(self) -> None:
-        """Close the environments, the checkpoints and the files.
-
-        An error in one does not keep the others open.
-        """
+        """Close the environments, the checkpoints and the files, even after an error in one."""
         with contextlib.ExitStack() as stack:
             stack.callback(self._collector.close)
             stack.callback(self.metrics.close)
@@ -272,12 +256,7 @@ class Trainer:
                 stack.callback(self._checkpoints.close)
 
 
-def _in_one_line(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())[:500]
-
-
 def _form(leaf: Any) -> str:
-    """The kind of numbers and the shape of an array or a number."""
     array = np.asarray(leaf)
     return f"{array.dtype.kind} {list(array.shape)}"
 

@@ -1,8 +1,8 @@
 """The columns of a dataset as Arrow tables.
 
-The schema marks the columns of pictures for the library `datasets`. Objects are lists of records
-with the fields of `OBJECT`. `orientation` and `value` are null if the category lacks them, and the
-orientation is -1 if VEM cannot determine it. `terrain` is a picture of the numbers of kinds.
+Objects are lists of records with the fields of `OBJECT`. `orientation` and `value` are null if the
+category lacks them, and the orientation is -1 if VEM cannot determine it. `terrain` is a picture of
+the numbers of kinds. The schema marks the columns of pictures for the library `datasets`.
 """
 
 import dataclasses
@@ -60,11 +60,7 @@ FACTS = b"ocjax"  # the metadata key of a shard's facts
 
 
 def schema(facts: Mapping[str, Any]) -> Any:
-    """The schema of a shard.
-
-    Args:
-        facts: ready for JSON; see `facts_of`.
-    """
+    """The schema of a shard with facts, ready for JSON; see `facts_of`."""
     pa = require("pyarrow")
     record = pa.struct([(name, pa.type_for_alias(kind)) for name, kind in OBJECT.items()])
     types = {name: pa.type_for_alias(kind) for name, kind in STATE.items()}
@@ -99,13 +95,10 @@ def _features() -> dict[str, Any]:
 
 
 def facts_of(stored: Any) -> dict[str, Any]:
-    """Read the facts of a shard from its metadata.
+    """Read the facts of a shard from its `pyarrow.parquet.FileMetaData`.
 
     The facts are `code`, `counts`, `states`, `sequences`, `states_left_out` and
     `sequences_left_out`.
-
-    Args:
-        stored: the metadata, a `pyarrow.parquet.FileMetaData`.
     """
     metadata = stored.metadata or {}
     if FACTS not in metadata:
@@ -134,11 +127,7 @@ def facts_of(stored: Any) -> dict[str, Any]:
 
 
 def checked(table: Any, names: Sequence[str] | None = None) -> Any:
-    """Check columns of a table, and cast them to the types of `schema`.
-
-    Args:
-        names: names of the columns; by default all.
-    """
+    """Check columns of a table, by default all, and cast them to the types of `schema`."""
     pa, known = require("pyarrow"), schema({})
     fields = [known.field(name) for name in names or known.names]
     columns = []
@@ -161,7 +150,6 @@ def checked(table: Any, names: Sequence[str] | None = None) -> Any:
 
 
 def _parts(column: Any, name: str) -> list[Any]:
-    """The arrays of a column that must not have missing values."""
     if name in PICTURES:
         return [column, column.field("bytes")]
     if name == TERRAIN:  # null in games without terrain
@@ -193,26 +181,24 @@ def pictures(frames: np.ndarray, game: Game) -> Any:
 def terrain(rams: np.ndarray, game: Game) -> Any:
     """Draw the terrain of states, uint8 `[n, 128]`, as a column of PNG pictures.
 
-    A pixel has the number of its kind in `game.terrain`, counted from 1, or 0. If kinds overlap,
-    the last one counts. All entries are null if the game has no terrain.
+    A pixel has the number of its kind in `game.terrain`, counted from 1, or 0. The last of
+    overlapping kinds counts. All entries are null if the game has no terrain.
     """
     pa = require("pyarrow")
     if game.terrain is None:
         return pa.nulls(len(rams), schema({}).field(TERRAIN).type)
     kind = np.arange(1, len(game.terrain) + 1, dtype=np.uint8)[:, None, None]
-    maps = batches.by_chunks(lambda part: _map_of_kinds(game, part, kind), rams, TERRAIN_CHUNK)
+    maps = batches.by_chunks(
+        lambda part: (np.asarray(game.terrain_of(part).masks) * kind).max(axis=1),
+        rams,
+        TERRAIN_CHUNK,
+    )
     colors = np.zeros((256, 3), np.uint8)
     colors[1 : len(game.terrain) + 1] = list(terrain_colors(game).values())
     return _pictures(maps, colors)
 
 
-def _map_of_kinds(game: Game, rams: np.ndarray, kind: np.ndarray) -> np.ndarray:
-    """The largest number of a kind at each pixel, uint8 `[n, H, 160]`."""
-    return (np.asarray(game.terrain_of(rams).masks) * kind).max(axis=1)
-
-
 def _pictures(frames: np.ndarray, palette: np.ndarray) -> Any:
-    """Encode uint8 `[n, H, 160]` as a column of PNG pictures with a palette, uint8 `[256, 3]`."""
     pa = require("pyarrow")
     table = palette.tobytes()
     pictures = pa.array([_png(f, table) for f in frames], pa.binary())
@@ -285,11 +271,7 @@ def objects(found: Objects, game: Game, slots: np.ndarray) -> Any:
 
 
 def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
-    """The columns of objects.
-
-    `rem` has REM's objects without display objects, `hud` has REM's display objects, and `vem` has
-    all of VEM's objects.
-    """
+    """The columns of objects: REM's in play and in the display, and all of VEM's."""
     is_hud = np.asarray(game.slot_hud)
     return {
         "rem": objects(rem, game, ~is_hud),
@@ -299,10 +281,7 @@ def object_columns(rem: Objects, vem: Objects, game: Game) -> dict[str, Any]:
 
 
 def padded(lists: Sequence[Any], game: Game) -> dict[str, np.ndarray]:
-    """Convert columns of lists of records to the fields of `Objects`, `[n, N, ...]`.
-
-    This is the inverse of `objects`.
-    """
+    """Convert columns of lists of records to fields of `Objects`, `[n, N, ...]`; see `objects`."""
     slices = dict(game.slices)
     valued = {c.name for c in game.categories if "value" in c.attributes}
     blocks = []

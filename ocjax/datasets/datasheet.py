@@ -1,7 +1,7 @@
 """The datasheet of a dataset: a README.md for people and programs.
 
-The Hugging Face hub reads the front matter. Its key `ocjax` holds the protocol and the results as
-JSON, which is also YAML.
+Its front matter is for the Hugging Face hub. The key `ocjax` holds the protocol and the results as
+JSON.
 """
 
 import dataclasses
@@ -104,7 +104,6 @@ def text(
 
 
 def _starts(plan: Plan) -> str:
-    """A sentence about special starts of games; empty for the usual start."""
     if not plan.starts:
         return ""
     values = "; ".join(f"`{ram_starts.describe(start)}`" for start in plan.starts)
@@ -160,7 +159,6 @@ def _agreement(counts: Agreement, game: Game) -> Table:
 
 
 def _scores(counts: Agreement) -> dict[str, Any]:
-    """The scores of one category; undefined scores are None."""
     scores = {name: float(getattr(counts, name)) for name in SCORES}
     known = {name: None if math.isnan(score) else score for name, score in scores.items()}
     return {"rem": int(counts.left), "vem": int(counts.right), **known}

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ocjax._xla import batches
 from ocjax.datasets import columns, shards
 from ocjax.datasets.generation import open_dataset
 from ocjax.datasets.plans import Plan
@@ -67,34 +68,26 @@ def export_boxes(
     games = [plan.game for _, plan in plans]
     if len(set(games)) < len(games):
         raise ValueError(f"each dataset must have another game, got {', '.join(games)}")
-    path = _new_folder(out)
+    if not out.startswith((COCO, YOLO)):
+        raise ValueError(f"the output must be {COCO}FOLDER or {YOLO}FOLDER, got {out}")
+    path = outputs.new_folder(out)
     unfinished = path.with_name(f".{path.name}.tmp")
     writing.new_folder(unfinished)
-    names = _categories([registry.load(game) for game in games])
+    known = dict.fromkeys(c.name for game in games for c in registry.load(game).categories)
+    names = {name: number for number, name in enumerate(known)}
     masks = out.startswith(COCO)
     write = _write_coco if masks else _write_yolo
     try:
-        write(unfinished, names, _reported(_examples(plans, masks=masks), plans, report))
+        write(unfinished, names, _examples(plans, report, masks=masks))
         unfinished.replace(path)
     finally:
         shutil.rmtree(unfinished, ignore_errors=True)
 
 
-def _new_folder(out: str) -> Path:
-    """The folder of an output."""
-    if not out.startswith((COCO, YOLO)):
-        raise ValueError(f"the output must be {COCO}FOLDER or {YOLO}FOLDER, got {out}")
-    return outputs.new_folder(out)
-
-
-def _categories(games: Sequence[Game]) -> dict[str, int]:
-    """The number of each category, from 0, in the order of the games."""
-    names = dict.fromkeys(category.name for game in games for category in game.categories)
-    return {name: number for number, name in enumerate(names)}
-
-
-def _examples(plans: Sequence[tuple[Path, Plan]], *, masks: bool) -> Iterator[Example]:
-    """All examples, game by game."""
+def _examples(
+    plans: Sequence[tuple[Path, Plan]], report: Progress | None, *, masks: bool
+) -> Iterator[Example]:
+    total, done = sum(plan.states for _, plan in plans), 0
     for folder, plan in plans:
         height, width = registry.load(plan.game).screen
         episodes: dict[tuple[Any, ...], int] = {}
@@ -105,36 +98,36 @@ def _examples(plans: Sequence[tuple[Path, Plan]], *, masks: bool) -> Iterator[Ex
             name = f"{plan.game}-{row['index']:07}.png"
             picture = row["image"]["bytes"]
             yield Example(split, name, picture, (width, height), row["vem"], row["owners"])
+            done += 1
+            if report is not None:
+                report(done, total)
 
 
 def _rows(folder: Path, plan: Plan, *, masks: bool) -> Iterator[dict[str, Any]]:
-    """The rows of a dataset, with checked pictures; with `masks`, the owners of their pixels."""
     game = registry.load(plan.game)
     for shard in plan.shards:
         path = folder / plan.file(shard)
         for table in shards.rows(path, COLUMNS):
             with shards.reading(path):
                 frames = columns.frames(table["image"], game)
-                owners = _owners(table["vem"], frames, game) if masks else itertools.repeat(None)
-            for row, own in zip(table.to_pylist(), owners, strict=False):
+                owners = _owners(table["vem"], frames, game) if masks else [None] * len(frames)
+            for row, own in zip(table.to_pylist(), owners, strict=True):
                 yield row | {"owners": own}
 
 
-def _owners(lists: Any, frames: np.ndarray, game: Game) -> Iterator[np.ndarray]:
-    """The owners of the pixels of each frame; see `Example`."""
+def _owners(lists: Any, frames: np.ndarray, game: Game) -> list[np.ndarray]:
     fields = {name: jnp.asarray(a) for name, a in columns.padded([lists], game).items()}
     objects = Objects(**fields, game=game)
-    for start in range(0, len(frames), CHUNK):
-        last = len(frames) - 1
-        chunk = np.minimum(np.arange(start, start + CHUNK), last)
-        part = jax.tree.map(lambda field, chunk=chunk: field[chunk], objects)
-        slots = np.asarray(segment(part, frames[chunk]))
-        for i in range(min(CHUNK, len(frames) - start)):
-            yield _numbers(slots[i], lists[start + i].as_py(), game)
+
+    def owners(index: np.ndarray) -> jax.Array:
+        chosen = jax.tree.map(lambda field: field[index], objects)
+        return segment(chosen, frames[index])
+
+    slots = batches.by_chunks(owners, np.arange(len(frames)), CHUNK)
+    return [_numbers(own, row.as_py(), game) for own, row in zip(slots, lists, strict=True)]
 
 
 def _numbers(slots: np.ndarray, objects: Sequence[dict[str, Any]], game: Game) -> np.ndarray:
-    """Replace slots by numbers in a list of objects."""
     number_of = np.full(game.num_slots + 1, NOBODY, np.int16)
     for number, o in enumerate(objects):
         number_of[game.slices[o["category"]].start + o["index"]] = number
@@ -146,17 +139,6 @@ def _run_lengths(mask: np.ndarray) -> list[int]:
     bits = np.concatenate([[False], mask.T.ravel(), [not mask[-1, -1]]])
     ends = np.flatnonzero(bits[1:] != bits[:-1])
     return np.diff(ends, prepend=0).tolist()
-
-
-def _reported(
-    examples: Iterator[Example], plans: Sequence[tuple[Path, Plan]], report: Progress | None
-) -> Iterator[Example]:
-    """The examples, with a report after each."""
-    total = sum(plan.states for _, plan in plans)
-    for done, example in enumerate(examples, 1):
-        yield example
-        if report is not None:
-            report(done, total)
 
 
 def _write_picture(folder: Path, example: Example) -> None:

@@ -37,8 +37,8 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
     100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
-    indices, without compression), and the fields of `Objects` of both methods as infos. An episode
-    with omitted sequences becomes several episodes.
+    indices), and the fields of `Objects` of both methods as infos. An episode with omitted
+    sequences becomes several episodes.
 
     Args:
         folder: folder of a complete dataset.
@@ -91,7 +91,6 @@ def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO
 
 
 def _listed(objects: list[dict[str, Any]]) -> str:
-    """Objects in the text format of the paper's dataset."""
     texts = sorted(
         f"{o['category']} at ({o['x']}, {o['y']}), ({o['w']}, {o['h']})" for o in objects
     )
@@ -128,7 +127,6 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
 
 
 def _episodes(path: Path) -> Iterator[Any]:
-    """Stretches of successive states of one episode, as tables of at least two rows."""
     pa = require("pyarrow")
     # pictures stay compressed in memory
     rows = pa.concat_tables(

@@ -22,11 +22,10 @@ def generate(
     """Generate a dataset. Equal plans give equal bytes.
 
     The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and finally `README.md`
-    (the datasheet). Each shard appears when it is complete. After an interruption, a second call
-    makes the missing files.
+    (the datasheet). After an interruption, a second call makes the missing files.
 
     Args:
-        plan: the dataset's plan; see `ocjax.datasets.plan`.
+        plan: see `ocjax.datasets.plan`.
         folder: created if necessary.
         ray: the address of a Ray cluster whose machines share the folder; see
             `ocjax.files.cluster`.
@@ -52,9 +51,8 @@ def generate(
 def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
     """Replace the objects and terrain of a dataset with the results of the present decoders.
 
-    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. Each
-    shard is replaced when its new version is complete. After an interruption, a second call
-    relabels the remaining shards.
+    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. After an
+    interruption, a second call relabels the remaining shards.
 
     Args:
         folder: folder of a complete dataset.
@@ -77,12 +75,9 @@ def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | No
             f"is for {game.md5}"
         )
     old = [s.number for s in plan.shards if shards.facts(folder / plan.file(s))["code"] != code()]
-    _run(functools.partial(_relabel, folder, plan), old, plan, ray, report)
+    task = functools.partial(shards.relabel, folder, plan)
+    _run(task, old, plan, ray, report)
     _finish(folder, plan)
-
-
-def _relabel(folder: Path, plan: Plan, number: int) -> None:
-    shards.relabel(folder / plan.file(plan.shards[number]), registry.load(plan.game))
 
 
 def open_dataset(folder: str | Path) -> Plan:

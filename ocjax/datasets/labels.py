@@ -2,7 +2,7 @@
 
 import dataclasses
 import reprlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,9 +43,11 @@ def label(game: Game, rams: np.ndarray, screens: np.ndarray, previous: np.ndarra
     return Labels(rem, seen, counts)
 
 
-def to_counts(counts: Agreement, game: Game) -> Counts:
-    """Counts `[categories]` by category, ready for JSON."""
-    table = np.stack([getattr(counts, name) for name in COUNTS], axis=1)
+def to_counts(parts: Iterable[Agreement], game: Game) -> Counts:
+    """The sums of counts `[n, categories]` by category, ready for JSON."""
+    table = np.zeros((len(game.categories), len(COUNTS)))
+    for part in parts:
+        table += np.stack([getattr(part, name).sum(axis=0) for name in COUNTS], axis=1)
     return {c.name: row for c, row in zip(game.categories, table.tolist(), strict=True)}
 
 
@@ -65,17 +67,5 @@ def check_counts(counts: Any, game: Game) -> None:
 
 def from_counts(parts: Sequence[Counts], game: Game) -> Agreement:
     """The sum of results of `to_counts`, `[categories]`."""
-    table = np.array([[part[c.name] for c in game.categories] for part in parts]).reshape(
-        -1, len(game.categories), len(COUNTS)
-    )
+    table = np.array([[part[c.name] for c in game.categories] for part in parts])
     return Agreement(*table.sum(axis=0).T)
-
-
-def none(game: Game) -> Agreement:
-    """Counts of no states, `[categories]`."""
-    return from_counts([], game)
-
-
-def add(counts: Agreement, more: Agreement) -> Agreement:
-    """Add the sum of counts `[n, categories]` to counts `[categories]`."""
-    return Agreement(*(getattr(counts, name) + getattr(more, name).sum(axis=0) for name in COUNTS))

@@ -65,12 +65,12 @@ class Plan:
         sequence_states: largest number of successive states that are kept or dropped together.
         least_f1: sequences with a lower F1 of REM against VEM are dropped.
         settings: settings of the emulators, the fields of `ocjax.envs.Settings`.
-        policy_settings: settings for policies that were trained with other settings. Older datasets
-            have none.
         versions: versions of ocjax and of the libraries.
         code: digest of the source of ocjax, whose decoders extract the objects.
-        starts: values that are written to the RAM when games begin. Instances use them in
-            rotation. Older datasets have none.
+        starts: values that are written to the RAM when games begin, in rotation of the instances.
+            Older datasets have none.
+        policy_settings: settings for policies that were trained with other settings. Older datasets
+            have none.
     """
 
     game: str
@@ -94,20 +94,12 @@ class Plan:
 
     @classmethod
     def from_json(cls, text: str) -> "Plan":
-        """Read the JSON that `to_json` wrote.
-
-        Raises:
-            ValueError: it is damaged.
-        """
+        """Read the JSON that `to_json` wrote; raises ValueError if it is damaged."""
         return cls.from_fields(json.loads(text))
 
     @classmethod
     def from_fields(cls, fields: Mapping[str, Any]) -> "Plan":
-        """Make a plan from fields with JSON's types.
-
-        Raises:
-            ValueError: a field is missing, unknown or malformed.
-        """
+        """Make a plan from fields with JSON's types; raises ValueError if one is malformed."""
         known = [field.name for field in dataclasses.fields(cls)]
         given = {"starts": (), "policy_settings": {}, **fields}
         lacking = [name for name in known if name not in given]
@@ -174,7 +166,6 @@ class Plan:
 
 
 def _check_play(plan: Plan) -> None:
-    """Check the fields of a plan that describe how states are played."""
     for seed in plan.seeds:
         integer("a seed", seed, 0, 2**31 - 1)
     if not plan.seeds or len(set(plan.seeds)) < len(plan.seeds):
@@ -232,7 +223,7 @@ def plan(
         seeds: each plays an equal fraction of the states.
         policies: percentage of the states that each policy plays, by name; see
             `ocjax.play.policies.make_policy`. By default, 30 % random actions, and 70 % the trained
-            policy that ships with the game. Games without such a policy use held random actions.
+            policy that ships with the game, or held random actions.
         least_f1: sequences with a lower F1 of REM against VEM are dropped.
         starts: values that are written to the RAM when a game begins, by the name of a field of the
             game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
@@ -287,11 +278,7 @@ def default_policies(game: Game) -> dict[str, int]:
 
 
 def whole_games(trained: Settings | None) -> Settings:
-    """The emulator settings for a policy: its training's, but with whole games and true rewards.
-
-    Args:
-        trained: the settings of the training; None for the preset "dqn".
-    """
+    """A training's settings (None: the preset "dqn") with whole games and true rewards."""
     return dataclasses.replace(trained or settings("dqn"), clip_rewards=False, episodic_life=False)
 
 
@@ -313,10 +300,7 @@ def versions() -> dict[str, str]:
 
 @functools.cache
 def code() -> str:
-    """A digest of the source of ocjax.
-
-    Versions with equal digests extract equal objects.
-    """
+    """A digest of the source of ocjax; versions with equal digests extract equal objects."""
     root, digest = Path(__file__).parents[1], hashlib.sha256()
     # `rglob` does not follow the link to the games
     paths = (

@@ -22,10 +22,10 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
     """Play the states of a shard.
 
     Yields:
-        The next sequence of at most `plan.sequence_states` successive states for each instance. A
-        sequence has the arrays `index` (number of the state in the dataset), `instance`, `episode`
-        (of the instance), `step` (of the episode), `ram` uint8 `[n, 128]`, `screen` and `previous`
-        uint8 `[n, H, 160]` (palette indices of the last two emulated frames), `action`, `reward`,
+        The next sequence of at most `plan.sequence_states` successive states for each instance:
+        arrays `index` (number of the state in the dataset), `instance`, `episode` (of the
+        instance), `step` (of the episode), `ram` uint8 `[n, 128]`, `screen` and `previous` uint8
+        `[n, H, 160]` (palette indices of the last two emulated frames), `action`, `reward`,
         `terminated` and `truncated` (of the step that led to the state), and `lives`.
     """
     # The first numbers seed the emulators, the others the policies.
@@ -70,13 +70,10 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
 
 
 def _stacked(states: list[tuple[dict[str, np.ndarray], ...]], name: str) -> np.ndarray:
-    """Stack an array of all teams over successive states: `[ENVS, n, ...]`."""
     return np.stack([np.concatenate([team[name] for team in state]) for state in states], axis=1)
 
 
 class _Team(NamedTuple):
-    """Successive instances whose emulators have the same settings."""
-
     settings: Settings
     instances: slice
     policies: tuple[tuple[str, int, int], ...]  # name, instances, seed
@@ -87,7 +84,6 @@ class _Team(NamedTuple):
 
 
 def _teams(plan: Plan, seeds: list[int]) -> list[_Team]:
-    """Group the instances by the settings of their policies; `seeds` has one per policy."""
     seeded = [(name, count, seed) for (name, count), seed in zip(plan.policies, seeds, strict=True)]
     teams, start = [], 0
     for settings, members in itertools.groupby(seeded, lambda policy: plan.settings_of(policy[0])):
@@ -99,7 +95,6 @@ def _teams(plan: Plan, seeds: list[int]) -> list[_Team]:
 
 
 def _states(pool: AlePool, team: _Team, index: np.ndarray) -> Iterator[dict[str, np.ndarray]]:
-    """Yield the states of a team; `index` has the number of each instance's first state."""
     act = _policies(pool, team)
     episode = np.full(team.size, -1)
     for t, action in enumerate(steps(pool, act)):

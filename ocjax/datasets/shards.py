@@ -12,6 +12,7 @@ from ocjax._extras import require
 from ocjax.datasets import columns, labels, playing
 from ocjax.datasets.labels import Labels
 from ocjax.datasets.plans import DatasetError, Plan, Shard, code
+from ocjax.evaluation.metrics import Agreement
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
@@ -33,24 +34,20 @@ def make(folder: Path, plan: Plan, number: int) -> None:
         [columns.schema({}).empty_table()],
         *([] for _ in shard.shares),
     ]
-    counts, totals = (
-        labels.none(game),
-        dict.fromkeys(("sequences", "sequences_left_out", "states_left_out"), 0),
-    )
+    counts: list[Agreement] = []  # of the kept sequences
+    totals = dict.fromkeys(("sequences", "sequences_left_out", "states_left_out"), 0)
     for sequences in playing.play(game, plan, shard):
         joined = {name: np.concatenate([s[name] for s in sequences]) for name in sequences[0]}
         found = labels.label(game, joined["ram"], joined["screen"], joined["previous"])
-        table, ends = (
-            _table(game, plan, shard, joined, found),
-            np.cumsum([0, *(len(s["index"]) for s in sequences)]).tolist(),
-        )
+        table = _table(game, plan, shard, joined, found)
+        ends = np.cumsum([0, *(len(s["index"]) for s in sequences)]).tolist()
         for tables, (start, stop) in zip(kept[1:], itertools.pairwise(ends), strict=True):
             own = found.counts.map(lambda a, rows=slice(start, stop): a[rows])
             # F1 is nan without objects; such sequences stay
             is_left_out = bool(own.sum().f1 < plan.least_f1)
             if not is_left_out:
                 tables.append(table.slice(start, stop - start))
-                counts = labels.add(counts, own)
+                counts.append(own)
             totals["sequences"] += stop > start
             totals["sequences_left_out"] += is_left_out
             totals["states_left_out"] += is_left_out * (stop - start)
@@ -64,7 +61,6 @@ def make(folder: Path, plan: Plan, number: int) -> None:
 
 
 def _table(game: Game, plan: Plan, shard: Shard, states: playing.Stretch, found: Labels) -> Any:
-    """States and their objects as a table."""
     pa = require("pyarrow")
     names = np.repeat(
         np.array([name for name, _ in plan.policies], object), [n for _, n in plan.policies]
@@ -113,11 +109,7 @@ def _write(path: Path, table: Any, game: Game, facts: dict[str, Any]) -> None:
 
 @contextlib.contextmanager
 def reading(path: Path, damage: type[Exception] = DatasetError) -> Iterator[None]:
-    """Name the shard in errors.
-
-    Args:
-        damage: the type of errors that mean that the shard is damaged.
-    """
+    """Name the shard in errors of the type `damage`, which mean that it is damaged."""
     try:
         yield
     except damage as error:
@@ -125,11 +117,7 @@ def reading(path: Path, damage: type[Exception] = DatasetError) -> Iterator[None
 
 
 def facts(path: Path, game: Game | None = None) -> dict[str, Any]:
-    """Read the facts of a shard.
-
-    Args:
-        game: if given, the counts must fit its categories.
-    """
+    """Read the facts of a shard; its counts must fit the categories of `game`, if given."""
     parquet = require("pyarrow.parquet")
     with reading(path, Exception):  # a damaged file can fail anywhere in Arrow
         known = columns.facts_of(parquet.read_metadata(path))
@@ -139,10 +127,7 @@ def facts(path: Path, game: Game | None = None) -> dict[str, Any]:
 
 
 def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
-    """Read and check the rows of a shard in tables of at most `ROW_GROUP` rows.
-
-    `names` selects columns.
-    """
+    """Read and check columns of a shard, by default all, in tables of at most `ROW_GROUP` rows."""
     pa, parquet = require("pyarrow"), require("pyarrow.parquet")
     with reading(path, Exception), parquet.ParquetFile(path) as file:
         for k in range(file.num_row_groups):
@@ -156,8 +141,9 @@ def rows(path: Path, names: Sequence[str] | None = None) -> Iterator[Any]:
             yield columns.checked(pa.Table.from_batches([batch]), names)
 
 
-def relabel(path: Path, game: Game) -> None:
+def relabel(folder: Path, plan: Plan, number: int) -> None:
     """Replace the labels of a shard, unless the present decoders made them."""
+    game, path = registry.load(plan.game), folder / plan.file(plan.shards[number])
     known = facts(path)
     if known["code"] == code():
         return
@@ -167,7 +153,8 @@ def relabel(path: Path, game: Game) -> None:
     states = pa.concat_tables(
         [pa.schema([schema.field(name) for name in kept]).empty_table(), *rows(path, kept)]
     )
-    parts, counts = [schema.empty_table()], labels.none(game)
+    parts: list[Any] = [schema.empty_table()]
+    counts: list[Agreement] = []
     for start in range(0, len(states), BATCH):
         part = states.slice(start, BATCH)
         with reading(path):
@@ -178,6 +165,6 @@ def relabel(path: Path, game: Game) -> None:
         for name, column in {**objects, columns.TERRAIN: columns.terrain(rams, game)}.items():
             part = part.append_column(schema.field(name), column)
         parts.append(part.select(schema.names).cast(schema))
-        counts = labels.add(counts, found.counts)
+        counts.append(found.counts)
     latest = known | {"code": code(), "counts": labels.to_counts(counts, game)}
     _write(path, pa.concat_tables(parts), game, latest)

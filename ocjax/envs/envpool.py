@@ -2,8 +2,7 @@
 
 Unsupported options and calls raise an error with the reason. envpool does not support
 
-- frames with a frame skip (it returns the maximum of the last two),
-- screens that are not 210 rows high (it crops them),
+- frames with a frame skip (it returns the maximum of the last two) or other than 210 rows,
 - saved states, writing RAM, and hooks,
 - new seeds after the first reset, and resets of single environments,
 - autoreset modes other than next-step.
@@ -40,13 +39,11 @@ XlaStep = Callable[
 
 
 class EnvpoolVectorEnv(ObjectVectorEnv):
-    """N instances of a game on envpool.
-
-    `make_vec` makes them with `backend="envpool"` and explains the options.
+    """N instances of a game on envpool; see `make_vec` with `backend="envpool"`.
 
     With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
     `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
-    environments in the results. Each environment keeps the memory of its observations.
+    environments in the results.
     """
 
     pool: EnvpoolPool
@@ -112,26 +109,15 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         super().step_async(actions)
 
     def async_reset(self, seed: int | Sequence[int | None] | None = None) -> None:
-        """Reset all environments without waiting for them.
-
-        `recv` returns the results in the order of completion.
-        """
+        """Reset all environments without waiting; `recv` returns the results."""
         self.pool.async_reset(seeds_of(seed, self.num_envs))
 
     def send(self, actions: np.ndarray, env_id: np.ndarray) -> None:
-        """Start a step of some environments.
-
-        Args:
-            actions: integers `[n]`.
-            env_id: the indices of the environments, integers `[n]`.
-        """
+        """Start a step, integers `[n]`, of the environments with the indices `env_id`, `[n]`."""
         self.pool.send(actions, env_id)
 
     def recv(self) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """The results of the first `batch_size` environments to finish, as `step` returns them.
-
-        `info["env_id"]` contains their indices.
-        """
+        """The results of the first `batch_size` environments to finish, as `step` returns them."""
         self.pool.wait()
         pool, ids, shard = self.pool, self.pool.ids, self._shards[0]
         arrays = {name: array[ids] for name, array in shard.arrays.items()}
@@ -141,10 +127,8 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
             self._scatter(ids, _rows(shard.objects, ids), shard.previous) if shard.objects else {}
         )
         objects = self._scatter(ids, observed.objects, shard.objects)
-        self._shards, self._steps = (
-            [replace(shard, memory=memory, previous=previous, objects=objects)],
-            pool.steps,
-        )
+        self._shards = [replace(shard, memory=memory, previous=previous, objects=objects)]
+        self._steps = pool.steps
         reward = pool.reward[ids]
         info = {name: array[ids] for name, array in self._info().items()} | {"env_id": ids}
         observation = self._assemble([(observed, arrays)])
@@ -163,20 +147,15 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         """
 
         def scatter(a: Any, b: Any) -> np.ndarray:
-            out = np.zeros((self.num_envs, *a.shape[1:]), a.dtype) if b is None else np.array(b)
+            out = np.array(b)
             out[ids] = a
             return out
 
-        return (
-            jax.tree.map(scatter, new, old)
-            if old
-            else jax.tree.map(lambda a: scatter(a, None), new)
-        )
+        zeros = jax.tree.map(lambda a: np.zeros((self.num_envs, *a.shape[1:]), a.dtype), new)
+        return jax.tree.map(scatter, new, old or zeros)
 
     def xla(self) -> tuple[Any, XlaStep]:
-        """The environments as a pure function for `jax.jit` and `jax.lax.scan`.
-
-        They start from their current state.
+        """The environments from now on, as a pure function for `jax.jit` and `jax.lax.scan`.
 
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next
@@ -190,10 +169,8 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         if required_screens(self.mode, self.kinds):
             raise ValueError("xla() provides RAM and objects, but no frames")
         handle, _, _, env_step = self.pool.env.xla()
-        observer, clip_rewards = (
-            make_observer(self.game, self.mode, self.kinds),
-            self.pool.settings.clip_rewards,
-        )
+        observer = make_observer(self.game, self.mode, self.kinds)
+        clip_rewards = self.pool.settings.clip_rewards
 
         def step(
             state: Any, actions: jax.Array
@@ -244,7 +221,6 @@ def _refuse_unsupported(
     hook: Any,
     render_mode: str | None,
 ) -> None:
-    """Raise a ValueError with the reason if envpool does not support an option."""
     screens = required_screens(mode, kinds)
     reasons = {
         "envpool gives no grey frames that are not pooled and resized": bool(

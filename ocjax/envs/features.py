@@ -28,11 +28,11 @@ class Vector(Computed):
     """Features of all slots as one flat vector, float32 `[history * n]`.
 
     n is the number of features of all slots. Entries are ordered by time (oldest state first), then
-    by slot in the game's order, then by feature in the given order. `features_of` names each entry.
+    by slot in the game's order, then by feature in the given order; `features_of` names each entry.
     Slots that are not valid are zero.
 
-    dx and dy are the movement of the centre since the previous step. They are zero if the object
-    was not valid before, or if an episode has just begun.
+    dx and dy are the movement of the centre since the previous step, or zero if the object was not
+    valid before, or if an episode has just begun.
 
     nx, ny, mx and my measure the position relative to the object in the first slot, which is the
     player in most games. With the distance d in pixels from the player's centre to the object's
@@ -53,8 +53,8 @@ class Vector(Computed):
         normalize: whether features are scaled. Lengths become fractions of the screen's width or
             height, orientations become turns, and values v become sign(v) log(1 + |v|) / log(1 +
             10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
-            Unknown orientations, as in mode "vem", are -1, or -1/16 turns. Values that VEM cannot
-            read are encoded as v = -1.
+            Unknown orientations are -1, or -1/16 turns. Values that VEM cannot read are encoded as
+            v = -1.
 
     Raises:
         ValueError: a feature is unknown or repeated, the features are empty, or the history is
@@ -108,55 +108,27 @@ class Vector(Computed):
             "valid",
         )
 
-    def _runs(self, game: Declaration) -> list[tuple[slice, tuple[str, ...]]]:
-        """The slots in as few runs of equal features as possible, with these features."""
-        runs: list[tuple[slice, tuple[str, ...]]] = []
-        for category, s in zip(game.categories, game.slices.values(), strict=True):
-            features = self._features(category)
-            if runs and runs[-1][1] == features:
-                runs[-1] = (slice(runs[-1][0].start, s.stop), features)
-            else:
-                runs.append((s, features))
-        return runs
-
     def _scales(self, game: Declaration) -> dict[str, tuple[float, float, float]]:
         """The unit of each feature, and its least and greatest number in this unit."""
         height, width = game.screen
-        integers = np.iinfo(np.int32)
-        most = {
-            "x": width,
-            "y": height,
-            "w": width,
-            "h": height,
-            "orientation": 16,
-            "valid": 1,
-            "dx": width,
-            "dy": height,
-        }
-        relative = ("nx", "ny", "mx", "my")
-        most |= dict.fromkeys(relative, 1)
-        least = {"orientation": UNKNOWN, "dx": -width, "dy": -height} | dict.fromkeys(relative, -1)
-        out = {
-            f: (float(n) if self.normalize else 1.0, float(least.get(f, 0)), float(n))
-            for f, n in most.items()
-        }
-        out = {f: (unit, low / unit, high / unit) for f, (unit, low, high) in out.items()}
-        limit = float(np.log1p(2.0**31) / _VALUE_UNIT)
-        out["value"] = (
-            (1.0, -limit, limit)
-            if self.normalize
-            else (1.0, float(integers.min), float(integers.max))
-        )
-        return out
+        relative = dict.fromkeys(("nx", "ny", "mx", "my"), 1)
+        moved = {"dx": width, "dy": height}
+        most = {"x": width, "y": height, "w": width, "h": height, "orientation": 16, "valid": 1}
+        most |= moved | relative
+        least = {f: -n for f, n in (moved | relative).items()} | {"orientation": UNKNOWN}
+        unit = {f: float(n) if self.normalize else 1.0 for f, n in most.items()}
+        out = {f: (unit[f], least.get(f, 0) / unit[f], n / unit[f]) for f, n in most.items()}
+        limit = float(np.log1p(2.0**31) / _VALUE_UNIT) if self.normalize else 2.0**31
+        return out | {"value": (1.0, -limit, limit)}
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The observation space of one environment."""
+        """See `Observation`."""
         scales = self._scales(game)
         low, high = np.array([scales[f][1:] for *_, f in self.features_of(game)], np.float32).T
         return gym.spaces.Box(low, high, dtype=np.float32)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation: the previous objects and states."""
+        """See `Computed`."""
         n = len(self.features_of(game)) // self.history
         return no_objects_of(game, num_envs), np.zeros((num_envs, self.history, n), np.float32)
 
@@ -174,10 +146,9 @@ class Vector(Computed):
 
         Args:
             objects: of any batch shape, such as `[T, B]`.
-            previous: the objects of the step before, of the same batch shape. Without them, dx and
-                dy are zero.
-            is_first: bool of the batch shape: whether the state begins an episode. If so, dx and dy
-                are zero.
+            previous: the objects of the step before. Without them, dx and dy are zero.
+            is_first: bool of the batch shape: whether the state begins an episode, which also sets
+                dx and dy to zero.
 
         Returns:
             float32 `[..., n]`, with the features that `features_of` names.
@@ -197,7 +168,7 @@ class Vector(Computed):
         return _recorded(self, objects, before, first_states(is_first, batch))
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
-        """The observation and the new memory."""
+        """See `Computed`."""
         previous, history = memory
         objects = snapshot.objects
         if mode == "vem":
@@ -233,7 +204,7 @@ class Vector(Computed):
         }
         parts = [
             jnp.stack([columns[f][:, s] for f in features], axis=-1)
-            for s, features in self._runs(game)
+            for s, features in game.spans(self._features)
         ]
         flat = [part.reshape(part.shape[0], math.prod(part.shape[1:])) for part in parts]
         return jnp.concatenate(flat, axis=-1)
@@ -250,7 +221,6 @@ class Vector(Computed):
 
 @functools.partial(jax.jit, static_argnums=0)
 def _recorded(kind: Vector, objects: Objects, previous: Objects, is_first: jax.Array) -> jax.Array:
-    """The features of objects of any batch shape, float32 `[..., n]`."""
     batch = objects.batch_shape
     flat = [
         jax.tree.map(lambda a: a.reshape(math.prod(batch), *a.shape[len(batch) :]), tree)

@@ -87,8 +87,7 @@ def make_vec(
 
     Args:
         game: the game's name in any of the usual spellings, or a `Game`. An id of version 0 or 4
-            ("PongNoFrameskip-v4") implies a preset; `preset` and the settings must not contradict
-            it.
+            ("PongNoFrameskip-v4") implies a preset, which other options must not contradict.
         num_envs: number of instances.
         preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4",
             "noframeskip", "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which
@@ -102,29 +101,26 @@ def make_vec(
         fire_reset: see `Settings`.
         clip_rewards: see `Settings`.
         episodic_life: see `Settings`.
-        game_mode: ale-py's number of the game mode: one for all instances, or a sequence with one
-            for each.
+        game_mode: ale-py's number of the game mode: one for all instances, or one for each.
         game_difficulty: ale-py's number of the game difficulty, given in the same way.
         continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
-            deflection from 0 to 1, its angle in radians from -pi to pi, and its button from 0 to 1.
-            The deflection is also the speed of a paddle. All 18 actions are available.
+            deflection from 0 to 1 (also the speed of a paddle), its angle in radians from -pi to
+            pi, and its button from 0 to 1. All 18 actions are available.
         continuous_action_threshold: the deflection above which a joystick's contact closes, and the
             same for the button.
-        hook: a function, or a sequence of functions, that edits the RAM of each instance before
-            every emulated frame; see `AlePool`. The name of a variation in
-            `ocjax.emulators.variations` also works: "stop_all_cars" or "Freeway:stop_all_cars".
-        reward_fn: a function that returns one environment's reward from the objects before a step,
-            the objects after it and the action. The objects are REM's if the mode extracts them.
-            JAX compiles the function for the batch. Its result is not clipped, and `info["reward"]`
-            is the game's own reward. Next-step autoreset ignores the action of an episode's first
-            step; this step has reward 0.
+        hook: functions that edit the RAM of each instance before every emulated frame, or names of
+            variations such as "Freeway:stop_all_cars"; see `AlePool`.
+        reward_fn: a function, compiled by JAX, that returns one environment's reward from the
+            objects before a step, the objects after it (REM's if the mode extracts them) and the
+            action. `info["reward"]` is then the game's own reward. Next-step autoreset ignores the
+            action of an episode's first step; this step has reward 0.
         mode: "rem" (objects from RAM, without pixels), "vem" (objects from the screen), "both", or
             "raw" (no objects).
         obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
-            "pixels", "ram", "object_masks", "binary_masks", "class_masks" or "planes". An instance
-            of `ObjectFields`, `Vector`, `Dqn`, `Pixels`, `Ram` or `Masks` from `ocjax.envs` sets
-            options. A list of names, or a dict of names or instances, gives a Dict of observations.
-            The default is "objects", or "ram" in mode "raw".
+            "pixels", "ram", "terrain", "object_masks", "binary_masks", "class_masks" or "planes",
+            or an instance of a class of `ocjax.envs` with options. A list of names, or a dict of
+            names or instances, gives a Dict of observations. The default is "objects", or "ram" in
+            mode "raw".
         hud: whether score, lives and other display objects are included.
         ram_info: whether `info` contains the RAM.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
@@ -133,13 +129,9 @@ def make_vec(
         num_workers: number of processes (envpool: threads); by default one per core. With 0,
             instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
-        worker_timeout: seconds that a worker process of backend "ale" may take to reply before an
-            error is raised, or None for no limit.
+        worker_timeout: seconds that a worker process may take to reply, or None for no limit.
         autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
         unknown: other options raise TypeError.
-
-    Returns:
-        The vector environment.
 
     Raises:
         ValueError: the game or an option's value is unknown, an option contradicts the id, the ROM
@@ -172,28 +164,38 @@ def make_vec(
     chosen = settings(preset, **overrides | ({"full_action_space": True} if continuous else {}))
     if backend not in _BACKENDS:
         raise ValueError(f"backend must be 'ale' or 'envpool', got {backend!r}")
-    options = {
-        "num_workers": num_workers,
-        "batch_size": batch_size,
-        "hook": hook,
-        "worker_timeout": worker_timeout,
-        "reward_fn": reward_fn,
-    }
-    options |= {"autoreset_mode": autoreset, "render_mode": render_mode, "ram_info": ram_info}
     thresholds = ContinuousActions(continuous_action_threshold)
-    options["continuous"] = thresholds if continuous else None
     variant = {"game_mode": game_mode, "game_difficulty": game_difficulty}
-    envs = _BACKENDS[backend](resolved, num_envs, mode, obs, chosen, **options, **variant)
+    envs = _BACKENDS[backend](
+        resolved,
+        num_envs,
+        mode,
+        obs,
+        chosen,
+        num_workers=num_workers,
+        batch_size=batch_size,
+        hook=hook,
+        worker_timeout=worker_timeout,
+        reward_fn=reward_fn,
+        autoreset_mode=autoreset,
+        render_mode=render_mode,
+        ram_info=ram_info,
+        continuous=thresholds if continuous else None,
+        **variant,
+    )
     if continuous:
         variant |= {"continuous": True, "continuous_action_threshold": continuous_action_threshold}
-    given = {
-        "preset": preset,
-        "num_envs": num_envs,
-        "backend": backend,
-        "autoreset_mode": autoreset.value,
+    envs.spec = _spec(
+        resolved,
+        mode,
+        obs,
+        chosen,
+        preset=preset,
+        num_envs=num_envs,
+        backend=backend,
+        autoreset_mode=autoreset.value,
         **variant,
-    }
-    envs.spec = _spec(resolved, mode, obs, chosen, **given)
+    )
     return envs
 
 
@@ -221,13 +223,16 @@ def _make_ale(
     pool = AlePool(
         game, num_envs, chosen, screens=screens, autoreset=AUTORESET[autoreset_mode], **pool_options
     )
-    shown: dict[str, Any] = {
-        "autoreset_mode": autoreset_mode,
-        "render_mode": render_mode,
-        "ram_info": ram_info,
-    }
-    shown["continuous"] = continuous
-    return ObjectVectorEnv(pool, mode, obs, reward_fn=reward_fn, **shown)
+    return ObjectVectorEnv(
+        pool,
+        mode,
+        obs,
+        reward_fn=reward_fn,
+        autoreset_mode=autoreset_mode,
+        render_mode=render_mode,
+        ram_info=ram_info,
+        continuous=continuous,
+    )
 
 
 def _make_envpool(
@@ -256,7 +261,6 @@ def _resolve(game: str | Game, hud: bool) -> Game:
 
 
 def _recorded_screens(mode: Mode, obs: Request | None, render_mode: str | None) -> tuple[str, ...]:
-    """The pixel arrays that the mode, the observations and rendering need."""
     if render_mode is not None and render_mode not in RENDER_MODES:
         raise ValueError(
             f"render_mode must be one of {RENDER_MODES} or None, got {render_mode!r}; "
@@ -317,41 +321,8 @@ def make(
 ) -> ObjectEnv:
     """Make a single environment: one instance of a game, stepped in this process.
 
-    `make_vec` explains the options. They have two groups:
-
-    - the game's behaviour: `preset` to `reward_fn`
-    - the observation: `mode` to `render_mode`
-
-    `gymnasium.make("ocjax/Pong-v5")` makes the same environment inside Gymnasium's wrappers.
-
-    Args:
-        game: the game's name in any of the usual spellings, or a `Game`.
-        preset: a named set of settings.
-        frame_skip: see `Settings`. This option and the next eight override the preset.
-        repeat_action_probability: see `Settings`.
-        max_episode_frames: see `Settings`.
-        max_episode_steps: see `Settings`.
-        full_action_space: see `Settings`.
-        noop_max: see `Settings`.
-        fire_reset: see `Settings`.
-        clip_rewards: see `Settings`.
-        episodic_life: see `Settings`.
-        game_mode: ale-py's number of the game mode.
-        game_difficulty: ale-py's number of the game difficulty.
-        continuous: whether actions are continuous, float32 `[3]`.
-        continuous_action_threshold: the deflection above which a contact closes.
-        hook: functions or names of variations that edit the RAM before every emulated frame.
-        reward_fn: a function that returns the reward from the objects before and after a step and
-            the action.
-        mode: "rem", "vem", "both" or "raw".
-        obs: the observation, or several observations.
-        hud: whether score, lives and other display objects are included.
-        ram_info: whether `info` contains the RAM.
-        render_mode: "rgb_array" or "objects".
-        unknown: other options raise TypeError.
-
-    Returns:
-        The environment.
+    `make_vec` explains the options. `gymnasium.make("ocjax/Pong-v5")` makes the same environment
+    inside Gymnasium's wrappers.
 
     Raises:
         ValueError: the game or an option's value is unknown, or the ROM is the wrong one.

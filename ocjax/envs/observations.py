@@ -1,9 +1,9 @@
 """The kinds of observations, and how each is computed.
 
 The fields of each class are the options of the observation. A `Computed` observation is a pure JAX
-function of a snapshot of the environments and of a memory, which carries state from one step to the
-next. The same code therefore works with worker processes and inside `jax.lax.scan`. Below, B is the
-number of environments in a batch, and H x 160 is the size of the game's screen.
+function of a snapshot of the environments and of a memory, so it works with worker processes and
+inside `jax.lax.scan`. B is the number of environments in a batch, and H x 160 the size of the
+game's screen.
 """
 
 from abc import ABC, abstractmethod
@@ -126,7 +126,7 @@ class ObjectFields(Copied):
     needs_objects = True
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The observation space of one environment."""
+        """See `Observation`."""
         one = object_space(game)
         return gym.spaces.Dict(rem=one, vem=object_space(game)) if mode == "both" else one
 
@@ -144,8 +144,7 @@ class Dqn(Computed):
     """The frames of Mnih et al. (2015), uint8 `[stack, *size]`.
 
     Each frame is grey, the maximum of the step's last two emulated frames, and resized by area.
-    With a frame skip of 1 it is the single emulated frame, as with the wrappers of Gymnasium and
-    Stable-Baselines3 and with envpool.
+    With a frame skip of 1 it is the single emulated frame.
 
     Args:
         stack: number of steps, the latest last; all are the same at the start of an episode.
@@ -166,19 +165,19 @@ class Dqn(Computed):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The required pixel arrays."""
+        """See `Observation`."""
         return ("pooled",) if self.max_pool else ("gray",)
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The observation space of one environment."""
+        """See `Observation`."""
         return gym.spaces.Box(0, 255, (self.stack, *self.size), np.uint8)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation: the stack."""
+        """See `Computed`."""
         return np.zeros((num_envs, self.stack, *self.size), np.uint8)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
-        """The observation and the new memory, which are equal."""
+        """See `Computed`."""
         frame = snapshot.pooled if self.max_pool else snapshot.gray
         assert frame is not None  # the environment records the arrays in `screens`
         memory = push(snapshot.started, masks.resize(frame, self.size), memory)
@@ -220,7 +219,7 @@ class Masks(Computed):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The required pixel arrays."""
+        """See `Observation`."""
         gray = ("gray",) if self.pixels or self.kind == "object" else ()
         return (*gray, "screen") if self.draw == "pixels" else gray
 
@@ -232,16 +231,16 @@ class Masks(Computed):
         )
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The observation space of one environment."""
+        """See `Observation`."""
         stack, planes, *size = self._shape(game)
         return gym.spaces.Box(0, 255, (stack * planes, *size), np.uint8)
 
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
-        """The memory before the first observation: the stack."""
+        """See `Computed`."""
         return np.zeros((num_envs, *self._shape(game)), np.uint8)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
-        """The observation and the new memory."""
+        """See `Computed`."""
         drawn = masks.masks(
             snapshot.objects,
             self.kind,
@@ -284,7 +283,7 @@ class TerrainCells(Computed):
         return self.around is not None
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The observation space of one environment.
+        """See `Observation`.
 
         Raises:
             ValueError: the game has no terrain, or `around` is given and it has no player.
@@ -298,7 +297,7 @@ class TerrainCells(Computed):
         return gym.spaces.Box(0, 1, (len(game.terrain), rows, columns), np.uint8)
 
     def update(self, game: Game, mode: str, snapshot: Snapshot, memory: Any) -> tuple[Any, Any]:
-        """The observation; there is no memory."""
+        """See `Computed`."""
         assert snapshot.ram is not None  # every environment reads the RAM
         terrain = game.terrain_of(snapshot.ram)
         if self.around is None:
@@ -322,11 +321,7 @@ class TerrainCells(Computed):
 
 
 def player_slot(game: Game) -> int:
-    """The first slot of the player.
-
-    Raises:
-        ValueError: the game has no player.
-    """
+    """The first slot of the player; raises ValueError if the game has none."""
     for category in game.categories:
         if category.role == "player":
             return game.slices[category.name].start
@@ -339,15 +334,15 @@ class Pixels(Copied):
 
     @property
     def screens(self) -> tuple[str, ...]:
-        """The required pixel arrays."""
+        """See `Observation`."""
         return ("rgb",)
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The observation space of one environment."""
+        """See `Observation`."""
         return gym.spaces.Box(0, 255, (*game.screen, 3), np.uint8)
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """The last frame."""
+        """See `Copied`."""
         return arrays["rgb"][:, -1]
 
 
@@ -356,9 +351,9 @@ class Ram(Copied):
     """The RAM, uint8 `[128]`."""
 
     def space(self, game: Game, mode: str) -> gym.Space[Any]:
-        """The observation space of one environment."""
+        """See `Observation`."""
         return gym.spaces.Box(0, 255, (128,), np.uint8)
 
     def source(self, arrays: Mapping[str, Any], objects: Mapping[str, Objects]) -> Any:
-        """The RAM."""
+        """See `Copied`."""
         return arrays["ram"]

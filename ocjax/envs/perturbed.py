@@ -27,7 +27,7 @@ class PerturbObjects(VectorWrapper):
 
     Args:
         env: a vector environment with the observation "objects" and one extraction method.
-        key: a key of `jax.random`. Equal keys and environments give equal observations.
+        key: a key of `jax.random`.
         errors: `jitter`, `drop`, `swap` and `invent` of `ocjax.perturb`.
 
     Raises:

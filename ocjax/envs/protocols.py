@@ -21,10 +21,8 @@ _ID = re.compile(
 def preset_of(name: str, preset: str | None, **explicit: Any) -> str:
     """The preset that a game's name and the caller's arguments select.
 
-    An id of version 0 or 4 implies its preset. For any other name the default is "v5".
-
     Args:
-        name: a game's name in any spelling, such as "PongNoFrameskip-v4".
+        name: a game's name in any spelling. An id of version 0 or 4 implies its preset.
         preset: the caller's preset, or None.
         explicit: the caller's settings, with None for missing ones.
     """

@@ -61,13 +61,10 @@ MODES = get_args(Mode)
 
 
 def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bool]:
-    """The kinds of observations that an environment must compute.
+    """The kinds of observations that an environment must compute, by name.
 
-    The default is the objects, or in mode "raw" the RAM.
-
-    Returns:
-        The kinds by name, and whether the request is for a single kind. A single kind has the name
-        "".
+    Also returns whether the request is for a single kind, which has the name "". The default is the
+    objects, or in mode "raw" the RAM.
     """
     if mode not in MODES:
         raise ValueError(

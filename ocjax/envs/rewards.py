@@ -16,15 +16,11 @@ BatchedReward = Callable[[Objects, Objects, np.ndarray], np.ndarray]
 
 
 def batched(reward_fn: RewardFunction) -> BatchedReward:
-    """Compile a reward function for a batch of environments.
-
-    Args:
-        reward_fn: a function that JAX can trace. It gets one environment's objects before and after
-            a step, and its action.
+    """Compile a reward function, which JAX can trace, for a batch of environments.
 
     Returns:
-        A function of both objects, of batch shape `[B]`, and of actions, int32 `[B]` or float32
-        `[B, 3]`. It returns the rewards, float64 `[B]`.
+        A function of the objects before and after a step, of batch shape `[B]`, and of actions,
+        int32 `[B]` or float32 `[B, 3]`. It returns the rewards, float64 `[B]`.
     """
     if not callable(reward_fn):
         raise TypeError(

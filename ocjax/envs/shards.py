@@ -35,9 +35,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 
     Returns:
         A function of the emulators' arrays and of the memory. The arrays are "ram", uint8 `[B,
-        128]`, and "started", bool `[B]`, which marks new episodes. If the mode or an observation
-        needs the last frame, they include "screen", uint8 `[B, H, 160]` or `[B, H, 160, 3]`, "gray"
-        or "pooled", uint8 `[B, H, 160]`.
+        128]`, "started", bool `[B]`, which marks new episodes, and those of `FRAMES` that the mode
+        or an observation needs.
     """
     computed_kinds = {name: kind for name, kind in kinds.items() if isinstance(kind, Computed)}
 
@@ -74,8 +73,7 @@ class EnvShard:
     """The state of one block of environments.
 
     Extraction for a block starts as soon as its workers have finished the step. A step makes new
-    shards. They replace all old shards at once at the end of the step, so an interrupted step can
-    be repeated.
+    shards, which replace all old ones at once, so an interrupted step can be repeated.
     """
 
     rows: slice  # the block's environments
@@ -111,10 +109,7 @@ def concatenate_rows(trees: Sequence[Any]) -> Any:
 
 
 def select_rows(mask: np.ndarray, new: Any, old: Any) -> Any:
-    """Merge two pytrees of arrays `[n, ...]`.
-
-    The result has the rows of `new` where the mask, bool `[n]`, is set, else the rows of `old`.
-    """
+    """Merge pytrees of arrays `[n, ...]`: rows of `new` where the mask, bool `[n]`, is set."""
 
     def select(a: Any, b: Any) -> np.ndarray:
         a, b = np.asarray(a), np.asarray(b)

@@ -18,15 +18,11 @@ _KEYS = {"NOOP": "e", "UP": "w", "DOWN": "s", "LEFT": "a", "RIGHT": "d", "FIRE":
 
 
 def _parts(action: str) -> list[str]:
-    """The parts of an action's name, such as UP, LEFT and FIRE of "UPLEFTFIRE"."""
     return [part for part in _KEYS if part in action]
 
 
 class ObjectEnv(Uncopied, gym.Env):
-    """One instance of a game, stepped in this process.
-
-    `ocjax.make("Pong")` makes it, and `gymnasium.make("ocjax/Pong-v5")` makes it with Gymnasium's
-    wrappers. `ocjax.make_vec` explains the options and observations.
+    """One instance of a game, stepped in this process; `ocjax.make` makes it.
 
     Args:
         envs: a vector environment of one instance, with autoreset disabled.
@@ -34,10 +30,8 @@ class ObjectEnv(Uncopied, gym.Env):
 
     def __init__(self, envs: ObjectVectorEnv) -> None:
         self.envs, self.game = envs, envs.game
-        self.observation_space, self.action_space = (
-            envs.single_observation_space,
-            envs.single_action_space,
-        )
+        self.observation_space = envs.single_observation_space
+        self.action_space = envs.single_action_space
         self.metadata = {
             name: value for name, value in envs.metadata.items() if name != "autoreset_mode"
         }
@@ -93,10 +87,7 @@ class ObjectEnv(Uncopied, gym.Env):
         )
 
     def render(self) -> Any:
-        """The last frame, uint8 `[H, 160, 3]`, or None without a render mode.
-
-        In render mode "objects" the frame is enlarged, with the objects drawn over it.
-        """
+        """The last frame, or None without a render mode; see `ObjectVectorEnv.render`."""
         frames = self.envs.render()
         return None if frames is None else frames[0]
 
@@ -138,10 +129,7 @@ class ObjectEnv(Uncopied, gym.Env):
 
     @property
     def ale(self) -> Any:
-        """The emulator, an `ale_py.ALEInterface`, once the game has been reset.
-
-        Wrappers for ale-py's environments use it.
-        """
+        """The emulator, an `ale_py.ALEInterface`, once the game has been reset."""
         return self.envs.pool.emulator(0)
 
     def get_action_meanings(self) -> list[str]:

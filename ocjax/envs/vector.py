@@ -44,19 +44,17 @@ _OVER = "over"  # the name in `States` of the flags of ended episodes
 
 
 class ObjectVectorEnv(Uncopied, VectorEnv):
-    """N instances of a game whose observations are objects.
-
-    `make_vec` makes them and explains the options.
+    """N instances of a game whose observations are objects; `make_vec` makes them.
 
     Everything that a step returns describes the step's last emulated frame. Later steps do not
     overwrite returned arrays. `info` describes the current game: `lives`, `frame_number` (emulated
     frames), `episode_return` (unclipped), `episode_length` (agent steps) and, with `ram_info`,
-    `ram`. `info` also describes the step:
+    `ram`. It also describes the step:
 
     - `game_over`: whether the game ended or reached a limit. A lost life does not set it.
     - `reward`: the game's unclipped reward, if rewards are clipped or computed from objects.
-    - `executed_action`: with sticky actions, the action of the last emulated frame. The backend
-      envpool does not know it.
+    - `executed_action`: with sticky actions, the action of the last emulated frame (not with
+      envpool).
 
     With same-step autoreset, `final_obs` and `final_info` follow Gymnasium's vector environments:
     `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the terminal
@@ -69,8 +67,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         autoreset_mode: the mode that the pool implements.
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
         ram_info: whether `info` contains the RAM.
-        reward_fn: a function that returns one environment's reward from its objects before and
-            after a step and its action.
+        reward_fn: see `make_vec`.
         continuous: maps continuous actions to the pool's 18 actions, or None for discrete actions.
 
     Attributes:
@@ -137,7 +134,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return EnvShard(rows, arrays, memory)
 
     def _repr_html_(self) -> str:
-        """The environments and the first environment's objects, for a notebook."""
         shown = self.objects if self._shards[0].objects else {}
         methods = shown if isinstance(shown, dict) else {self.mode: shown}
         about = f"<p>{self.num_envs} environments of {self.game.name}, mode {self.mode}</p>"
@@ -233,19 +229,13 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return out[""] if self._single else out
 
     def _updated(self, shard: EnvShard, mask: np.ndarray | None = None) -> EnvShard:
-        """A shard with its current state extracted.
-
-        With a mask, bool `[N]`, only the masked environments change.
-        """
+        """A shard with its current state extracted, only where the mask, bool `[N]`, is set."""
         return shard.updated(
             self._observe(shard.arrays, shard.memory), None if mask is None else mask[shard.rows]
         )
 
     def _observation(self, shards: Sequence[EnvShard]) -> Any:
-        """The observation of shards.
-
-        It waits for all computations, so that none are left after the step.
-        """
+        """The observation of shards, after all computations of the step."""
         jax.block_until_ready([shard.carry() for shard in shards])
         return self._assemble(
             [(Observed(s.computed or {}, s.memory, s.objects), s.arrays) for s in shards]
@@ -383,10 +373,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
                 final, terminal = self._final(ended)
         new = {k: self._updated(self._shards[k]) for k in completed}
         shards = [new[k] for k in range(len(new))]
-        reward, terminated, truncated = (
-            np.array(pool.reward),
-            np.array(pool.terminated),
-            np.array(pool.truncated),
+        reward, terminated, truncated = map(
+            np.array, (pool.reward, pool.terminated, pool.truncated)
         )
         if self._reward_fn is not None:
             reward = self._object_reward(self._reward_fn, shards, terminal, terminated | truncated)
@@ -420,10 +408,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return np.where(began, 0.0, reward_fn(previous, current, self._actions))
 
     def _final(self, ended: np.ndarray) -> tuple[dict[str, Any], dict[str, Objects]]:
-        """Observations and info of the terminal states, and their objects.
-
-        `ended`, bool `[N]`, marks the environments with a terminal state.
-        """
+        """Observations and info of the terminal states where `ended`, and their objects."""
         blocks = []
         for shard in self._shards:
             arrays = self._terminal_arrays(shard, ended[shard.rows])
@@ -442,10 +427,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         }, objects
 
     def _terminal_arrays(self, shard: EnvShard, ended: np.ndarray) -> dict[str, np.ndarray]:
-        """A shard's arrays before new episodes began.
-
-        `ended`, bool `[B]`, marks the environments that began an episode.
-        """
+        """A shard's arrays before new episodes began where `ended`, bool `[B]`."""
         final = self.pool.arrays.final
         return {
             name: array & ~ended
@@ -465,7 +447,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return info | {f"_{name}": ended.copy() for name in info}
 
     def _final_objects(self, ended: np.ndarray, objects: dict[str, Objects]) -> dict[str, Any]:
-        """The entries of `final_info` for objects; empty if the mode extracts none."""
         if not objects:
             return {}
         name = "rem" if "rem" in objects else "vem"
@@ -505,7 +486,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._shards = [self._with_new_ram(shard) for shard in self._shards]
 
     def _with_new_ram(self, shard: EnvShard) -> EnvShard:
-        """A shard with REM's objects from the current RAM."""
         if "rem" not in shard.objects:
             return shard
         # JAX may read the RAM in place after this call returns, so wait for the extraction: the
@@ -517,9 +497,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         )
 
     def clone_state(self) -> States:
-        """Save the state of every environment.
-
-        It includes the memory of the observations.
+        """Save the state of every environment, with the memory of the observations.
 
         Raises:
             ValueError: the environments have not been reset, or the backend cannot save states.
@@ -578,7 +556,6 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         return result
 
     def _carries(self) -> list[tuple[Any, ...]]:
-        """The values that each shard carries from step to step."""
         if not self._current:
             raise ValueError(NOT_RESET)
         return [shard.carry() for shard in self._shards]
@@ -610,5 +587,4 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
 
 def _carry_name(k: int) -> str:
-    """The name in `States` of the k-th array that the observations carry."""
     return f"env {k}"

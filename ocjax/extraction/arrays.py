@@ -10,7 +10,7 @@ _HOST = 1, 3
 
 
 def as_array(x: Any) -> Any:
-    """Return an array as it is, or convert another library's uint8 tensor without a copy."""
+    """Return an array as it is, or convert a uint8 tensor of another library without a copy."""
     if isinstance(x, np.ma.MaskedArray):
         raise TypeError(
             f"masked arrays are not supported, got one of {x.dtype} {list(x.shape)}: give "
@@ -35,7 +35,6 @@ def require_uint8(name: str, array: Any) -> None:
 
 
 def _remedy(array: Any) -> str:
-    """Return the conversion to uint8, if it loses nothing."""
     if isinstance(array, list | tuple):
         return ": use numpy.asarray(x, numpy.uint8)"
     if isinstance(array, np.ndarray | jax.Array) and np.issubdtype(array.dtype, np.integer):

@@ -20,12 +20,9 @@ HEADER = "category", "slots", "attributes", "meaning"  # of tables of categories
 
 
 def _has_colors(rule: Rule) -> bool:
-    several = (
-        [len(colors) for _, colors in rule.slots]
-        if isinstance(rule, Bounds)
-        else [len(rule.palette)]
-    )
-    return (isinstance(rule, Bounds) and rule.inverse) or max(several) > 1
+    if not isinstance(rule, Bounds):
+        return len(rule.palette) > 1
+    return rule.inverse or any(len(colors) > 1 for _, colors in rule.slots)
 
 
 @dataclass(frozen=True)
@@ -37,35 +34,32 @@ class Category:
         rule: the rule with which VEM finds the objects.
         count: number of slots.
         hud: whether it belongs to the display (score, lives, ...) rather than to the game.
-        role: the purpose of the objects, one of `ROLES`, or "" for any other. "player": the agent
-            controls them. "score": the value is the sum of the rewards since the episode began, or
-            exceeds it by the value of the category with the role "opponent_score"; of several
-            slots, the first. "lives": the value is the emulator's number of lives, or each life has
-            an icon. "time": a clock.
+        role: the purpose of the objects, one of `ROLES`, or "". "player": the agent controls them.
+            "score": the value is the sum of the rewards since the episode began, or exceeds it by
+            the value of the category with the role "opponent_score"; of several slots, the first.
+            "lives": the value is the emulator's number of lives, or each life has an icon. "time":
+            a clock.
         attributes: the meaningful ones of "value" and "orientation". VEM does not read
             orientations; it reports -1.
-        rgb: colour, (r, g, b) or one entry per slot; the rule's first colour by default. With
-            `rgb`, VEM does not read the colour.
-        color_row: row of an object's box. VEM reads the colour of the row's first pixel with one
-            of the rule's colours. A negative row counts from the bottom; a row beyond the box means
-            the last row.
+        rgb: colour, (r, g, b) or one entry per slot; VEM then does not read it. By default, the
+            rule's first colour.
+        color_row: row of an object's box. VEM reads the colour of the row's first pixel with one of
+            the rule's colours. A negative row counts from the bottom; a row beyond the box means
+            the last one.
         value: how VEM reads the value from the colour: a `ByColor`, or a function of the objects'
             palette indices, int32 `[count, B]`, and of the frames, uint8 `[B, H, 160]`, that
             returns their values, int32 `[count, B]`. None: VEM does not.
         doc: a line that describes the objects.
         blinks: whether the objects are drawn only part of the time, with gaps longer than the
-            single frame of ordinary flicker. REM reports them all the time.
+            single frame of ordinary flicker.
         aliases: other names for the category in `game.slices`, `Objects.of` and
             `evaluation.from_records`.
         needs: names of categories. VEM reports objects only on frames on which it also finds an
-            object of one of these. This is for screens that replace the playfield and hold shapes
-            in the objects' colours.
-        otherwise: the rule for frames on which `rule` finds nothing. This is for objects that
-            briefly have a colour that other objects may have, too.
+            object of one of these, for screens that replace the playfield.
+        otherwise: the rule for frames on which `rule` finds nothing, for objects that briefly have
+            a colour that other objects may have, too.
         colors: the palette indices of the objects' own pixels in their boxes (`ocjax.segment`), for
             all slots, or a tuple with one entry per slot; the rules' colours by default.
-        background: instead of `colors`: the palette indices of all pixels in the boxes that do not
-            belong to the objects.
     """
 
     name: str
@@ -83,7 +77,6 @@ class Category:
     needs: tuple[str, ...] = ()
     otherwise: Rule | None = None
     colors: Colors | tuple[Colors, ...] | None = None
-    background: Colors | None = None
 
     def __repr__(self) -> str:
         return (
@@ -126,20 +119,17 @@ class Category:
     @property
     def has_background(self) -> bool:
         """True if `slot_colors` are the background's, and all other pixels are the objects'."""
-        inverse = isinstance(self.rule, Bounds) and self.rule.inverse
-        return self.background is not None or (inverse and self.colors is None)
+        return isinstance(self.rule, Bounds) and self.rule.inverse and self.colors is None
 
     def slot_colors(self) -> tuple[tuple[int, ...], ...]:
         """The palette indices of each slot's pixels, or of the background in its box."""
-        colors = self.colors if self.background is None else self.background
-        if colors is None:
+        if self.colors is None:
             return self._rule_colors()
-        if isinstance(colors, tuple) and any(isinstance(c, tuple) for c in colors):
-            return tuple(color_set(own) for own in colors)
-        return (color_set(colors),) * self.count  # pyright: ignore[reportArgumentType]
+        if isinstance(self.colors, tuple) and any(isinstance(c, tuple) for c in self.colors):
+            return tuple(color_set(own) for own in self.colors)
+        return (color_set(self.colors),) * self.count  # pyright: ignore[reportArgumentType]
 
     def _rule_colors(self) -> tuple[tuple[int, ...], ...]:
-        """The palette indices with which the rules find the object of each slot."""
         rule, other = self.rule, () if self.otherwise is None else self.otherwise.palette
         if isinstance(rule, Bounds) and rule.slot_count == self.count:
             return tuple(tuple(dict.fromkeys((*colors, *other))) for _, colors in rule.slots)
@@ -162,11 +152,7 @@ class Category:
 def display(name: str, rule: Rule, **options: Any) -> Category:
     """Make a category of the display that shows a value, such as score, lives or time.
 
-    Args:
-        name: see `Category`.
-        rule: see `Category`.
-        options: further arguments of `Category`, such as `attributes=()` for a display without a
-            value.
+    `options` are further arguments of `Category`, such as `attributes=()` without a value.
     """
     return Category(name, rule, **{"hud": True, "attributes": ("value",), **options})
 

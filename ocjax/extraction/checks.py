@@ -17,8 +17,7 @@ class LivesAsIcons:
         categories: their names; the objects of all of them count together.
         hidden: number of lives without an object; -1 if the last object is no life.
         between_lives: whether the game shows them only before a life begins.
-        early: number of sampled states that show a change of the lives before the emulator counts
-            it.
+        early: number of samples that show a change of the lives before the emulator counts it.
     """
 
     categories: tuple[str, ...]
@@ -56,7 +55,7 @@ class Checks:
     A game file states the reason beside each argument.
 
     Args:
-        agreement: least F1 of REM and VEM on a kind of recorded states, if it is below the usual:
+        agreement: least F1 of REM and VEM on a kind of recorded states, if below the usual:
             "samples" (0.99; 0.98 if a category blinks), "modes", "last" (of an episode) and "lost"
             (after a lost life; 0.97 each).
         rare: the categories that the recording in `tests/data/rare` shows.
@@ -66,15 +65,16 @@ class Checks:
         returns: how the sum of the rewards since the episode began follows from the objects.
             "score": a category with this role shows it. A function takes REM's objects `[B]` and
             gives the sums, int `[B]`. "unknown": it does not follow.
-        unscored: number of sampled states whose screen hides a score that is not 0.
+        unscored: number of samples whose screen hides a score that is not 0.
         miscounted: by category, the number of states of all modes whose value differs from the
             score or the lives.
-        known: by category, the least share of VEM's objects with a known value, if it is below 0.9;
-            0 if VEM never reads the value.
-        value_error: by category, the largest difference of VEM's and REM's value, if they differ.
-        moved: largest share of boxes that still overlap an object of their category after a shift.
-        mirrored: by category, the largest share of pictures that have the same orientation as their
-            mirror images, if it exceeds 0.01; None if no picture and its mirror image are recorded.
+        known: by category, the least fraction of VEM's objects with a known value, if below 0.9; 0
+            if VEM never reads the value.
+        value_error: by category, the largest difference of VEM's and REM's value.
+        moved: largest fraction of boxes that still overlap an object of their category after a
+            shift.
+        mirrored: by category, the largest fraction of pictures with the orientation of their mirror
+            images, if above 0.01; None if no picture and its mirror image are recorded.
         saver_hides: the categories that the screen saver draws in the colour of their background.
     """
 

@@ -39,17 +39,14 @@ def read_colors(scene: Scene, categories: Sequence[Category]) -> dict[str, Detec
 
 
 def _shows_color(scene: Scene, c: Category) -> bool:
-    """Return whether the colour of a category's objects is reported from the frame."""
     return c.reads_color or (c.rgb is None and scene.shifts(c.rule.palette))
 
 
 def _first_colors(c: Category) -> tuple[int, ...]:
-    """Return the colours that objects' first pixels must have; empty: any colour."""
     return c.rule.first_colors if isinstance(c.rule, Blobs) else ()
 
 
 def _with_color(scene: Scene, c: Category, color: jax.Array) -> Detected:
-    """Return a category's objects with their colours, palette indices int32 `[count, B]`."""
     found = scene.found[c.name]
     if firsts := _first_colors(c):
         found = found.where(functools.reduce(jnp.logical_or, (color == own for own in firsts)))
@@ -80,8 +77,7 @@ def _read_off(scene: Scene, categories: Sequence[Category]) -> list[jax.Array]:
 def _pixels(frames: jax.Array, row: jax.Array, column: jax.Array) -> jax.Array:
     """Gather pixels of each frame, uint8 `[n, B]`; indices int32 `[n, B]` in range.
 
-    Each pixel has one index. XLA would write three indices side by side in memory, and Ms. Pac-Man
-    would take 21 us per frame instead of 18.
+    Each pixel has one index: with three, Ms. Pac-Man takes 21 us per frame instead of 18.
     """
     lanes, height, width = frames.shape
     lane = jnp.arange(lanes, dtype=jnp.int32)[None]
@@ -91,7 +87,6 @@ def _pixels(frames: jax.Array, row: jax.Array, column: jax.Array) -> jax.Array:
 
 
 def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
-    """Find the column of each box's first pixel in row `Category.color_row`, int32 `[count, B]`."""
     rule = c.rule
     if isinstance(rule, Cells) and rule.whole:
         return found.x  # all its pixels have the colours

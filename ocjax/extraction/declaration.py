@@ -6,6 +6,7 @@ The decoder is validated before its first use, everything else on construction.
 import difflib
 import functools
 import inspect
+import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Self
@@ -80,8 +81,8 @@ class Declaration:
         pal: whether the ROM is made for PAL consoles, which have another palette.
         checks: how the game differs from what the tests of all games expect.
         variants: what the game's modes and difficulties mean.
-        terrain: walls, ladders, water and scenery, or None. The attribute `terrain` is the tuple
-            of its kinds, and `terrain_map` the declaration.
+        terrain: walls, ladders, water and scenery, or None. The attribute `terrain` is the tuple of
+            its kinds, and `terrain_map` the declaration.
         hud: whether to include the display categories.
 
     Raises:
@@ -130,7 +131,7 @@ class Declaration:
         vars(self).update(screen=screen, shades=shades, saver=saver, pal=pal, hud=hud)
         vars(self).update(backdrop=backdrop, checks=checks, variants=variants, terrain_map=terrain)
         if hud:
-            _validate(self)
+            _validate_fields(self)
         else:
             vars(self).update(categories=tuple(c for c in categories if not c.hud))
 
@@ -147,10 +148,7 @@ class Declaration:
     @functools.cached_property
     def slot_hud(self) -> np.ndarray:
         """True for slots of the display, bool `[N]`."""
-        return np.repeat(
-            np.array([c.hud for c in self.categories], dtype=bool),
-            [c.count for c in self.categories],
-        )
+        return np.array([c.hud for c in self.categories], bool)[self.slot_category]
 
     @property
     def terrain(self) -> tuple[TerrainKind, ...] | None:
@@ -190,13 +188,17 @@ class Declaration:
     def _parts(self) -> "dict[str, _Part]":
         return {}
 
+    def spans(self, key: Callable[[Category], Any]) -> list[tuple[slice, Any]]:
+        """The slots of adjacent categories with equal keys, and these keys."""
+        groups = [(value, list(group)) for value, group in itertools.groupby(self.categories, key)]
+        ends = np.cumsum([0, *(sum(c.count for c in group) for _, group in groups)]).tolist()
+        spans = itertools.starmap(slice, itertools.pairwise(ends))
+        return list(zip(spans, (value for value, _ in groups), strict=True))
+
     def part(self, name: str) -> "Declaration":
         """Return the declaration of one category: its slots alone, in the same game.
 
         The same category gives the same object, so that objects of `Objects.of` are one pytree.
-
-        Args:
-            name: the category's name or an alias.
         """
         if len(self.categories) == 1:
             return self
@@ -226,12 +228,6 @@ class Declaration:
 
 
 class _Part(Declaration):
-    """One category of a game.
-
-    Args:
-        category: an entry of `game.categories`.
-    """
-
     def __init__(self, game: Declaration, category: Category) -> None:
         same = {field.name: getattr(game, field.name) for field in fields(game)}
         vars(self).update(same, categories=(category,), _game=game)
@@ -250,23 +246,12 @@ def _need(condition: bool, game: Declaration, where: str, text: str) -> None:
         raise GameError(f"{game.name} ({source}): {where}: {text}")
 
 
-def _validate(game: Declaration) -> None:
-    _validate_fields(game)
-    for category in game.categories:
-        _validate_category(game, category)
-
-
 def _validate_fields(game: Declaration) -> None:
     need = functools.partial(_need, game=game)
     need(
         isinstance(game.name, str) and game.name.isidentifier(),
         where="name",
         text=f"must be an identifier, got {game.name!r}",
-    )
-    need(
-        isinstance(game.rom, str) and game.rom.isidentifier(),
-        where="rom",
-        text=f"must be ALE's name of the ROM, got {game.rom!r}",
     )
     is_md5 = len(game.md5) == 32 and set(game.md5) <= set("0123456789abcdef")
     need(is_md5, where="md5", text=f"must be 32 hex digits, got {game.md5!r}")
@@ -284,10 +269,8 @@ def _validate_fields(game: Declaration) -> None:
         text=f"must be a tuple of columns, got {game.backdrop!r}",
     )
     need(len(game.categories) > 0, where="categories", text="at least one is needed")
-    names, huds = (
-        [name for c in game.categories for name in (c.name, *c.aliases)],
-        [c.hud for c in game.categories],
-    )
+    names = [name for c in game.categories for name in (c.name, *c.aliases)]
+    huds = [c.hud for c in game.categories]
     need(len(set(names)) == len(names), where="categories", text=f"names repeat: {names}")
     order = f"display (hud) categories come last, got {[(c.name, c.hud) for c in game.categories]}"
     need(huds == sorted(huds), where="categories", text=order)
@@ -296,6 +279,8 @@ def _validate_fields(game: Declaration) -> None:
         problem = game.terrain_map.problem(game.screen[0], {c.name for c in game.categories})
         need(not problem, where="terrain", text=problem)
     _validate_checks(game)
+    for category in game.categories:
+        _validate_category(game, category)
 
 
 def _validate_checks(game: Declaration) -> None:
@@ -312,10 +297,6 @@ def _validate_category(game: Declaration, c: Category) -> None:
     need(
         all(name.isidentifier() for name in (c.name, *c.aliases)),
         text=f"its names must be identifiers, got {(c.name, *c.aliases)}",
-    )
-    need(
-        isinstance(c.count, int) and c.count > 0,
-        text=f"count must be a positive int, got {c.count!r}",
     )
     need(c.role in ("", *ROLES), text=f"role must be of {ROLES}, got {c.role!r}")
     need(
@@ -360,7 +341,7 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
     odd = sorted({color for color in rule.palette if color & ~EVEN} - set(stand_ins))
     need(
         not odd,
-        text=(f"colors must be even, because an odd index shows the even one below it, got {odd}"),
+        text=f"colors must be even, because an odd index shows the even one below it, got {odd}",
     )
     firsts = isinstance(rule, Blobs) and rule.first_colors
     need(
@@ -374,10 +355,7 @@ def _validate_rule(game: Declaration, c: Category, rule: Rule) -> None:
 
 
 def check_decode(game: Declaration) -> None:
-    """Check that the decoder returns a box of the declared shape for every category.
-
-    The check traces the decoder, which takes up to 0.2 s.
-    """
+    """Check that the decoder returns a box of the declared shape for every category."""
     boxes = _trace(game)
     names = [c.name for c in game.categories]
     is_whole = set(boxes) == set(names) or (not game.hud and set(names) <= set(boxes))
@@ -392,7 +370,6 @@ def check_decode(game: Declaration) -> None:
 
 
 def _trace(game: Declaration) -> dict[str, Any]:
-    """Trace the decoder: its result with shapes and dtypes instead of arrays."""
     try:
         with (
             jax.enable_x64(False),

@@ -12,6 +12,7 @@ from ocjax.extraction.colors import needs_color, read_colors
 from ocjax.vision.blobs import detect_blobs
 from ocjax.vision.bounds import detect_bounds
 from ocjax.vision.cells import detect_cells
+from ocjax.vision.colors import color_set
 from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.rules import Blobs, Bounds, Cells, Runs
 from ocjax.vision.runs import detect_runs
@@ -27,14 +28,10 @@ Stage = Callable[[Scene, Sequence[Category]], Found]
 def detect(
     categories: tuple[Category, ...], frames: jax.Array, shades: Shades | None = None
 ) -> list[Detected]:
-    """Apply each category's rule.
+    """Apply each category's rule, without `Category.needs`.
 
     Args:
         frames: uint8 `[B, H, 160]` of palette indices.
-
-    Returns:
-        The boxes of each category, with colours if they are read from the frame. `Category.needs`
-        is not applied.
     """
     searched = (*categories, *(_substitute(c) for c in categories if c.otherwise is not None))
     scene = Scene({c.name: c.rule for c in searched}, frames, shades)
@@ -44,7 +41,6 @@ def detect(
 
 
 def _of(categories: Sequence[Category], kind: type) -> dict[str, tuple[Any, int]]:
-    """Select the rules of one kind, with their categories' numbers of slots."""
     return {c.name: (c.rule, c.count) for c in categories if isinstance(c.rule, kind)}
 
 
@@ -60,7 +56,6 @@ def _blobs(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _after_blobs(scene: Scene, categories: Sequence[Category]) -> Found:
-    """Apply the steps of connected components, which may read other categories' components."""
     blobs = {name: own for name, own in _of(categories, Blobs).items() if own[0].then}
     return {
         name: scene.after(rule.then, scene.found[name], rule, count)
@@ -82,11 +77,12 @@ def _bounds(scene: Scene, categories: Sequence[Category]) -> Found:
 
 
 def _cells(scene: Scene, categories: Sequence[Category]) -> Found:
-    rules = {name: rule for name, (rule, _) in _of(categories, Cells).items()}
-    return {
-        name: detect_cells(rule, scene.cell_mask(rule), scene.anchor_mask(rule))
-        for name, rule in rules.items()
-    }
+    found = {}
+    for name, (rule, _) in _of(categories, Cells).items():
+        moving = rule.palette if rule.floats is None else color_set(rule.floats[0])
+        masks = (scene.cell_mask(rule, colors) for colors in (rule.palette, moving))
+        found[name] = detect_cells(rule, *masks)
+    return found
 
 
 def _runs(scene: Scene, categories: Sequence[Category]) -> Found:
@@ -119,11 +115,10 @@ def _either(scene: Scene, c: Category) -> Detected:
     empty = ~jnp.any(first.valid, axis=0)
 
     def choose(own: jax.Array | None, other: jax.Array | None, default: int) -> jax.Array | None:
-        if own is None or other is None:
-            known = other if own is None else own
-            if known is None:
-                return None
-            own, other = (jnp.full_like(known, default) if v is None else v for v in (own, other))
+        known = other if own is None else own
+        if known is None:
+            return None
+        own, other = (jnp.full_like(known, default) if v is None else v for v in (own, other))
         return jnp.where(empty.reshape((1,) * (own.ndim - 1) + empty.shape), other, own)
 
     return Detected(

@@ -39,7 +39,6 @@ def text(game: Declaration, fields: records.Fields) -> str:
 
 
 def _counted(game: Declaration, groups: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
-    """List categories with many objects by their number, and the objects of the others."""
     lines = []
     for name, group in groups.items():
         if len(group) > MOST_LISTED:
@@ -78,7 +77,7 @@ def state_html(game: Declaration, fields: records.Fields) -> str:
             f"({r['x']}, {r['y']})",
             f"{r['w']} x {r['h']}",
             r.get("value", ""),
-            _compass(r.get("orientation")),
+            POINTS[r["orientation"]] if "orientation" in r else "",
         )
         for r in state
     ]
@@ -86,10 +85,6 @@ def state_html(game: Declaration, fields: records.Fields) -> str:
     if len(rows) > MOST_ROWS:
         objects = f"<div>{objects}<p>and {len(rows) - MOST_ROWS} more</p></div>"
     return f'<div style="{BESIDE}">{picture(game, state)}{objects}</div>'
-
-
-def _compass(point: int | None) -> str:
-    return "" if point is None else POINTS[point]
 
 
 def game_html(game: Declaration) -> str:

@@ -34,17 +34,16 @@ def edit(
 
         ram = ocjax.edit(game, envs.get_ram(), "Ball", x=80, y=100)
 
-    The bytes are found by trial. The search tries every value of every byte, then of pairs of bytes
-    and so on, up to four bytes, until REM reads the wanted numbers. This takes from 0.01 to 2
-    seconds per state. An edit works for numbers that have separate bytes, and raises an error for
-    others. The box of a display may change with its value. The game itself may draw from other
-    bytes, so check the objects after a step.
+    The search tries every value of every byte, then of pairs of bytes and so on, up to four bytes,
+    until REM reads the wanted numbers. This takes from 0.01 to 2 seconds per state. An edit works
+    only for numbers that have separate bytes. The box of a display may change with its value. The
+    game itself may draw from other bytes, so check the objects after a step.
 
     Args:
         game: the game.
         ram: uint8 `[..., 128]`; every state is edited.
         category: name of the object's category.
-        slot: the slot of the object within its category; by default the first valid slot in each
+        slot: the slot of the object within its category; by default the first valid one of each
             state.
         **wanted: the new numbers: `x`, `y`, `w` and `h` in pixels, `orientation`, `value`.
 
@@ -86,7 +85,6 @@ def _check(game: Game, category: str, slot: int | None, wanted: Mapping[str, int
 
 
 def _place(game: Game, category: str, slot: int | None, valid: np.ndarray) -> int:
-    """Return the index of the object among all slots of the game."""
     if not valid.any() if slot is None else not valid[slot]:
         where = f"no {category}" if slot is None else f"no {category} in slot {slot}"
         raise ValueError(f"{game.name}: there is {where} to edit in this state")
@@ -117,25 +115,19 @@ def _distances(game: Game, rams: jax.Array, goal: _Goal) -> jax.Array:
 
 
 def _goal(game: Game, before: np.ndarray, place: int, wanted: Mapping[str, int]) -> _Goal:
-    """Make the goal of an edit of a state with these numbers.
-
-    The box of a display may change with its value.
-    """
+    """Make the goal of an edit. The box of a display may change with its value."""
     goal = _Goal(before.copy(), np.zeros(before.shape, bool), np.ones(before.shape, bool))
     for name, number in wanted.items():
         field = EDITABLE.index(name)
-        goal.numbers[place, field], goal.wanted[place, field], goal.kept[place, field] = (
-            number,
-            True,
-            False,
-        )
+        goal.numbers[place, field] = number
+        goal.wanted[place, field] = True
+        goal.kept[place, field] = False
     if game.slot_hud[place] and "value" in wanted:
         goal.kept[place, :_BOX] = False
     return goal
 
 
 def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) -> np.ndarray:
-    """Edit a state `[128]` to have the wanted numbers in the slot at `place`."""
     before = np.array(_numbers(game.rem(ram)))
     goal = _goal(game, before, place, wanted)
     fields = game.ram.fields().values()
@@ -161,15 +153,7 @@ def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) 
 
 
 def _has_wrong_digits(new: np.ndarray, old: np.ndarray) -> np.ndarray:
-    """Return whether states have new digits above 9 in their bytes of two decimal digits.
-
-    Args:
-        new: the bytes of each state, `[B, n]`.
-        old: the bytes before the edit, `[n]`; their digits may be above 9.
-
-    Returns:
-        bool `[B]`.
-    """
+    """Mark states, bool `[B]`, with a changed byte, of `[B, n]`, that is no two decimal digits."""
     return (((new & 15 > 9) | (new >> 4 > 9)) & (new != old)).any(axis=1)
 
 

@@ -70,7 +70,6 @@ class Game(Declaration):
         return self._rem(self._checked_ram(ram))
 
     def _checked_ram(self, ram: jax.Array | np.ndarray) -> jax.Array | np.ndarray:
-        """RAM as an array of the right type and shape."""
         require_threads()
         ram = as_array(ram)
         require_uint8(f"{self.name}: ram", ram)
@@ -83,14 +82,14 @@ class Game(Declaration):
     def vem(self, frames: jax.Array | np.ndarray) -> Objects:
         """Extract objects from pixels; a pure function that works under `jit`, `vmap` and `scan`.
 
+        The first call with a NumPy array warns (UserWarning) if colours are not in the palette, or
+        if no object is found.
+
         Args:
             frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8
                 `[..., H, 160, 3]` of RGB; a JAX or NumPy array, or a PyTorch tensor. Frames must be
-                the emulator's own, without max-pooling, resizing or lossy compression: every colour
-                must be in the palette, which `ocjax.console.palette.check_rgb` checks.
-
-        The first call with a NumPy array warns (UserWarning) if colours are not in the palette, or
-        if no object is found.
+                the emulator's own, without max-pooling, resizing or lossy compression;
+                `ocjax.console.palette.check_rgb` checks their colours.
 
         Raises:
             TypeError: `frames` is not uint8.
@@ -113,7 +112,6 @@ class Game(Declaration):
         return vem.extractor_with_overflow(self)
 
     def _checked_frames(self, frames: jax.Array | np.ndarray) -> jax.Array | np.ndarray:
-        """Frames as an array of the right type and shape."""
         require_threads()
         frames = as_array(frames)
         require_uint8(f"{self.name}: frames", frames)
@@ -133,11 +131,7 @@ class Game(Declaration):
         return frames
 
     def require_terrain(self) -> None:
-        """Check that the game has terrain.
-
-        Raises:
-            ValueError: it has none.
-        """
+        """Check that the game has terrain; raises ValueError."""
         scene.map_of(self)
 
     def terrain_of(self, ram: jax.Array | np.ndarray) -> scene.Terrain:
@@ -171,7 +165,6 @@ class Game(Declaration):
         return self._terrain_in(self._checked_frames(frames))
 
     def _checked_vem(self, frames: np.ndarray) -> Objects:
-        """Extract objects, and warn if the frames are probably not frames of this game."""
         suspicions.warn_about_colors(frames, self)
         objects = self._vem(frames)
         if not isinstance(objects.valid, Tracer):
@@ -191,10 +184,10 @@ class Game(Declaration):
 def _is_channel_first(
     frames: jax.Array | np.ndarray, screen: tuple[int, int], table: np.ndarray
 ) -> bool:
-    """Test whether frames are RGB `[..., 3, H, W]`, using the last frame.
+    """Test whether the last of the frames is RGB `[3, H, W]`; False inside `jit` and `vmap`.
 
     Three frames of palette indices, read as red, green and blue, do not give colours of the
-    palette. Inside `jit` and `vmap` the test returns False, because values are not available.
+    palette.
     """
     if frames.shape[-3:] != (3, *screen) or 0 in frames.shape or isinstance(frames, Tracer):
         return False

@@ -1,7 +1,6 @@
 """The names of the games. Every file and folder in `ocjax/extractors` is a game.
 
-This module reads the names of these files and of ale-py's ROM files. It imports no game, JAX or
-ale-py, so `import ocjax` and `ocjax --help` stay fast.
+This module imports no game, JAX or ale-py, so `import ocjax` and `ocjax --help` stay fast.
 """
 
 import functools
@@ -45,11 +44,8 @@ def games(suite: str | None = None) -> tuple[str, ...]:
     # Modules have the names of games in lower case.
     by_module = {name.lower(): name for name in map(game_name, rom_names())}
     supported = tuple(by_module.get(module, module) for module in modules())
-    return (
-        supported
-        if suite is None
-        else tuple(name for name in supported if name in suite_of(suite).games)
-    )
+    known = supported if suite is None else suite_of(suite).games
+    return tuple(name for name in supported if name in known)
 
 
 def suite_of(name: str) -> Suite:
@@ -78,9 +74,8 @@ def env_id(name: str) -> str:
 def register() -> None:
     """Register every game's environments with Gymnasium, with the same endings as ale-py.
 
-    For example "ocjax/Pong-v5" and "ocjax/PongNoFrameskip-v4". Gymnasium 1.0 removed plugins, so
-    importing ocjax registers these ids. `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax
-    first.
+    Gymnasium 1.0 has no plugins, so importing ocjax registers ids such as "ocjax/Pong-v5".
+    `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
     """
     import gymnasium
 

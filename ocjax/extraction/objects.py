@@ -95,10 +95,7 @@ class Objects:
         return (self[i] for i in range(len(self)))
 
     def __bool__(self) -> bool:
-        """Always True, so that objects of one state can be tested against None.
-
-        Use `objects.valid.any()` to test whether any object is valid.
-        """
+        """Always True, so that objects of one state can be tested against None."""
         return True
 
     def __getitem__(self, index: Any) -> "Objects":
@@ -123,7 +120,6 @@ class Objects:
         return jax.tree.map(lambda a: a[index], self)
 
     def _batch(self) -> tuple[int, ...]:
-        """Return the batch dimensions; raises TypeError without any."""
         if not self.batch_shape:
             raise TypeError(
                 "these are the objects of one state, without a batch dimension; `of` selects a "
@@ -155,7 +151,6 @@ class Objects:
         )
 
     def _repr_html_(self) -> str:
-        """Show the first state in a notebook: boxes in their colours, and a table."""
         about = display.summary(self.game, self.batch_shape, self.valid.shape[-1])
         if self.game is None or 0 in self.batch_shape:
             return f"<p>{about}</p>"
@@ -175,8 +170,7 @@ class Objects:
     def of(self, category: str | Category, game: Declaration | None = None) -> "Objects":
         """Select the slots of a category: `objects.of("Ball")`.
 
-        The result keeps the game and the category, so `to_list`, `velocity` and the other functions
-        of objects work on it.
+        The result keeps the game and the category, so all functions of objects work on it.
 
         Args:
             category: its name or an alias, or an entry of `game.categories`.
@@ -212,13 +206,10 @@ class Objects:
         )
 
     def take(self, slots: jax.Array) -> "Objects":
-        """Gather objects.
+        """Gather objects, without a reference to the game.
 
         Args:
             slots: int32 `[..., K]`, of the batch shape; a slot out of range gives an empty slot.
-
-        Returns:
-            Objects of K slots, without a reference to the game.
         """
 
         def one(field: jax.Array) -> jax.Array:
@@ -228,10 +219,9 @@ class Objects:
         return jax.tree.map(one, dataclasses.replace(self, game=None))
 
     def save(self, path: str | Path) -> None:
-        """Write an .npz file, which `Objects.load` reads.
+        """Write an .npz file, which `Objects.load` reads, completely or not at all.
 
-        It holds the fields, and the game's name and the md5 of its ROM. An existing file is
-        replaced atomically; if writing fails, it stays unchanged.
+        It holds the fields, the game's name and the md5 of its ROM.
 
         Raises:
             ValueError: see `to_list`.
@@ -241,10 +231,7 @@ class Objects:
 
     @classmethod
     def load(cls, path: str | Path) -> "Objects":
-        """Read a file that `save` wrote.
-
-        Returns:
-            Objects with NumPy arrays as fields.
+        """Read a file that `save` wrote, to objects with NumPy arrays as fields.
 
         Raises:
             FileNotFoundError: the file does not exist.
@@ -257,8 +244,7 @@ class Objects:
         """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
         A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and
-        `hud`, and also `value` and `orientation` if the category has them. Unknown entries, such as
-        orientations in VEM, are omitted.
+        `hud`, and also `value` and `orientation` if they are known.
 
         Returns:
             A list of dicts for one state; nested lists for a batch.
@@ -287,8 +273,8 @@ class Objects:
         """Describe the valid objects in plain text, for people and language models.
 
         Each object is a line such as `Player 0: 4 x 16 at (140, 100)`: category, slot, width x
-        height, and left and top in pixels. The line ends with `, value 12` and `, facing NNE` if
-        the object has them.
+        height, and left and top in pixels, then `, value 12` and `, facing NNE` if the object has
+        them.
 
         Returns:
             A string for one state, empty without valid objects; nested lists of strings for a
@@ -303,10 +289,10 @@ class Objects:
         """Convert the valid objects to ground atoms of Prolog and Datalog, without final periods.
 
         An object is a constant: its category in lower case with underscores, an underscore and its
-        slot, such as `player_score_0`. All numbers are integers. The atoms are
-        `type(object,category)`, `at(object,left,top)`, `size(object,width,height)`,
-        `rgb(object,red,green,blue)`, `value(object,number)` and `orientation(object,point)` if the
-        object has them, and `hud(object)` for display objects.
+        slot, such as `player_score_0`. The atoms are `type(object,category)`,
+        `at(object,left,top)`, `size(object,width,height)`, `rgb(object,red,green,blue)`,
+        `value(object,number)` and `orientation(object,point)` if the object has them, and
+        `hud(object)` for display objects. All numbers are integers.
 
         Returns:
             A list of strings for one state; nested lists for a batch.
@@ -321,8 +307,7 @@ class Objects:
 
         Its columns are `category` (categorical), `slot` (within the category), `x`, `y`, `w`, `h`,
         `r`, `g`, `b`, `hud`, and the nullable integers `value` and `orientation`. For a batch,
-        `row` is the index of the state; if the batch has several dimensions, these are `row_0`,
-        `row_1`, ...
+        `row` is the index of the state, or `row_0`, `row_1`, ... with several dimensions.
 
         Raises:
             ValueError: see `to_list`.
@@ -341,7 +326,6 @@ class Objects:
 
 
 def _reordered(game: Declaration, category: Any) -> tuple[str | Category, Declaration]:
-    """Return the arguments of `Objects.of` in their order, from the order of earlier versions."""
     if category is None:
         raise ValueError('expected a category, as in objects.of("Ball"), got only a game')
     warnings.warn(
@@ -351,11 +335,7 @@ def _reordered(game: Declaration, category: Any) -> tuple[str | Category, Declar
 
 
 def check_objects(name: str, objects: Any) -> None:
-    """Check that an argument is an `Objects`.
-
-    Raises:
-        TypeError: it is not.
-    """
+    """Check that an argument is an `Objects`; raises TypeError."""
     if not isinstance(objects, Objects):
         is_array = hasattr(objects, "dtype") and hasattr(objects, "shape")
         got = f"{objects.dtype} {list(objects.shape)}" if is_array else reprlib.repr(objects)
@@ -385,8 +365,7 @@ def velocity(previous: Objects, current: Objects) -> jax.Array:
     """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
 
     The velocity is zero unless the slot is valid in both states. It is meaningful only if objects
-    keep their slots: in REM, and in VEM after `track`. For one category, pass the results of
-    `Objects.of` for both states.
+    keep their slots: in REM, and in VEM after `track`.
 
     Raises:
         ValueError: the states belong to different games, or have different slots.

@@ -22,9 +22,8 @@ __all__ = ["NOBODY", "owners_of"]
 
 _NO_COLOR = 1  # an odd palette index, which `pixels` never have
 NOBODY = -1  # instead of a slot: no object owns the pixel
-# Each pass paints one object in each tile, so the number of passes is the largest number of boxes
-# that share a tile: three or four in most games. Wider tiles need fewer instructions, but more
-# passes.
+# Each pass paints one object in each tile: three or four passes in most games. Wider tiles need
+# fewer instructions, but more passes.
 _MOST_ROWS = 16
 _TILE_WIDTH = 32
 _CHUNK = 16  # frames whose tiles and pixels fit in the cache
@@ -56,7 +55,6 @@ def owners_of(game: Declaration, xywh: jax.Array, valid: jax.Array, frames: jax.
 
 
 def _of_chunk(game: Declaration, xywh: jax.Array, valid: jax.Array, frames: jax.Array) -> jax.Array:
-    """The owners in `[B]` states, int16 `[B, H, 160]`."""
     if game.saver is not None:
         frames = restored(frames, game.saver, game.categories)
     colors, others = _colors(game)
@@ -90,19 +88,16 @@ class _Boxes(NamedTuple):
 
 
 class _Looks(NamedTuple):
-    """The colours of the slots; see `_colors`."""
-
     colors: jax.Array  # uint8 [B, N, most]
     others: np.ndarray  # bool [N]
 
 
 @functools.cache
 def _colors(game: Declaration) -> tuple[np.ndarray, np.ndarray]:
-    """The colours of each slot's pixels at each level, and which of them are the background's.
+    """The colours of each slot at each level, and which slots have the background's instead.
 
     Returns:
-        uint8 `[levels, N, most]`, filled up with `_NO_COLOR`, and bool `[N]`: the colours are those
-        of the background, and all others are the object's.
+        uint8 `[levels, N, most]`, filled up with `_NO_COLOR`, and bool `[N]`.
     """
     slots = [colors for category in game.categories for colors in category.slot_colors()]
     others = np.array([category.has_background for category in game.categories])
@@ -128,7 +123,7 @@ def _edges(xywh: jax.Array, screen: tuple[int, int]) -> Iterator[jax.Array]:
 def _keys(boxes: _Boxes, valid: jax.Array) -> jax.Array:
     """The order in which objects are painted, uint32 `[B, N]`; 0: not at all.
 
-    The larger of two keys belongs to the object behind: with the larger box, or the later slot.
+    The larger key belongs to the object behind: with the larger box, or the later slot.
     """
     size = (boxes.right - boxes.left) * (boxes.bottom - boxes.top)
     slot = np.arange(valid.shape[-1], dtype=np.uint32)
@@ -161,8 +156,6 @@ def _paint(boxes: _Boxes, keys: jax.Array, looks: _Looks, frames: jax.Array) -> 
 
 
 class _Tiles(NamedTuple):
-    """The tiles of a frame: each has `rows` rows and `columns` columns."""
-
     down: int
     rows: int
     across: int
@@ -206,8 +199,7 @@ def _next(in_tiles: jax.Array, last: jax.Array) -> jax.Array:
 def _inside(boxes: _Boxes, used: jax.Array, tiles: _Tiles) -> jax.Array:
     """Whether pixels lie in the box of their tile's object, bool `[B, *tiles]`.
 
-    A row of a tile has a first column and a width, 0 outside of the box, because the comparison of
-    each pixel should be short.
+    A row of a tile has a first column and a width, which keeps the comparison of each pixel short.
     """
     left, top, right, bottom = (edge.reshape(-1, *tiles.each) for edge in boxes)
     y = np.arange(tiles.down * tiles.rows, dtype=np.int32).reshape(1, tiles.down, tiles.rows, 1, 1)
@@ -218,12 +210,10 @@ def _inside(boxes: _Boxes, used: jax.Array, tiles: _Tiles) -> jax.Array:
 
 
 def _looks_like(pixels: jax.Array, slot: jax.Array, looks: _Looks) -> jax.Array:
-    """Whether pixels have a colour of their tile's object, bool `[B, *tiles]`.
+    """Whether pixels, uint8, have a colour of their tile's object, bool `[B, *tiles]`.
 
     Args:
-        pixels: palette indices, uint8 `[B, *tiles]`.
         slot: of the tile's object, int32 `[B, tiles]`.
-        looks: of all slots.
     """
     each = pixels.shape[1], 1, pixels.shape[3], 1
     colors = jnp.take_along_axis(looks.colors, slot[..., None], axis=1)
@@ -238,5 +228,4 @@ def _looks_like(pixels: jax.Array, slot: jax.Array, looks: _Looks) -> jax.Array:
 
 
 def _nobody(kind: Any) -> jax.Array:
-    """The largest number of a dtype, instead of a slot."""
     return jnp.asarray(np.iinfo(kind).max, kind)

@@ -1,7 +1,4 @@
-"""Forms of objects: lines of text, dicts, logic atoms, data frames and Arrow tables.
-
-The methods of `Objects` return them.
-"""
+"""Forms of objects, which the methods of `Objects` return."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -62,7 +59,7 @@ def no_objects(batch: tuple[int, ...], num_slots: int) -> dict[str, np.ndarray]:
 
 def of_state(fields: Fields, game: Declaration) -> list[dict[str, Any]]:
     """Return the records of one state, in the order of the slots; see `Objects.to_list`."""
-    out = []
+    out, unknown = [], {"orientation": UNKNOWN, "value": UNKNOWN_VALUE}
     for slot in np.flatnonzero(fields.valid):
         category = game.categories[game.slot_category[slot]]
         x, y, w, h = fields.xywh[slot].tolist()
@@ -76,7 +73,6 @@ def of_state(fields: Fields, game: Declaration) -> list[dict[str, Any]]:
             "rgb": tuple(fields.rgb[slot].tolist()),
             "hud": category.hud,
         }
-        unknown = {"orientation": UNKNOWN, "value": UNKNOWN_VALUE}
         record |= {
             k: v for k in category.attributes if (v := int(getattr(fields, k)[slot])) != unknown[k]
         }
@@ -114,10 +110,7 @@ def text(records: list[dict[str, Any]]) -> str:
 
 
 def constant(name: str) -> str:
-    """Convert a category's name to a constant of logic programs.
-
-    Constants are in lower case with underscores: `player_score` for `PlayerScore`.
-    """
+    """Convert `PlayerScore` to `player_score`, a constant of logic programs."""
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", "_", name).lower()
 
 
@@ -131,8 +124,8 @@ def atoms(records: list[dict[str, Any]]) -> list[str]:
             f"type({name},{category})",
             f"at({name},{r['x']},{r['y']})",
             f"size({name},{r['w']},{r['h']})",
+            f"rgb({name},{','.join(map(str, r['rgb']))})",
         ]
-        out += [f"rgb({name},{','.join(map(str, r['rgb']))})"]
         out += [f"{p}({name},{r[p]})" for p in ("value", "orientation") if p in r]
         out += [f"hud({name})"] if r["hud"] else []
     return out
@@ -144,8 +137,8 @@ def columns(
     """Return the valid objects as columns of a table, in the order of the states and slots.
 
     Returns:
-        The columns by name, with `category` as an index into `game.categories`, and a bool mask of
-        the missing values for each column that has some.
+        The columns by name, with `category` as an index into `game.categories`, and by column a
+        bool mask of its missing values.
     """
     *batch, slot = np.nonzero(fields.valid)
     out = dict(zip(row_names(len(batch)), batch, strict=True))
@@ -169,8 +162,8 @@ def of_slots(slot: np.ndarray, objects: Any, game: Declaration) -> dict[str, np.
         objects: with the attributes xywh `[m, 4]`, orientation `[m]`, value `[m]` and rgb `[m, 3]`.
 
     Returns:
-        The columns by name, `category` as an index into `game.categories` and `slot` within the
-        category, each int16.
+        The columns by name; `category`, an index into `game.categories`, and `slot` within it are
+        int16.
     """
     category, first = game.slot_category[slot], np.array([s.start for s in game.slices.values()])
     out = {"category": category.astype(np.int16), "slot": (slot - first[category]).astype(np.int16)}

@@ -44,8 +44,7 @@ def load(name: str, *, hud: bool = True) -> Game:
         name: as in `ocjax.games()`; case, spaces, underscores and punctuation are ignored
             ("space_invaders", "Ms. Pac-Man"). The name of ALE's ROM and an environment's id
             ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4") also work.
-        hud: whether to include the display categories (score, lives, ...). The other slots are the
-            same with and without them.
+        hud: whether to include the display categories (score, lives, ...).
 
     Raises:
         UnknownGameError: a ValueError; no game has this name.
@@ -63,7 +62,6 @@ def load(name: str, *, hud: bool = True) -> Game:
 
 
 def _hint(key: str) -> str:
-    """Explain an unknown name in lower case, and suggest similar ones."""
     if key in {rom.replace("_", "") for rom in rom_names()}:
         return (
             "ALE has this game, but ocjax does not support it; `ocjax.games()` lists the games "

@@ -11,7 +11,6 @@ A batch goes through four stages, each a separate function:
 numbers per state vectorises over thousands of states.
 """
 
-import itertools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -32,14 +31,13 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.saver import saved
 
-# States per chunk. Chunks of 512 to 4,096 states take the same time, and the results of 4,096 stay
-# in the processor's cache. Rows `chunks` of benchmarks/tricks.py.
+# States per chunk, whose results stay in the cache. Rows `chunks` of benchmarks/tricks.py.
 CHUNK = 4096
-# States. Smaller batches do not materialize the stages' results: the calls cost more than they
-# save. Row `small batches` of benchmarks/tricks.py.
+# States. Smaller batches do not materialize the stages: the calls cost more than they save. Row
+# `small batches` of benchmarks/tricks.py.
 MIN_MATERIALIZED_STATES = 32
-# Bytes. If a game reads more, transposing all of the RAM is cheaper than selecting them.
-# Rows `selected bytes` and `transposed RAM` of benchmarks/tricks.py.
+# Bytes. If a game reads more, transposing all of the RAM is cheaper than selecting them. Rows
+# `selected bytes` and `transposed RAM` of benchmarks/tricks.py.
 MAX_SELECTED_BYTES = 44
 # Bytes. One slice reads two addresses with at most this many unused bytes in between.
 # Row `joined slices` of benchmarks/tricks.py.
@@ -133,9 +131,8 @@ def slots(category: Category, b: Box, table: np.ndarray) -> Slots:
 
 def spans(game: Declaration, attribute: str) -> list[slice]:
     """Return the slots of adjacent categories that have an attribute."""
-    by_presence = itertools.groupby(game.categories, key=lambda c: attribute in c.attributes)
-    groups = [[game.slices[c.name] for c in group] for present, group in by_presence if present]
-    return [slice(own[0].start, own[-1].stop) for own in groups]
+    found = game.spans(lambda c: attribute in c.attributes)
+    return [s for s, has_it in found if has_it]
 
 
 def pack(
@@ -193,7 +190,6 @@ def _attribute(
 
 
 def _colors(game: Declaration, rows: Rows, valid: jax.Array) -> jax.Array:
-    """Colours in play: the categories' defaults, except where the decoder computes them."""
     rgb = words.colors(jnp.asarray(palette.packed(game.slot_rgb).astype(np.int32))[None], valid)
     for name, part in rows.rgb.items():
         s = game.slices[name]

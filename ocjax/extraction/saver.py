@@ -30,7 +30,7 @@ def key_of(frames: jax.Array, saver: Saver) -> jax.Array:
 def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
     """Return whether frames have the colours of play, bool `[B]`.
 
-    `shown` is the saver's pixel, int32 `[B]`. A saver with a second pixel reads that, too.
+    `shown` is the saver's pixel, int32 `[B]`.
     """
     if saver.beside is None:
         return among(shown, saver.colors_in_play)
@@ -41,8 +41,8 @@ def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
 def restored(frames: jax.Array, saver: Saver, categories: Sequence[Category]) -> jax.Array:
     """Restore the colours of play in frames uint8 `[B, H, 160]`.
 
-    The frames are words, as in `bitmap.planes`, in a loop of zero or one iteration. `lax.cond`
-    takes 3 us per frame more, because XLA copies the frames into and out of its branches.
+    The frames are words, as in `bitmap.planes`, in a loop of zero or one iteration: `lax.cond`
+    copies them and takes 3 us per frame more.
     """
     key = key_of(frames, saver)
     table = jnp.asarray(_colors_of_play(saver, categories))

@@ -54,11 +54,7 @@ class Terrain:
         return jnp.asarray(self.layouts)[self.layout]
 
     def of(self, name: str) -> jax.Array:
-        """Return the pixels of a kind, bool `[..., H, 160]`.
-
-        Raises:
-            KeyError: the game has no such kind.
-        """
+        """Return the pixels of a kind, bool `[..., H, 160]`; raises KeyError."""
         names = map_of(self.game).names
         if name not in names:
             raise KeyError(f"{self.game.name} has the kinds {', '.join(names)}, got {name!r}")
@@ -68,8 +64,8 @@ class Terrain:
         """Return which cells of a grid contain each kind, bool `[..., kinds, rows, columns]`.
 
         Args:
-            cell: height and width of a cell in pixels. Cells at the lower and the right edge may
-                be smaller.
+            cell: height and width of a cell in pixels. Cells at the lower and right edge may be
+                smaller.
 
         Raises:
             ValueError: a cell is smaller than one pixel.
@@ -95,7 +91,6 @@ class Terrain:
 
 
 def _atoms(cells: np.ndarray, names: Sequence[str]) -> Any:
-    """Atoms of cells bool `[..., kinds, rows, columns]`, in nested lists of the batch shape."""
     if cells.ndim > 3:
         return [_atoms(part, names) for part in cells]
     return [f"terrain({names[kind]},{row},{column})" for kind, row, column in np.argwhere(cells)]
@@ -112,11 +107,7 @@ def _in_cells(masks: jax.Array, cell: tuple[int, int]) -> jax.Array:
 
 
 def map_of(game: Declaration) -> TerrainMap:
-    """Return the game's declaration of terrain.
-
-    Raises:
-        ValueError: the game has none.
-    """
+    """Return the game's declaration of terrain; raises ValueError without one."""
     if game.terrain_map is None:
         raise ValueError(f"{game.name} has no terrain: game.terrain is None")
     return game.terrain_map
@@ -129,41 +120,26 @@ def from_ram(game: Declaration) -> Callable[[jax.Array | np.ndarray], Terrain]:
         ValueError: the game has no terrain.
     """
     terrain = map_of(game)
-    index, change = terrain.layout or _first, terrain.changes
-    if change is None:
-        return batches.AnyBatch(
-            lambda rams: Terrain(_strict(lambda ram: index(game.ram(ram)))(rams), None, game),
-            1,
-            CHUNK,
-        )
+    index, change = terrain.layout or (lambda _: jnp.int32(0)), terrain.changes
 
     def changed(ram: jax.Array) -> jax.Array:
+        assert change is not None
         own = jnp.asarray(terrain.layouts)[index(game.ram(ram))]
         masks = change(game.ram(ram), dict(zip(terrain.names, own, strict=True)))
         return _stacked(masks, terrain.names)
 
-    return batches.AnyBatch(
-        lambda rams: Terrain(None, batches.in_chunks(_strict(changed), rams, CHUNK), game),
-        1,
-        CHUNK,
-    )
+    def extract(rams: jax.Array) -> Terrain:
+        if change is None:
+            return Terrain(_strict(lambda ram: index(game.ram(ram)))(rams), None, game)
+        return Terrain(None, batches.in_chunks(_strict(changed), rams, CHUNK), game)
 
-
-def _first(m: Any) -> jax.Array:
-    """The index of the only layout."""
-    return jnp.int32(0)
+    return batches.AnyBatch(extract, 1, CHUNK)
 
 
 def from_frames(
     game: Declaration, vem: Callable[[Any], Objects]
 ) -> Callable[[jax.Array | np.ndarray], Terrain]:
-    """Compile the game's terrain from pixels.
-
-    uint8 `[..., H, 160]` of palette indices or `[..., H, 160, 3]` of RGB -> `Terrain`.
-
-    Args:
-        game: the game.
-        vem: its vision method.
+    """Compile the game's terrain from pixels, in either form of `Game.vem`.
 
     Raises:
         ValueError: the game has no terrain.
@@ -204,19 +180,20 @@ def _stored(tree: Any) -> Any:
 
 
 def _in_boxes(objects: Objects, names: Sequence[str], game: Declaration) -> Iterator[jax.Array]:
-    """The pixels in the boxes of each category, bool `[B, H, 160]`."""
+    """The pixels in the boxes of each category, bool `[B, H, 160]`.
+
+    A product of matrices counts the boxes around each pixel.
+    """
     rows, columns = (np.arange(size, dtype=np.int16)[None, None] for size in game.screen)
     for name in names:
         left, top, width, height = jnp.moveaxis(objects.xywh[:, game.slices[name], :, None], 2, 0)
         in_rows = (rows >= top) & (rows < top + height)
         in_columns = (columns >= left) & (columns < left + width)
-        # A product of matrices counts the boxes around each pixel.
         factors = in_rows.astype(jnp.float32), in_columns.astype(jnp.float32)
         yield jnp.einsum("bsh,bsw->bhw", *factors) > 0
 
 
 def _strict(one: Callable[..., jax.Array]) -> Callable[..., jax.Array]:
-    """Map a function of one state over a batch, with strict types."""
 
     def checked(*state: jax.Array) -> jax.Array:
         with jax.numpy_dtype_promotion("strict"), jax.numpy_rank_promotion("raise"):

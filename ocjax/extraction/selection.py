@@ -34,8 +34,6 @@ class Slots:
 
 @dataclass(frozen=True, repr=False)
 class _Selected(Category):
-    """A category as the selection describes it, regardless of its present rule."""
-
     grid: bool = False
 
     @property
@@ -52,7 +50,7 @@ class Selection:
 
     Attributes:
         slots: see the arguments.
-        game: describes the selected slots: their categories, counts and places. It cannot extract
+        game: describes the selected slots: categories, counts and places. It cannot extract
             objects.
     """
 
@@ -85,12 +83,14 @@ class Selection:
             )
             for name in ATTRIBUTES
         }
-        kept = {name: _where(mask, getattr(picked, name)) for name, mask in read.items()}
+        kept = {
+            name: jnp.where(mask, getattr(picked, name), getattr(picked, name).dtype.type(0))
+            for name, mask in read.items()
+        }
         return replace(picked, **kept, game=self.game)
 
 
 def _find(game: Game, slots: Slots, category: Category | None) -> Category:
-    """Check that the game's category has the selected slots and attributes, and return it."""
     name = reprlib.repr(slots.category)
     if category is None:
         known = ", ".join(c.name for c in game.categories)
@@ -131,8 +131,3 @@ def _described(game: Game, categories: Iterable[Category]) -> Game:
         {field.name: getattr(game, field.name) for field in fields(game)}, categories=categories
     )
     return described
-
-
-def _where(mask: np.ndarray, numbers: jax.Array) -> jax.Array:
-    """Keep the numbers of the slots in the mask, bool `[N]`; 0 for the other slots."""
-    return jnp.where(mask, numbers, jnp.zeros_like(numbers))

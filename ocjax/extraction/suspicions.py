@@ -15,10 +15,10 @@ def warn_about_colors(frames: np.ndarray, game: Declaration) -> None:
 
     Args:
         frames: uint8 `[..., H, 160]` of palette indices, or uint8 `[..., H, 160, 3]` of RGB.
-        game: the game.
     """
     if frames.shape[-2:] == game.screen:
-        foreign = _odd(frames, game)
+        # Only PAL consoles have odd palette indices.
+        foreign = (frames & 1).astype(bool) & (game.palette is not palette.PAL)
         kind = "palette indices"
     else:
         foreign = ~np.asarray(palette.is_color(frames, game.palette))
@@ -30,12 +30,6 @@ def warn_about_colors(frames: np.ndarray, game: Declaration) -> None:
             "grey, max-pooled, resized or compressed ones.",
             stacklevel=STACK_LEVEL,
         )
-
-
-def _odd(frames: np.ndarray, game: Declaration) -> np.ndarray:
-    """Mark odd palette indices, which only PAL consoles have."""
-    odd = (frames & 1).astype(bool)
-    return odd & (game.palette is not palette.PAL)
 
 
 def warn_about_nothing(valid: np.ndarray, game: Declaration) -> None:

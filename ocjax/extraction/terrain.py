@@ -47,10 +47,9 @@ class TerrainMap:
         seen: finds each kind in a frame, uint8 `[H, 160]` of even palette indices. The pixels of
             objects are `COVERED`, except objects of the kinds' categories. For each name in `boxes`
             it also gets the pixels in the boxes of this category, bool `[H, 160]`.
-        layout: index of a state's layout, from the wrapped RAM of one state; None if there is one
-            layout.
+        layout: index of a state's layout, from its wrapped RAM; None if there is one layout.
         changes: the masks of a state, from its wrapped RAM and the masks of its layout, if play
-            changes the terrain; None if it does not.
+            changes the terrain.
         boxes: categories whose boxes `seen` gets.
     """
 
@@ -67,12 +66,7 @@ class TerrainMap:
         return tuple(kind.name for kind in self.kinds)
 
     def problem(self, height: int, categories: set[str]) -> str:
-        """Describe what is wrong with the declaration; empty if nothing is.
-
-        Args:
-            height: of the game's screen.
-            categories: the names of the game's categories.
-        """
+        """Describe what is wrong with the declaration; empty if nothing is."""
         if len(set(self.names)) != len(self.names) or not self.names:
             return f"the kinds must have different names, got {self.names}"
         for kind in self.kinds:

@@ -28,14 +28,8 @@ class Variants:
 
     def problem(self) -> str:
         """Describe what is wrong, or return an empty text."""
-        for meanings in (self.modes, self.difficulties):
-            if not all(isinstance(number, int) and number >= 0 for number in meanings):
-                return f"keys must be ale-py's numbers, got {sorted(meanings, key=str)}"
-            if not all(isinstance(text, str) and text for text in meanings.values()):
-                return f"meanings must be texts, got {list(meanings.values())}"
-        if (self.modes or self.difficulties) and not self.source:
-            return "the meanings need a source"
-        return ""
+        explains = self.modes or self.difficulties
+        return "the meanings need a source" if explains and not self.source else ""
 
 
 def meanings_of_bits(features: Sequence[str], otherwise: str) -> dict[int, str]:

@@ -18,8 +18,8 @@ from ocjax.extraction.saver import key_of, restored, saved
 from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
-# Frames per chunk: their planes and masks fit in a second-level cache of 2 MB. A chunk of 64 takes
-# a quarter longer. Rows `chunks of frames` of benchmarks/tricks.py.
+# Frames per chunk: their planes and masks fit in a second-level cache of 2 MB. Rows `chunks of
+# frames` of benchmarks/tricks.py.
 CHUNK = 32
 
 
@@ -28,7 +28,8 @@ def _by_slot(
 ) -> jax.Array:
     """Join a field of all categories in one array `[N, B]`, int32 (boxes: uint32).
 
-    Categories without the field get the default.
+    Categories without the field get the default, adjacent ones in one piece: each operand of a
+    concatenation is a branch.
     """
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
@@ -89,7 +90,6 @@ def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array
 
 
 def _objects(game: Declaration, slots: jax.Array, frames: jax.Array) -> Objects:
-    """Make objects from the slots that `_extract` returns for some frames."""
     box = slots[:, 0]
     valid, xywh = words.boxes(box.ravel())
     valid, xywh = valid.reshape(box.shape), xywh.reshape(*box.shape, 4)

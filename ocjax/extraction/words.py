@@ -1,8 +1,7 @@
 """Boxes and colours packed in one 32-bit word per slot, as both methods return them.
 
-A box is x, y, w and h, one byte each, from the lowest byte. They fit because boxes are clipped to
-the screen. The word of an invalid slot is 0; a valid box has a width. A colour is red, green and
-blue, one byte each, from the lowest byte.
+A box is x, y, w and h, and a colour red, green and blue, one byte each, from the lowest byte.
+Clipped boxes fit. The word of an invalid slot is 0; a valid box has a width.
 """
 
 import jax
@@ -13,8 +12,7 @@ from jax import lax
 def boxes(words: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Unpack boxes and their validity: 32 bits `[N]` -> bool `[N]`, int16 `[N, 4]`.
 
-    For a batch, `N` counts the slots of all states: XLA does not vectorise along the short rows of
-    one state.
+    `N` counts the slots of all states: XLA does not vectorise along the few slots of one state.
     """
     return words != 0, lax.bitcast_convert_type(words, jnp.uint8).astype(jnp.int16)
 

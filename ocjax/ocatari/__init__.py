@@ -1,7 +1,6 @@
 """`OCAtari`, for code written for OCAtari 2.2.1.
 
-In imports, `ocjax.ocatari` replaces `ocatari` and all its modules; `ocjax.ocatari.core`, `.utils`
-and `.vision.utils` have the names of OCAtari's modules, too. `docs/neighbours.md` lists the
+In imports, `ocjax.ocatari` replaces `ocatari` and all its modules. `docs/neighbours.md` lists the
 equal parts, the intended differences and the omissions.
 """
 
@@ -92,11 +91,10 @@ class OCAtari(Uncopied, gym.Env):
         buffer_window_size: number of steps in the state buffers.
         create_buffer_stacks: the state buffers to keep, besides the observation's: "ori", "dqn" or
             "obj".
-        hook: a function, or a sequence of functions, that edits the RAM before every emulated
-            frame, or names of variations; see `ocjax.make_vec`.
-        kwargs: options of ale-py's environments for `gymnasium.make`: `frameskip`, `difficulty`,
-            `repeat_action_probability`, `full_action_space`, `max_num_frames_per_episode` and
-            others.
+        hook: functions that edit the RAM before every emulated frame, or names of variations; see
+            `ocjax.make_vec`.
+        kwargs: options of ale-py's environments for `gymnasium.make`, such as `frameskip`,
+            `difficulty`, `repeat_action_probability` and `full_action_space`.
 
     Raises:
         ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty,
@@ -151,14 +149,18 @@ class OCAtari(Uncopied, gym.Env):
         self.action_space = self._env.action_space
         self.observation_space = self._env.observation_space = self._space()
         self._seed: int | None = None  # for the next reset, from `make_deterministic`
-        self.spec = self._make_spec(
-            kwargs
-            | {"create_buffer_stacks": list(create_buffer_stacks)}
-            | ({"hook": hook} if hooks else {})
+        names = (
+            "env_name mode hud obs_mode render_mode render_oc_overlay buffer_window_size".split()
+        )
+        given = {"create_buffer_stacks": list(create_buffer_stacks)}
+        given |= {"hook": hook} if hooks else {}
+        self.spec = EnvSpec(
+            f"OCAtari/{self.game_name}-v5",
+            entry_point="ocjax.ocatari:OCAtari",
+            kwargs={name: getattr(self, name) for name in names} | kwargs | given,
         )
 
     def _make_env(self, hooks: Any, options: dict[str, Any]) -> gym.Env[Any, Any]:
-        """ale-py's environment, with an emulator that runs the hooks."""
         log_errors_only()
         shown = "rgb_array" if self.render_oc_overlay else self.render_mode
         env: gym.Env[Any, Any] = gym.make(
@@ -177,21 +179,6 @@ class OCAtari(Uncopied, gym.Env):
         self._seen: dict[str, tuple[Objects | None, Objects]] = {}
         # The results of `objects` and `objects_v` by method.
         self._lists: dict[str, list[GameObject]] = {}
-
-    def _make_spec(self, options: dict[str, Any]) -> EnvSpec:
-        names = (
-            "env_name",
-            "mode",
-            "hud",
-            "obs_mode",
-            "render_mode",
-            "render_oc_overlay",
-            "buffer_window_size",
-        )
-        kwargs = {name: getattr(self, name) for name in names} | options
-        return EnvSpec(
-            f"OCAtari/{self.game_name}-v5", entry_point="ocjax.ocatari:OCAtari", kwargs=kwargs
-        )
 
     def _make_buffers(self, names: set[str]) -> None:
         self.create_rgb_stack, self.create_dqn_stack, self.create_ns_stack = (
@@ -369,8 +356,8 @@ class OCAtari(Uncopied, gym.Env):
 
         Returns:
             In render mode "rgb_array" the frame, uint8 `[H, 160, 3]`; with an overlay, uint8 `[160
-            * 5, H * 5, 3]`, with the horizontal axis first as in pygame and OCAtari. In render mode
-            "human" None.
+            * 5, H * 5, 3]`, with the horizontal axis first as in pygame. In render mode "human"
+            None.
         """
         if not self.render_oc_overlay:
             return self._env.render() if image is None else image
@@ -437,7 +424,6 @@ def _env_id(env_name: str, game: str) -> str:
 
 
 def _host(objects: Objects) -> Objects:
-    """The state of a batch of one, as NumPy arrays."""
     return jax.tree.map(lambda a: np.asarray(a)[0], objects)
 
 

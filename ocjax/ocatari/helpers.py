@@ -82,13 +82,7 @@ class RandomAgent:
 
 
 def load_agent(*args: Any, **kwargs: Any) -> NoReturn:
-    """Raise an error: ocjax cannot load OCAtari's agents.
-
-    Scripts import this function, but many of them only call it with a model.
-
-    Raises:
-        ValueError: always, with the reason.
-    """
+    """Raise a ValueError: ocjax cannot load OCAtari's agents."""
     raise ValueError(f"ocjax does not load agents of OCAtari: {_AGENTS}")
 
 
@@ -98,10 +92,7 @@ def _convert_number(number: int) -> int:
 
 
 def riverraid_score(ram: np.ndarray) -> int:
-    """The score in the RAM of River Raid, uint8 `[128]`.
-
-    HackAtari imports this function.
-    """
+    """The score in the RAM of River Raid, uint8 `[128]`; HackAtari imports this function."""
     game = load("Riverraid")
     return int(game.rem(ram).of("PlayerScore").value[0])
 
@@ -135,12 +126,10 @@ def mark_bb(
     color: Sequence[int] = (255, 0, 0),
     surround: bool = True,
 ) -> None:
-    """Draw a box into an image, in place.
+    """Draw a box into an image, uint8 `[H, W, 3]`, in place.
 
     Args:
-        image_array: uint8 `[H, W, 3]`.
         bb: left, top, width and height.
-        color: RGB.
         surround: whether the line runs one pixel outside the box, instead of along its left and top
             edge.
 
@@ -192,12 +181,8 @@ class Window:
         os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
         with extras():
             import pygame  # pyright: ignore[reportMissingImports]
-        self._pygame, self._title, self._surface, self._clock = (
-            pygame,
-            title,
-            None,
-            pygame.time.Clock(),
-        )
+        self._pygame, self._title, self._surface = pygame, title, None
+        self._clock = pygame.time.Clock()
 
     def show(self, picture: Image.Image) -> None:
         """Show a picture, at most 60 a second."""

@@ -9,9 +9,7 @@ from ocjax.transforms.game_objects import GameObject, NoObject, object_class, sl
 
 
 class SlotTable:
-    """The slots of `OCAtari.objects` in one game.
-
-    Without a table of OCAtari, the game has ocjax's slots.
+    """The slots of `OCAtari.objects` in one game: OCAtari's, or ocjax's if OCAtari has no table.
 
     Args:
         game: the game, with its HUD.
@@ -69,5 +67,4 @@ class SlotTable:
 
 
 def _named(own: GameObject, kind: type[GameObject]) -> GameObject:
-    """The object as an instance of OCAtari's class, if this has another name."""
     return own if not own or type(own) is kind else kind(**vars(own))

@@ -24,8 +24,6 @@ PICTURE_STEPS = 600  # steps of the first game to draw
 
 
 class _Moment(NamedTuple):
-    """A state of the first game to draw."""
-
     screen: np.ndarray  # uint8 [H, W]
     ram: np.ndarray  # uint8 [128]
 
@@ -60,21 +58,18 @@ def play(
     frame_skip: int | None = None,
     repeat_action_probability: float | None = None,
 ) -> Played:
-    """Play complete games.
+    """Play complete games, by default under the settings of a policy's training.
 
-    By default a policy plays under the settings of its training. A game counts from its start to
-    its end, even if the policy was trained with episodes of one life. Instances play equally many
-    games (plus or minus one), so that short games do not count more often.
+    A game counts from its start to its end, even if the policy was trained with episodes of one
+    life. Instances play equally many games (plus or minus one), so that short games do not count
+    more often.
 
     Args:
-        policy: "random", "repeat", "trained", or the path of a saved policy; see
-            `ocjax.play.policies.make_policy`.
+        policy: a name or path; see `ocjax.play.policies.make_policy`.
         pictures: whether to draw the first game.
         with_terrain: whether to paint the terrain into the pictures.
-        hook: a hook, such as the name of a variation; see `ocjax.make_vec`.
-        preset: replaces the settings of the training; see `ocjax.make_vec`.
-        repeat_action_probability: the probability that an emulated frame repeats the previous
-            action; overrides the settings.
+        hook: a hook, such as the name of a variation; see `ocjax.make_vec`. The next three replace
+            the settings of the training.
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)
@@ -114,10 +109,9 @@ def play(
 def _games(
     pool: AlePool, act: policies.Policy, seen: list[_Moment] | None, report: Callable[[int], None]
 ) -> Iterator[tuple[int, float, int]]:
-    """Play without end.
+    """Play without end, and report the frames of all instances.
 
-    Yields the instance, return and emulated frames of each game that ends, and reports the frames
-    of all instances.
+    Yields the instance, return and emulated frames of each game that ends.
     """
     first, ended = True, 0
     for _ in steps(pool, act):

@@ -109,10 +109,7 @@ def perceptron(layers: Layers, x: Any, activation: Callable[[Any], Any]) -> Any:
 
 
 def convolved(layers: Layers, frames: jax.Array) -> jax.Array:
-    """The convolutions of Mnih et al. (2015): uint8 `[B, stack, 84, 84]` -> float32 `[B, n]`.
-
-    n is `CONVOLUTION_OUTPUT`.
-    """
+    """The convolutions of Mnih et al. (2015): uint8 `[B, stack, 84, 84]` -> float32 `[B, n]`."""
     x = frames.astype(jnp.float32) / jnp.float32(255)
     for (w, b), (_, _, stride) in zip(layers, CONVOLUTIONS, strict=True):
         x = jax.nn.relu(lax.conv(x, w, (stride, stride), "VALID") + b[None, :, None, None])
@@ -120,10 +117,7 @@ def convolved(layers: Layers, frames: jax.Array) -> jax.Array:
 
 
 def mlp(layers: Layers, x: np.ndarray, groups: Groups = ()) -> np.ndarray:
-    """A perceptron with tanh, in NumPy.
-
-    For a few states NumPy takes less time than a call of a compiled function.
-    """
+    """A perceptron with tanh, in NumPy, which is faster for a few states."""
     return perceptron(layers, x, np.tanh)
 
 
@@ -141,10 +135,9 @@ def nature_cnn(layers: Layers, frames: jax.Array, groups: Groups = ()) -> jax.Ar
 
 @functools.partial(jax.jit, static_argnames=("groups", "depth"))
 def deep_sets(layers: Layers, x: jax.Array, groups: Groups, *, depth: int) -> jax.Array:
-    """A perceptron with tanh on the codes of the categories.
+    """A perceptron with tanh on the codes of the categories, from float32 `[B, n]`.
 
-    The inputs are float32 `[B, n]`. `layers` contains the encoders of `encoded` with `depth` layers
-    each, then the perceptron.
+    `layers` contains the encoders of `encoded` with `depth` layers each, then the perceptron.
     """
     count = depth * sum(group.pooled for group in groups)
     return perceptron(layers[count:], encoded(layers[:count], x, groups), jnp.tanh)
@@ -155,8 +148,7 @@ def encoded(encoders: Layers, x: jax.Array, groups: Groups) -> jax.Array:
 
     The inputs are float32 `[B, n]`, the codes `[B, sum of the groups' widths]`. The slots of a
     category share an encoder, a perceptron with relu. The mean and the maximum of the valid slots'
-    codes represent the category. `encoders` contains the layers in the order of the groups, the
-    same number for each.
+    codes represent the category. `encoders` contains equally many layers for each group.
     """
     codes, layers = [], iter(encoders)
     depth = len(encoders) // max(1, sum(group.pooled for group in groups))

@@ -60,7 +60,7 @@ class RandomPolicy:
         self.left = np.zeros(self.num_envs, int)
 
     def __call__(self, seen: Seen) -> np.ndarray:
-        """The next actions, int `[N]`."""
+        """Return actions, int `[N]`."""
         new = self.left == 0
         chosen = self.rng.integers(self.num_actions, size=self.num_envs)
         if self.idle:
@@ -73,28 +73,17 @@ class RandomPolicy:
 
 
 def read(path: str | Path, game: Game) -> SavedPolicy:
-    """Read a policy from an .npz file or a .zip file of Stable-Baselines3.
-
-    See `policy_files` and `sb3_models`.
-
-    Args:
-        path: the file's path.
-        game: the game that the policy plays.
+    """Read a policy of a game from an .npz file or a .zip file of Stable-Baselines3.
 
     Raises:
         PolicyError: the file is missing, damaged, or does not fit the game.
-        MissingExtraError: the file is a .zip file, and PyTorch is not installed; a
-            ModuleNotFoundError.
+        MissingExtraError: the file is a .zip file, and PyTorch is not installed.
     """
     return (sb3_models if Path(path).suffix == ".zip" else policy_files).read(path, game)
 
 
 def find(name: str, game: Game) -> Path:
-    """The file of a saved policy, by its path or by the name "trained".
-
-    Raises:
-        PolicyError: the file does not exist.
-    """
+    """The file of a saved policy, by its path or by the name "trained"; raises PolicyError."""
     if name == TRAINED:
         path = SHIPPED / f"{game.name}.npz"
         if not path.exists():
@@ -113,11 +102,7 @@ def find(name: str, game: Game) -> Path:
 
 
 def needs(name: str, game: Game) -> Needs:
-    """The requirements of a policy, by its name.
-
-    Raises:
-        PolicyError: the policy does not exist or does not fit the game.
-    """
+    """The requirements of a policy, by its name; raises PolicyError."""
     if name in BUILT_IN:
         return Needs()
     policy = read(find(name, game), game)
@@ -136,7 +121,6 @@ def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: in
         name: "random" (a new action in every step), "repeat" (each action is held for 1 to 8
             steps), "idle" (NOOP), "seldom" (like "repeat", but 95 % of the choices are NOOP),
             "trained" (the policy that ships with the package), or the path of a saved policy.
-        game: the game.
         num_actions: size of the action set.
         num_envs: number of instances.
         seed: seed of the random choices.

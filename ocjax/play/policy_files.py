@@ -73,7 +73,6 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 
 
 def _arrays(path: str | Path) -> dict[str, np.ndarray]:
-    """The arrays of a file, after a check of their size and numbers."""
     try:
         headers = npz.headers(Path(path), _is_read)
         size = sum(header.size for header in headers.values())
@@ -132,7 +131,6 @@ def _grouped(
 
 
 def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: str) -> None:
-    """Check that the file has no moments: the network does not use them."""
     for moment in ("mean", "deviation"):
         if moment in arrays:
             raise PolicyError(
@@ -142,10 +140,7 @@ def _check_no_moments(path: str | Path, arrays: Mapping[str, np.ndarray], name: 
 
 
 def _count_inputs(path: str | Path, game: Game, kind: Vector, first: np.ndarray) -> int:
-    """Check the first layer's number of inputs, and return it.
-
-    The check precedes the allocation of arrays of that size.
-    """
+    """Return the first layer's number of inputs, checked before arrays of that size are made."""
     if kind.history > first.size:
         raise PolicyError(
             f"{path}: layer 0 has {first.size:,} weights, too few for a history of "
@@ -185,20 +180,17 @@ def _moments(
 
 
 def _network(description: Mapping[str, Any]) -> str:
-    """The name of the network; older policies lack it."""
-    name = description.get("network", "mlp")
-    if not isinstance(name, str) or name not in NETWORKS:
+    name = description.get("network", "mlp")  # older policies lack it
+    if name not in tuple(NETWORKS):
         raise ValueError(f"network must be one of {', '.join(NETWORKS)}, got {reprlib.repr(name)}")
     return name
 
 
 def _is_read(name: str) -> bool:
-    """True if an array with this name is part of a policy."""
     return re.fullmatch(r"[wb]\d+|mean|deviation|description", name) is not None
 
 
 def _description(path: str | Path, arrays: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """The description in a file; empty if the file has none."""
     if "description" not in arrays:
         return {}
     description = npz.json_object(arrays["description"])
@@ -230,10 +222,7 @@ def _observation(description: Mapping[str, Any]) -> Vector:
 
 
 def _slots(description: Mapping[str, Any], game: Game) -> tuple[list[Slots] | None, bool]:
-    """The slots in a description, and whether the policy sees the display.
-
-    The slots are None in older files.
-    """
+    """The slots in a description (None in older files), and whether the policy sees the display."""
     hud = _flag(description, "hud") if description else game.hud
     entries = description.get("slots", [])
     if not isinstance(entries, list) or ("slots" in description and not entries):
@@ -252,24 +241,21 @@ def _slots_entry(entry: Any) -> Slots:
         raise ValueError(
             f"an entry of slots must have the fields {', '.join(names)}, got {reprlib.repr(entry)}"
         )
-    category, attributes = entry["category"], entry["attributes"]
-    if not isinstance(category, str):
-        raise ValueError(f"category must be a name, got {reprlib.repr(category)}")
-    if not isinstance(attributes, list) or not all(a in ATTRIBUTES for a in attributes):
+    attributes = tuple(entry["attributes"])
+    if not isinstance(entry["category"], str) or not set(attributes) <= set(ATTRIBUTES):
         raise ValueError(
-            f"attributes must be a list of {', '.join(ATTRIBUTES)}, got {reprlib.repr(attributes)}"
+            "category must be a name, and attributes must be of "
+            f"{', '.join(ATTRIBUTES)}, got {reprlib.repr(entry)}"
         )
     count = integer("count", entry["count"], 1, MOST_SLOTS)
-    return Slots(category, count, _flag(entry, "hud"), _flag(entry, "on_grid"), tuple(attributes))
+    flags = _flag(entry, "hud"), _flag(entry, "on_grid")
+    return Slots(entry["category"], count, *flags, attributes)
 
 
 def _select(
     game: Game, kind: Vector, slots: Sequence[Slots] | None, hud: bool
 ) -> tuple[Game, Selection]:
-    """The game, and the slots that the policy sees.
-
-    The game lacks its display if the policy does not see it.
-    """
+    """The game, without its display if the policy does not see it, and the slots that it sees."""
     if slots is None:
         game = _with_display(game, hud)
         return game, Selection(game, slots_of(game, kind))
@@ -293,7 +279,6 @@ def _flag(description: Mapping[str, Any], name: str) -> bool:
 
 
 def _known(description: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments of `SavedPolicy` in a description."""
     if not description:
         return {}
     settings, preset = description["settings"], description["preset"]
@@ -321,10 +306,8 @@ def layers_of(
     layers = []
     for i, shape in enumerate(NETWORKS[name].shapes(inputs, groups, [w.shape for w in weights])):
         w = weights[i] if i < count else np.zeros(0)
-        b, outputs = (
-            arrays.get(f"b{i}", np.zeros(0)),
-            shape[0] if len(shape) == CONVOLUTION else shape[-1],
-        )
+        b = arrays.get(f"b{i}", np.zeros(0))
+        outputs = shape[0] if len(shape) == CONVOLUTION else shape[-1]
         if w.shape != shape or b.shape != (outputs,) or not w.size:
             sizes = ", ".join(map(str, shape[:-1] if len(shape) < CONVOLUTION else shape))
             free = ", n" * (len(shape) < CONVOLUTION)

@@ -42,23 +42,22 @@ def rollout(
     Args:
         samples: number of states of all instances together, at least `num_envs`.
         policy: see `make_policy`.
-        seed: seed of the policy and of the first instance; the other instances get the following
-            seeds.
-        after: emulated frames that each instance plays before its first sample, rounded up to whole
+        seed: seed of the policy and of the first instance; the others get the following seeds.
+        after: emulated frames that each instance plays before its first sample, rounded up to
             steps.
         repeat_action_probability: the probability that an emulated frame repeats the previous
             action.
         whole_games: whether each instance plays complete games, at least one. Samples are then
-            drawn from all their states, uniformly at random and without replacement; the last
-            sample of an instance is the end of its last game. Otherwise, samples are successive
-            states. By default, saved policies play complete games.
+            drawn from all their states, uniformly and without replacement; the last sample of an
+            instance is the end of its last game. Otherwise, samples are successive states. By
+            default, saved policies play complete games.
         game_mode: ale-py's number of the game mode; by default the game's own.
         game_difficulty: ale-py's number of the difficulty; by default the game's own.
 
     Returns:
-        A recording with frames, previous frames, returns, lives, resets, ends and settings: the
-        samples of the first instance, then of the second, and so on. With `whole_games`, its frame
-        skip is None, and `resets` marks the first sample of a game.
+        A recording with frames, previous frames, returns, lives, resets, ends and settings,
+        instance by instance. With `whole_games`, its frame skip is None, and `resets` marks the
+        first sample of a game.
     """
     if samples < num_envs:
         raise ValueError(
@@ -97,7 +96,6 @@ def rollout(
 
 
 def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[list[State]]:
-    """Successive states of each instance of a freshly reset pool, after some skipped steps."""
     states: list[list[State]] = [[] for _ in range(pool.num_envs)]
     turns = progress(range(-skipped, count), f"playing {pool.game.name}")
     for t, _ in zip(turns, steps(pool, act), strict=False):
@@ -110,7 +108,6 @@ def _successive(pool: AlePool, act: Policy, count: int, skipped: int) -> list[li
 def _sample_games(
     pool: AlePool, act: Policy, count: int, skipped: int, rng: np.random.Generator
 ) -> list[list[State]]:
-    """Random states of each instance's complete games, after some skipped steps."""
     samplers = [_Sampler(count, rng) for _ in range(pool.num_envs)]
     with progress_bar(f"playing {pool.game.name}", "complete games", transient=True) as report:
         for t, _ in enumerate(steps(pool, act)):
@@ -125,16 +122,9 @@ def _sample_games(
 
 
 class _Sampler:
-    """A uniform sample of the states of complete games of unknown length.
+    """A uniform sample of the states of complete games, by algorithm R (Vitter, 1985).
 
-    It uses algorithm R (Vitter, 1985), and always includes the last state.
-
-    Args:
-        count: the size of the sample.
-        rng: the source of randomness.
-
-    Attributes:
-        complete: whether a game has ended after enough states.
+    It always includes the last state, and is `complete` when a game has ended after enough states.
     """
 
     def __init__(self, count: int, rng: np.random.Generator) -> None:

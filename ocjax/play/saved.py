@@ -51,16 +51,14 @@ class SavedPolicy:
     Args:
         game: the game, with or without its display.
         layers: weights and biases of each layer.
-        observation: the network's input: `Vector` or `Dqn`.
-        mean, deviation: moments to standardise the features, float32 `[inputs]`, or None for
-            networks without standardised inputs.
+        observation: the network's input.
+        mean, deviation: moments to standardise the features, float32 `[inputs]`, or None.
         sampled: whether actions are drawn at random with the scores as logits; otherwise the action
             with the best score is taken.
         settings: the settings of the training; None if unknown.
         preset: the name of the preset that the settings are based on; None if unknown.
         frames: emulated frames of the training; 0 if unknown.
-        slots: the slots that the policy sees, in the order of its inputs; by default the game's
-            slots.
+        slots: the slots that the policy sees, in the order of its inputs; by default the game's.
         network: name in `ocjax.play.networks`.
     """
 
@@ -126,10 +124,7 @@ class SavedPolicy:
         return self.observation.update(selection.game, "rem", snapshot, memory)
 
     def playing(self, num_envs: int, seed: int) -> Policy:
-        """The policy as a function of `Seen`.
-
-        The function carries the memory of the observation from step to step.
-        """
+        """The policy as a function of `Seen`, which carries the memory of the observation."""
         game = self.game if isinstance(self.observation, Dqn) else self.selection.game
         memory, rng = self.observation.initial(game, "rem", num_envs), np.random.default_rng(seed)
         observe = jax.jit(self._observe)
@@ -165,7 +160,7 @@ class SavedPolicy:
     def write(self, path: Path) -> None:
         """Write the policy to an .npz file, with weights in half precision and without code.
 
-        See `ocjax.play.policies.read`.
+        `ocjax.play.policies.read` reads it.
         """
         moments = {"mean": self.mean, "deviation": self.deviation}
         arrays: dict[str, Any] = {

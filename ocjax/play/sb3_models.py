@@ -38,21 +38,13 @@ _DQN = re.compile(rf"q_net(_target)?\.({_EXTRACTOR}|q_net\.\d+)\.(weight|bias)")
 
 
 class _Architecture(NamedTuple):
-    """The location of the weights in a model."""
-
     layers: list[str]  # names of the modules, in order
     network: str  # name in `ocjax.play.networks`
     sampled: bool
 
 
 def read(path: str | Path, game: Game) -> SavedPolicy:
-    """Read a model of Stable-Baselines3.
-
-    The file has no settings, so the policy gets the preset "dqn".
-
-    Args:
-        path: a file that `model.save` wrote.
-    """
+    """Read a model that `model.save` of Stable-Baselines3 wrote, with the preset "dqn"."""
     state = _weights(path)
     found = _architecture(path, set(state))
     arrays: dict[str, np.ndarray] = {}
@@ -85,7 +77,6 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 
 
 def _with_inputs(path: str | Path, game: Game, inputs: int) -> Game:
-    """The game with or without its display, to match the model's number of inputs."""
     whole = game if game.hud else load(game.name)
     choices = {len(Vector().features_of(chosen)): chosen for chosen in (whole.without_hud(), whole)}
     if inputs not in choices:
@@ -116,7 +107,6 @@ def _architecture(path: str | Path, names: set[str]) -> _Architecture:
 
 
 def _numbered(names: set[str], prefix: str) -> list[str]:
-    """The modules of a sequence, in the order of their numbers."""
     found = {
         name.removesuffix(".weight")
         for name in names
@@ -126,7 +116,6 @@ def _numbered(names: set[str], prefix: str) -> list[str]:
 
 
 def _weights(path: str | Path) -> dict[str, np.ndarray]:
-    """The policy's tensors by name, float32, after a check of their size and numbers."""
     torch = require("torch")
     try:
         data = _member(Path(path))
@@ -156,7 +145,6 @@ def _weights(path: str | Path) -> dict[str, np.ndarray]:
 
 
 def _is_plain(torch: Any, tensor: Any) -> bool:
-    """True for a dense tensor of floats in CPU memory."""
     return (
         isinstance(tensor, torch.Tensor)
         and tensor.layout == torch.strided
@@ -166,10 +154,7 @@ def _is_plain(torch: Any, tensor: Any) -> bool:
 
 
 def _member(path: Path) -> bytes:
-    """The bytes of the policy's weights, another zip archive.
-
-    Sizes are checked before reading.
-    """
+    """The bytes of the policy's weights, another zip archive, after a check of their size."""
     if not path.is_file():
         raise ValueError("it is no regular file")
     with zipfile.ZipFile(path) as archive:

@@ -20,9 +20,9 @@ def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
     The pool's arrays show the state after each step: `started` marks the first states of episodes,
     `terminated` and `truncated` the last ones, and `episode_return` is the sum of a game's rewards.
 
-    With the setting `fire_reset`, a lost life that does not end the episode is followed by the
-    start actions of episodes, FIRE and the next one. Many policies were trained with episodes of
-    one life, which all begin with FIRE, so they never press it themselves.
+    With the setting `fire_reset`, the start actions of episodes follow a lost life that does not
+    end the episode: policies that were trained with episodes of one life never press FIRE
+    themselves.
 
     Args:
         act: the policy, a function of `seen(pool)`.

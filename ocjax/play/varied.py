@@ -19,10 +19,8 @@ class Row:
     Args:
         name: name of the variation, or "original".
         games: number of complete games.
-        mean, deviation: mean and sample standard deviation of the returns; the deviation is 0 for
-            one game.
-        drop: the decrease from the original's mean, in percent of its absolute value; negative for
-            an increase. It is None for the original, and if the original's mean is 0.
+        mean, deviation: mean and sample standard deviation of the returns; 0 for one game.
+        drop: the decrease from the original's mean in percent, negative for an increase, or None.
         seed: seed of the first instance; the others have the following seeds.
     """
 
@@ -39,9 +37,7 @@ def compare(
 ) -> list[Row]:
     """Play complete games of the original and of variations, all with the same seeds.
 
-    Args:
-        policy: see `ocjax.play.games.play`.
-        protocol: `preset`, `frame_skip` and `repeat_action_probability` of `ocjax.play.games.play`.
+    `protocol` and the policy are as in `ocjax.play.games.play`.
     """
     found = {name: variations.find(name, game.name) for name in names}
     played = {ORIGINAL: play(game, policy, episodes, seed=seed, **protocol)}

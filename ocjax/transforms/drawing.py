@@ -15,6 +15,8 @@ from ocjax.transforms.segmentation import NOBODY, segment
 
 __all__ = [
     "HIDDEN",
+    "Box",
+    "Color",
     "boxes_over",
     "category_colors",
     "drawn",
@@ -28,6 +30,8 @@ __all__ = [
 HIDDEN = "dashed: not on this frame"  # the legend of boxes
 
 _DASH = 4  # pixels of a dash and of the gap after it
+Color = tuple[int, int, int]
+Box = tuple[int, int, int, int]  # left, top, width and height in screen pixels
 _MARGIN = 4  # pixels between the pictures of a sheet
 _BACKGROUND, _TEXT = (40, 40, 40), (255, 255, 255)  # of a sheet
 _TITLE_SIZE, _TITLE_HEIGHT = 22, 34  # pixels
@@ -48,12 +52,9 @@ def _bright_colors(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
 def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
     """Mark the valid objects of one state with a pixel of their colour in their box, bool `[N]`.
 
-    Args:
-        game: the objects' game.
-        frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
-        objects: of one state.
+    `frame` is uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
     """
-    rgb = game.palette[frame] if frame.ndim == 2 else frame
+    rgb = _rgb(game, frame)
     out = np.zeros(len(objects.valid), bool)
     for slot in np.flatnonzero(objects.valid):
         x, y, w, h = np.asarray(objects.xywh[slot]).tolist()
@@ -79,47 +80,80 @@ def overlay(
         game: the objects' game.
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
         objects: of one state.
-        scale: vertical picture pixels per screen pixel. The horizontal scale is twice as large,
-            because the console's pixels are wide.
+        scale: vertical picture pixels per screen pixel; the horizontal scale is twice as large.
         labels: whether to label the first object of each category, and every object with a value or
             a known orientation.
         numbers: label every object with its number in `objects.to_list()` instead, counted from 1.
         terrain: of the state, to be painted over the frame; see `tinted`. With `labels` each kind
             gets one.
     """
-    rgb = game.palette[frame] if frame.ndim == 2 else frame
-    sx, sy = 2 * scale, scale
-    shown_rgb = rgb if terrain is None else tinted(game, rgb, terrain)
-    image = Image.fromarray(shown_rgb).resize(
-        (rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST
-    )
-    draw = ImageDraw.Draw(image)
-    font = ImageFont.load_default(size=4 * scale + 2)
+    canvas = _Canvas(_rgb(game, frame) if terrain is None else tinted(game, frame, terrain), scale)
     colors, named = category_colors(game), set()
     records = objects.to_list()
+    boxes = [(r["x"], r["y"], r["w"], r["h"]) for r in records]
     shown = drawn(game, frame, objects)[np.asarray(objects.valid)]
-    for r, is_shown in zip(records, shown, strict=True):
-        corners = (r["x"] * sx - 1, r["y"] * sy - 1, (r["x"] + r["w"]) * sx, (r["y"] + r["h"]) * sy)
-        _frame(draw, corners, colors[r["category"]], _line_width(scale), dashed=not is_shown)
+    for r, box, is_shown in zip(records, boxes, shown, strict=True):
+        canvas.outline(box, colors[r["category"]], dashed=not is_shown)
     if terrain is not None and labels:
-        _label_terrain(draw, font, terrain, image.size, scale)
-    if numbers:
-        for k, r in enumerate(records, 1):
-            _label(
-                draw,
-                font,
-                str(k),
-                (r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy),
-                image.size,
-                colors[r["category"]],
-            )
-    for r in records if labels and not numbers else ():
+        _label_terrain(canvas, terrain)
+    for k, (r, box) in enumerate(zip(records, boxes, strict=True), 1):
         attributes = _attributes(r)
-        if r["category"] not in named or attributes:
+        text = str(k) if numbers else r["category"] + attributes
+        if numbers or (labels and (r["category"] not in named or attributes)):
             named.add(r["category"])
-            place = r["x"] * sx, r["y"] * sy, (r["y"] + r["h"]) * sy
-            _label(draw, font, r["category"] + attributes, place, image.size, colors[r["category"]])
-    return image
+            canvas.label(text, box, colors[r["category"]])
+    return canvas.image
+
+
+class _Canvas:
+    """An enlarged frame, uint8 `[H, 160, 3]`, to draw on."""
+
+    def __init__(self, rgb: np.ndarray, scale: int) -> None:
+        self.image, self._scale = _enlarged(rgb, scale), scale
+        self._draw = ImageDraw.Draw(self.image)
+        self._font = ImageFont.load_default(size=4 * scale + 2)
+
+    def outline(self, box: Box, color: Color, *, dashed: bool) -> None:
+        """Draw a box around its pixels."""
+        x, y, w, h = box
+        width = max(1, (self._scale + 2) // 2)
+        left, top = 2 * self._scale * x - 1, self._scale * y - 1
+        right, bottom = 2 * self._scale * (x + w), self._scale * (y + h)
+        if not dashed:
+            self._draw.rectangle((left, top, right, bottom), outline=color, width=width)
+            return
+        for x in range(left, right + 1, 2 * _DASH):
+            end = min(x + _DASH, right)
+            self._draw.line(((x, top), (end, top)), color, width)
+            self._draw.line(((x, bottom), (end, bottom)), color, width)
+        for y in range(top, bottom + 1, 2 * _DASH):
+            end = min(y + _DASH, bottom)
+            self._draw.line(((left, y), (left, end)), color, width)
+            self._draw.line(((right, y), (right, end)), color, width)
+
+    def label(self, text: str, box: Box, color: Color) -> None:
+        """Write text on black above a box, or below it if the space above is too small."""
+        box_left, box_top, _, height = box
+        left, top, right, bottom = map(round, self._draw.textbbox((0, 0), text, font=self._font))
+        x = max(0, min(2 * self._scale * box_left, self.image.width - right - 2))
+        y = self._scale * box_top - bottom - 3
+        if y < 0:
+            below = self._scale * (box_top + height) + 1
+            y = min(below, self.image.height - bottom - 2)
+        self._draw.rectangle(
+            (x + left - 1, y + top - 1, x + right + 1, y + bottom + 1), fill=(0, 0, 0)
+        )
+        self._draw.text((x, y), text, font=self._font, fill=color)
+
+
+def _rgb(game: Declaration, frame: np.ndarray) -> np.ndarray:
+    return game.palette[frame] if frame.ndim == 2 else frame
+
+
+def _enlarged(rgb: np.ndarray, scale: int) -> Image.Image:
+    """Enlarge a frame; the console's pixels are twice as wide as high."""
+    image = Image.fromarray(rgb)
+    return image.resize((2 * scale * image.width, scale * image.height), Image.Resampling.NEAREST)
 
 
 def terrain_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
@@ -128,15 +162,8 @@ def terrain_colors(game: Declaration) -> dict[str, tuple[int, int, int]]:
 
 
 def tinted(game: Declaration, frame: np.ndarray, terrain: Terrain) -> np.ndarray:
-    """Paint each kind of terrain over a dark frame in a colour of its own, uint8 `[H, 160, 3]`.
-
-    Args:
-        game: the game.
-        frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
-        terrain: of one state.
-    """
-    rgb = game.palette[frame] if frame.ndim == 2 else frame
-    out = rgb // 2
+    """Paint each kind of one state's terrain over its darkened frame, uint8 `[H, 160, 3]`."""
+    out = _rgb(game, frame) // 2
     for mask, color in zip(np.asarray(terrain.masks), terrain_colors(game).values(), strict=True):
         out[mask] = np.array(color, np.uint8)
     return out
@@ -147,18 +174,13 @@ def pixels(
 ) -> Image.Image:
     """Draw the own pixels of the valid objects of one state (`ocjax.segment`) over its dark frame.
 
-    Args:
-        game: the objects' game.
-        frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
-        objects: of one state.
-        scale: see `overlay`.
+    The arguments are those of `overlay`.
     """
-    rgb = game.palette[frame] if frame.ndim == 2 else frame
     colors = np.array(list(category_colors(game).values()), np.uint8)
     owners = np.asarray(segment(objects, frame))
-    painted = np.where((owners == NOBODY)[..., None], rgb // 3, colors[game.slot_category][owners])
-    image = Image.fromarray(painted)
-    return image.resize((2 * scale * image.width, scale * image.height), Image.Resampling.NEAREST)
+    dark = _rgb(game, frame) // 3
+    own = colors[game.slot_category][owners]
+    return _enlarged(np.where((owners == NOBODY)[..., None], dark, own), scale)
 
 
 def boxes_over(
@@ -176,111 +198,38 @@ def boxes_over(
         xywh: `[N, 4]`, left, top, width and height in screen pixels.
         label: int `[N]`, index into `categories`, or -1 for no box.
         categories: names of the labels, each written above its first box.
-        scale: vertical picture pixels per screen pixel. The horizontal scale is twice as large,
-            because the console's pixels are wide.
+        scale: see `overlay`.
     """
-    sx, sy = 2 * scale, scale
-    image = Image.fromarray(rgb).resize(
-        (rgb.shape[1] * sx, rgb.shape[0] * sy), Image.Resampling.NEAREST
-    )
-    draw = ImageDraw.Draw(image)
-    font = ImageFont.load_default(size=4 * scale + 2)
-    colors = _bright_colors(categories)
+    canvas, colors = _Canvas(rgb, scale), _bright_colors(categories)
     boxes = [
-        (categories[int(k)], box)
-        for k, box in zip(label, np.rint(xywh).astype(int).tolist(), strict=True)
+        (categories[int(k)], (x, y, max(w, 0), max(h, 0)))
+        for k, (x, y, w, h) in zip(label, np.rint(xywh).astype(int).tolist(), strict=True)
         if k >= 0
     ]
-    for name, (x, y, w, h) in boxes:
-        _frame(
-            draw,
-            (x * sx - 1, y * sy - 1, (x + max(w, 0)) * sx, (y + max(h, 0)) * sy),
-            colors[name],
-            _line_width(scale),
-            dashed=False,
-        )
-    for name, (x, y, _, h) in dict(reversed(boxes)).items():
-        _label(draw, font, name, (x * sx, y * sy, (y + h) * sy), image.size, colors[name])
-    return image
+    for name, box in boxes:
+        canvas.outline(box, colors[name], dashed=False)
+    for name, box in dict(reversed(boxes)).items():
+        canvas.label(name, box, colors[name])
+    return canvas.image
 
 
-def _line_width(scale: int) -> int:
-    """The width of a box's lines in picture pixels."""
-    return max(1, (scale + 2) // 2)
-
-
-def _frame(
-    draw: ImageDraw.ImageDraw,
-    corners: tuple[int, ...],
-    color: tuple[int, int, int],
-    width: int,
-    *,
-    dashed: bool,
-) -> None:
-    left, top, right, bottom = corners
-    if not dashed:
-        draw.rectangle((left, top, right, bottom), outline=color, width=width)
-        return
-    for x in range(left, right + 1, 2 * _DASH):
-        end = min(x + _DASH, right)
-        draw.line(((x, top), (end, top)), color, width)
-        draw.line(((x, bottom), (end, bottom)), color, width)
-    for y in range(top, bottom + 1, 2 * _DASH):
-        end = min(y + _DASH, bottom)
-        draw.line(((left, y), (left, end)), color, width)
-        draw.line(((right, y), (right, end)), color, width)
-
-
-def _label_terrain(
-    draw: ImageDraw.ImageDraw,
-    font: ImageFont.ImageFont | ImageFont.FreeTypeFont,
-    terrain: Terrain,
-    size: tuple[int, int],
-    scale: int,
-) -> None:
+def _label_terrain(canvas: _Canvas, terrain: Terrain) -> None:
     """Write the name of each kind at the one of its pixels that is nearest to its middle."""
     colors = terrain_colors(terrain.game)
     for mask, (name, color) in zip(np.asarray(terrain.masks), colors.items(), strict=True):
         y, x = np.nonzero(mask)
-        if not len(x):
-            continue
-        nearest = int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))
-        place = int(x[nearest]) * 2 * scale, int(y[nearest]) * scale, int(y[nearest] + 1) * scale
-        _label(draw, font, name, place, size, color)
+        if len(x):
+            nearest = int(np.argmin((x - x.mean()) ** 2 + (y - y.mean()) ** 2))
+            canvas.label(name, (int(x[nearest]), int(y[nearest]), 1, 1), color)
 
 
 def _attributes(record: Mapping[str, Any]) -> str:
-    """The attributes in a label: " 12" for display objects, " value 3, facing NE" for others."""
     parts = []
     if "value" in record:
         parts.append(f"{record['value']}" if record["hud"] else f"value {record['value']}")
     if "orientation" in record:
         parts.append(f"facing {POINTS[record['orientation']]}")
     return " " * bool(parts) + ", ".join(parts)
-
-
-def _label(
-    draw: ImageDraw.ImageDraw,
-    font: ImageFont.ImageFont | ImageFont.FreeTypeFont,
-    text: str,
-    place: tuple[int, int, int],
-    size: tuple[int, int],
-    color: tuple[int, int, int],
-) -> None:
-    """Write text on black above a box, or below it if the space above is too small.
-
-    `place` is left, top and bottom of the box, and `size` the width and height of the picture.
-    """
-    box_left, box_top, box_bottom = place
-    left, top, right, bottom = (round(v) for v in draw.textbbox((0, 0), text, font=font))
-    x = max(0, min(box_left, size[0] - right - 2))
-    y = (
-        box_top - bottom - 3
-        if box_top - bottom - 3 >= 0
-        else min(box_bottom + 1, size[1] - bottom - 2)
-    )
-    draw.rectangle((x + left - 1, y + top - 1, x + right + 1, y + bottom + 1), fill=(0, 0, 0))
-    draw.text((x, y), text, font=font, fill=color)
 
 
 def sheet(rows: Sequence[Sequence[Image.Image]], titles: Sequence[str]) -> Image.Image:

@@ -66,9 +66,9 @@ class Orientation(enum.IntEnum):
 class GameObject:
     """One object of one state, with its position one step before, for code written for OCAtari.
 
-    The class of an object is a subclass with the name of its category. Its attributes are the
-    attributes of OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. Assigning
-    to them changes only this object, and not the game or the next step's objects.
+    The class of an object is a subclass with the name of its category. Its attributes are those of
+    OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. Assigning to them
+    changes only this object.
 
     Args:
         slot: number of the slot within the category.
@@ -76,11 +76,9 @@ class GameObject:
         rgb: colour.
         hud: whether it belongs to the HUD (score, lives, ...).
         prev_xy: top left corner one step before; the current one if the slot was empty then.
-        value: score, lives, time, ... It is None if the category has no value, or if VEM cannot
-            read it.
+        value: score, lives, time, ... or None if the category has none or VEM cannot read it.
         prev_value: the value one step before; the current one if the slot was empty then.
-        orientation: compass point. It is None if the category has no orientation or VEM cannot
-            determine it.
+        orientation: compass point, or None as for values.
         visible: False only for the `NoObject` of an empty slot.
     """
 
@@ -211,7 +209,7 @@ class GameObject:
 
     @property
     def properties(self) -> list[str]:
-        """The names of the attributes that describe the object, without the combined ones."""
+        """The names of the attributes that describe the object."""
         return [*_PROPERTIES]
 
     def is_on_top(self, other: "GameObject") -> bool:
@@ -226,10 +224,7 @@ class GameObject:
     manathan_distance = manhattan_distance  # OCAtari's spelling
 
     def closest_object(self, others: Sequence["GameObject"]) -> tuple[int, "GameObject"] | None:
-        """The index and the object with the closest centre by Manhattan distance.
-
-        The result is None if `others` is empty.
-        """
+        """The index and the object with the closest centre by Manhattan distance, or None."""
         return min(
             enumerate(others), key=lambda item: self.manhattan_distance(item[1]), default=None
         )
@@ -289,15 +284,11 @@ def _subclass(
 def _restore(
     base: type[GameObject], category: str, ns_meaning: tuple[str, ...], attributes: dict[str, Any]
 ) -> GameObject:
-    """Restore an object from its pickle, because its class is in no module."""
     return _subclass(base, category, ns_meaning)(**attributes)
 
 
 def object_class(game: Declaration, category: str) -> type[GameObject]:
-    """The class of the objects of a category, or of an alias.
-
-    The game need not have the category.
-    """
+    """The class of the objects of a category, which the game need not have, or of an alias."""
     valued = any(
         category in (c.name, *c.aliases) and "value" in c.attributes for c in game.categories
     )
@@ -314,17 +305,8 @@ def _slot_constants(game: Declaration) -> list[tuple[type[GameObject], int, bool
     out = []
     for c in game.categories:
         kind = object_class(game, c.name)
-        for number in range(c.count):
-            out.append(
-                (
-                    kind,
-                    number,
-                    c.hud,
-                    "value" in c.attributes,
-                    "orientation" in c.attributes,
-                    len(kind().nsrepr),
-                )
-            )
+        has = "value" in c.attributes, "orientation" in c.attributes
+        out += [(kind, number, c.hud, *has, len(kind().nsrepr)) for number in range(c.count)]
     return out
 
 

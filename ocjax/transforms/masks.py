@@ -5,7 +5,6 @@ Source: Blüml et al., "Deep Reinforcement Learning via Object-Centric Attention
 
 import functools
 import math
-from collections.abc import Iterable
 from typing import Literal
 
 import jax
@@ -28,10 +27,7 @@ _WORD = 32  # bits, one per column of the output
 
 
 def num_planes(game: Declaration, kind: MaskKind, pixels: bool = False) -> int:
-    """Number of planes of a game's masks.
-
-    One, or one per category for "planes", plus one with `pixels`.
-    """
+    """Number of planes of a game's masks: one, or one per category, plus one with `pixels`."""
     return (len(game.categories) if kind == "planes" else 1) + pixels
 
 
@@ -78,11 +74,11 @@ def masks(
         raise ValueError("draw 'pixels' needs the frames that show the objects: give frames")
     screen, out = game.screen, size or game.screen
     at_once = draw == "output"
-    white, shades = jnp.uint8(255), _shades(game)
     slices = game.slices.values() if kind in ("class", "planes") else [slice(0, game.num_slots)]
     if draw == "pixels":
         assert frames is not None  # checked above
-        planes = _owned(segment(objects, frames), slices)
+        owners = segment(objects, frames)
+        planes = [(owners >= s.start) & (owners < s.stop) for s in slices]
     else:
         grid = out if at_once else screen
         planes = [_covered(objects.xywh[:, s], objects.valid[:, s], screen, grid) for s in slices]
@@ -91,17 +87,10 @@ def masks(
         shown = resize(gray, out) if at_once else gray
         drawn = [jnp.where(planes[0], shown, jnp.uint8(0))]
     elif kind == "class":
-        drawn = [
-            functools.reduce(
-                jnp.maximum,
-                (
-                    jnp.where(p, jnp.uint8(v), jnp.uint8(0))
-                    for p, v in zip(planes, shades, strict=True)
-                ),
-            )
-        ]
+        shades = (jnp.uint8(255 * (i + 1) // len(planes)) for i in range(len(planes)))
+        drawn = [functools.reduce(jnp.maximum, map(_shaded, planes, shades))]
     else:
-        drawn = [jnp.where(p, white, jnp.uint8(0)) for p in planes]
+        drawn = [_shaded(p, jnp.uint8(255)) for p in planes]
     if not at_once:
         drawn = [resize(p, out) for p in drawn]
     if pixels:
@@ -110,14 +99,8 @@ def masks(
     return jnp.stack(drawn, axis=1)
 
 
-def _owned(owners: jax.Array, slices: Iterable[slice]) -> list[jax.Array]:
-    """Mark the pixels that slots own, bool `[B, H, 160]` for each slice of slots."""
-    return [(owners >= s.start) & (owners < s.stop) for s in slices]
-
-
-def _shades(game: Declaration) -> list[int]:
-    n = len(game.categories)
-    return [255 * (i + 1) // n for i in range(n)]
+def _shaded(plane: jax.Array, shade: jax.Array) -> jax.Array:
+    return jnp.where(plane, shade, jnp.uint8(0))
 
 
 def _covered(
@@ -125,14 +108,12 @@ def _covered(
 ) -> jax.Array:
     """Mark the output pixels that boxes of `[B, N]` slots touch, bool `[B, *size]`.
 
-    Boxes are added sequentially to words of bits, with the batch last. A matrix product of the rows
-    and columns inside each box takes 2 to 11 times as long (Pong, Ms. Pac-Man).
+    Boxes are added to words of bits, with the batch last. A matrix product of the rows and columns
+    inside each box takes 2 to 11 times as long.
     """
     x, y, w, h = xywh.T  # [N, B]
-    (top, bottom), (left, right) = (
-        _touched(y, h, screen[0], size[0]),
-        _touched(x, w, screen[1], size[1]),
-    )
+    top, bottom = _touched(y, h, screen[0], size[0])
+    left, right = _touched(x, w, screen[1], size[1])
     bottom = jnp.where(valid.T, bottom, 0)
     columns = ~_columns_below(left, size[1]) & _columns_below(right, size[1])
     row = jnp.arange(size[0], dtype=jnp.int32)[:, None, None]
@@ -170,9 +151,9 @@ def area_weights(n_in: int, n_out: int) -> np.ndarray:
     """Weights of resizing by area: the fraction of each input pixel in each output pixel.
 
     Returns:
-        int64 `[n_out / g, n_in / g]`, the pattern of weights that repeats g times, for the greatest
-        common divisor g. The unit is g / n_out of an input pixel. The weights of an output pixel
-        add up to n_in / g.
+        int64 `[n_out / g, n_in / g]`, the pattern that repeats g times, for the greatest common
+        divisor g. The unit is g / n_out of an input pixel. The weights of an output pixel add up to
+        n_in / g.
     """
     common = math.gcd(n_in, n_out)
     n_in, n_out = n_in // common, n_out // common
@@ -183,11 +164,10 @@ def area_weights(n_in: int, n_out: int) -> np.ndarray:
 
 
 def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
-    """Resize by averaging over areas, like OpenCV's INTER_AREA.
+    """Resize uint8 `[..., h, w]` to `[..., *size]` by averaging areas, like OpenCV's INTER_AREA.
 
-    It maps uint8 `[..., h, w]` to uint8 `[..., *size]`. Means are exact and rounded to the nearest
-    integer, halves to the even one. Few rows are summed as slices of 16 bits. For 210 to 84 rows, a
-    matrix product takes three times as long.
+    Means are exact and rounded to the nearest integer, halves to the even one. Few rows are summed
+    as slices of 16 bits: for 210 to 84 rows, a matrix product takes three times as long.
     """
     if images.shape[-2:] == size:
         return images

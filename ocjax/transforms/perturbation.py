@@ -24,9 +24,9 @@ def perturb(
 ) -> Objects:
     """Move, drop, swap and invent objects at random, without changing `objects`, the truth.
 
-    Every slot of every state is drawn independently, in this order: objects swap slots, some
-    objects are dropped, empty slots receive invented objects, and objects from the truth are moved.
-    This is a pure function that works under `jit`, `vmap` and `scan`.
+    Every slot of every state is drawn independently: objects swap slots, some objects are dropped,
+    empty slots receive invented objects, and objects from the truth are moved. This is a pure
+    function that works under `jit`, `vmap` and `scan`.
 
         noisy = ocjax.perturb(key, envs.objects, jitter=2, drop=0.1)
 
@@ -41,9 +41,6 @@ def perturb(
             category.
         invent: probability that an empty slot receives an object, with a random box of 2 to 16
             pixels on the screen and the slot's colour.
-
-    Returns:
-        Objects of the same shape.
 
     Raises:
         TypeError: `objects` has another type, `jitter` is not an integer, or a probability is not a
@@ -103,8 +100,8 @@ def _swapped(key: jax.Array, objects: Objects, game: Declaration, swap: jax.Arra
     number = jax.random.uniform(order, objects.valid.shape)
     chosen = jax.random.uniform(pick, objects.valid.shape) < swap
     category = jnp.asarray(game.slot_category, jnp.int32)
-    # Both orders list the categories in sequence, first their chosen slots and then the others. The
-    # first order sorts the chosen slots by slot, the second at random.
+    # Both orders list the categories in sequence, first their chosen slots and then the others: in
+    # the first order by slot, in the second at random.
     group = jnp.broadcast_to(category, chosen.shape) * 2 + (~chosen).astype(jnp.int32)
     slots = jnp.broadcast_to(jnp.arange(game.num_slots, dtype=jnp.int32), chosen.shape)
     *_, to = jax.lax.sort((group, slots, slots), num_keys=2)

@@ -19,8 +19,7 @@ _POINTS = 16  # of the compass
 class Relations:
     """The relations of each of `N` objects to each of `M` objects. `...` is the batch shape.
 
-    Entry `[..., i, j]` describes object j as seen from object i. It is zero in every field unless
-    both slots are valid.
+    Entry `[..., i, j]` describes object j as seen from object i, or is zero unless both are valid.
     """
 
     # float32 [..., N, M, 2]: from the centre of i to the centre of j, right and down, in pixels
@@ -68,9 +67,7 @@ def _relations(objects: Objects, others: Objects) -> Relations:
 
 
 def relations(objects: Objects, others: Objects | None = None) -> Relations:
-    """Compute the relations between all pairs of objects.
-
-    This is a jit-compiled pure function that works under `vmap` and `scan`.
+    """Compute the relations between all pairs of objects; a pure function.
 
         # bool [..., 1, N]
         near = ocjax.relations(objects.of("Player"), objects).distance < 20

@@ -57,18 +57,7 @@ def segment(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
 
 
 def masks(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
-    """Return a mask of each object's pixels, as `segment` assigns them.
-
-    Args:
-        objects: see `segment`.
-        frames: see `segment`.
-
-    Returns:
-        bool `[..., slots, H, 160]`.
-
-    Raises:
-        TypeError, ValueError: see `segment`.
-    """
+    """Return a mask of each object's pixels, bool `[..., slots, H, 160]`; see `segment`."""
     owners = segment(objects, frames)
     slots = np.arange(objects.valid.shape[-1], dtype=np.int16)
     return owners[..., None, :, :] == slots.reshape(*(1,) * (owners.ndim - 2), -1, 1, 1)

@@ -1,13 +1,14 @@
 """Relate the objects of successive frames: merge flickering objects, and keep slots stable.
 
 Objects are matched greedily within a category: the pair with the nearest centres first, then the
-nearest remaining pair, and so on. Distances are compared as integers (squared, in half pixels), so
-ties are exact. Ties go to the lower slot in the first frame, then to the lower slot in the second.
+nearest remaining pair, and so on. Distances are compared as integers (squared, in half pixels).
+Ties go to the lower slot in the first frame, then in the second.
 """
 
 import dataclasses
 import functools
 import math
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
@@ -73,8 +74,8 @@ def _nearest(
 def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Match one category's slots greedily, one to one; batch shape `[B]`.
 
-    Greedy matching takes mutually nearest objects before any other pair of either. Therefore, each
-    round takes all such pairs, and one or two rounds are usually enough.
+    Mutually nearest objects match before any other pair of either, so each round takes all such
+    pairs.
 
     Returns:
         For each slot of `a` the matched slot of `b` or n, int32 `[B, n]`; and masks of the
@@ -91,7 +92,6 @@ def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Arr
         ]
 
     def mutual(one: jax.Array, other: jax.Array) -> jax.Array:
-        """True if each slot is the nearest of its nearest."""
         back = jnp.take_along_axis(
             other, lax.rem(one, jnp.full_like(one, n)), axis=1, mode="promise_in_bounds"
         )
@@ -121,17 +121,15 @@ def _deal(new: jax.Array, free: jax.Array, turn: jax.Array) -> jax.Array:
 
     Args:
         new: bool `[B, n]`, slots of the new objects, assigned in this order.
-        free: bool `[B, n]`, the free slots.
+        free: bool `[B, n]`.
         turn: int32 `[B, n]`, position of each free slot in the filling order.
 
     Returns:
         int32 `[B, n]`: each slot's new object, or n.
     """
     lanes, n = new.shape
-    lane, slots = (
-        jnp.arange(lanes, dtype=jnp.int32)[:, None],
-        jnp.broadcast_to(jnp.arange(n, dtype=jnp.int32)[None], new.shape),
-    )
+    lane = jnp.arange(lanes, dtype=jnp.int32)[:, None]
+    slots = jnp.broadcast_to(jnp.arange(n, dtype=jnp.int32)[None], new.shape)
     queue = (
         jnp.full(new.shape, n, jnp.int32)
         .at[lane, jnp.where(new, _rank(new), n)]
@@ -163,70 +161,55 @@ def _track_category(
     return current.take(jnp.where(first[:, None], jnp.arange(n, dtype=jnp.int32)[None], slots))
 
 
-def _runs(game: Declaration) -> list[tuple[slice, bool]]:
-    """Divide the slots into runs, each with a flag: its objects may change slots.
+def _by_runs(
+    game: Declaration,
+    first: Objects,
+    second: Objects,
+    move: Callable[[Objects, Objects], Objects],
+    stay: Callable[[Objects, Objects], Objects],
+) -> Objects:
+    """Combine the slots of two states, flattened to batch shape `[B]`, category by category.
 
-    Each category of `Blobs` with several slots is such a run. Other adjacent categories, with fixed
-    places or a single slot, form one run without the flag.
+    `move` combines a category whose objects may change slots: `Blobs` with several slots. `stay`
+    combines adjacent other categories at once.
     """
-    runs: list[tuple[slice, bool]] = []
-    for category, s in zip(game.categories, game.slices.values(), strict=True):
-        movable = not category.has_places and category.count > 1
-        if runs and not movable and not runs[-1][1]:
-            runs[-1] = (slice(runs[-1][0].start, s.stop), False)
-        else:
-            runs.append((s, movable))
-    return runs
+    batch = second.valid.shape[:-1]
 
+    def flat(objects: Objects) -> Objects:
+        shape = math.prod(batch), game.num_slots
+        return jax.tree.map(
+            lambda a: a.reshape(*shape, *a.shape[len(batch) + 1 :]),
+            dataclasses.replace(objects, game=None),
+        )
 
-def _cut(objects: Objects, s: slice) -> Objects:
-    return jax.tree.map(lambda a: a[:, s], objects)
-
-
-def _flat(objects: Objects) -> Objects:
-    """Reshape to one batch dimension, without the reference to the game."""
-    batch = objects.valid.shape[:-1]
-    objects = dataclasses.replace(objects, game=None)
-    return jax.tree.map(lambda a: a.reshape(math.prod(batch), *a.shape[len(batch) :]), objects)
-
-
-def _joined(parts: list[Objects], game: Declaration, batch: tuple[int, ...]) -> Objects:
-    """Concatenate runs of slots to all slots of a game, and restore the batch shape."""
-    whole = (
-        parts[0] if len(parts) == 1 else jax.tree.map(lambda *a: jnp.concatenate(a, axis=1), *parts)
-    )
-    return dataclasses.replace(
-        jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole), game=game
-    )
+    first, second = flat(first), flat(second)
+    parts = []
+    for s, moving in game.spans(lambda c: None if c.has_places or c.count == 1 else c.name):
+        a, b = (jax.tree.map(lambda field, s=s: field[:, s], state) for state in (first, second))
+        parts.append(move(a, b) if moving else stay(a, b))
+    whole = jax.tree.map(lambda *fields: jnp.concatenate(fields, axis=1), *parts)
+    whole = jax.tree.map(lambda a: a.reshape(*batch, *a.shape[1:]), whole)
+    return dataclasses.replace(whole, game=game)
 
 
 @functools.partial(jax.jit, static_argnums=0)
 def _merge(game: Declaration, limit: jax.Array, earlier: Objects, later: Objects) -> Objects:
-    def here(a: jax.Array, b: jax.Array, valid: jax.Array) -> jax.Array:
-        return jnp.where(valid.reshape(*valid.shape, *[1] * (b.ndim - 2)), b, a)
-
-    batch, parts = later.valid.shape[:-1], []
-    earlier, later = _flat(earlier), _flat(later)
-    for s, movable in _runs(game):
-        a, b = _cut(earlier, s), _cut(later, s)
-        parts.append(
-            _merge_category(a, b, limit)
-            if movable
-            else jax.tree.map(functools.partial(here, valid=b.valid), a, b)
+    def in_place(before: Objects, after: Objects) -> Objects:
+        return jax.tree.map(
+            lambda a, b: jnp.where(after.valid.reshape(*b.shape[:2], *[1] * (b.ndim - 2)), b, a),
+            before,
+            after,
         )
-    return _joined(parts, game, batch)
+
+    return _by_runs(game, earlier, later, functools.partial(_merge_category, limit=limit), in_place)
 
 
 @functools.partial(jax.jit, static_argnums=0)
 def _track(
     game: Declaration, limit: jax.Array, previous: Objects, current: Objects, is_first: jax.Array
 ) -> Objects:
-    batch, parts = current.valid.shape[:-1], []
-    previous, current, first = _flat(previous), _flat(current), is_first.reshape(-1)
-    for s, movable in _runs(game):
-        b = _cut(current, s)
-        parts.append(_track_category(_cut(previous, s), b, first, limit) if movable else b)
-    return _joined(parts, game, batch)
+    move = functools.partial(_track_category, first=is_first.reshape(-1), limit=limit)
+    return _by_runs(game, previous, current, move, lambda _, after: after)
 
 
 def _limit(radius: float) -> jax.Array:
@@ -240,8 +223,7 @@ def check_states(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
     """Check the fields' shapes against the game's slots, and return the game and batch shape.
 
     Raises:
-        ValueError: the objects are of different games, the shapes do not fit the game's slots, or
-            the batch shapes differ.
+        ValueError: the objects are of different games, or the shapes do not fit.
     """
     game, other = (whose(objects) for objects in states.values())
     if game is not other:
@@ -267,12 +249,7 @@ def check_states(**states: Objects) -> tuple[Declaration, tuple[int, ...]]:
 def first_states(
     is_first: jax.Array | np.ndarray | bool | None, batch: tuple[int, ...]
 ) -> jax.Array:
-    """Check the argument `is_first`, and return it as bool of the batch shape; by default False.
-
-    Raises:
-        ValueError: it has another shape.
-        TypeError: it is not bool.
-    """
+    """Check the argument `is_first`, and return it as bool of the batch shape; by default False."""
     first = jnp.zeros(batch, jnp.bool_) if is_first is None else jnp.asarray(is_first)
     if first.dtype != jnp.bool_:
         raise TypeError(f"is_first must be bool, got {first.dtype}")
@@ -287,21 +264,17 @@ def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS)
     """Merge VEM's objects of two successive emulated frames.
 
     The console draws some objects only every other frame. The result holds the later frame's
-    objects in their slots, and the earlier frame's objects without a counterpart in the later one.
-    A moved object does not count twice. Counterparts are matched one to one within a category,
-    nearest centres first. Added objects fill the category's free slots in order, and surplus
-    objects are dropped. In categories whose slots are places (`Category.has_places`: slot i is
-    region or cell i), each slot holds the later object or else the earlier one, at any distance.
+    objects in their slots, and the earlier frame's objects without a counterpart in the later one,
+    in the category's free slots; surplus objects are dropped. Counterparts are matched one to one
+    within a category, nearest centres first. In categories whose slots are places
+    (`Category.has_places`), each slot holds the later object or else the earlier one, at any
+    distance.
 
     This is a pure function that works under `jit`, `vmap` and `scan`.
 
     Args:
         earlier, later: results of `game.vem` on two successive emulated frames, of any batch shape.
         radius: largest distance between the centres of counterparts in pixels; a Python number.
-
-    Returns:
-        Objects of the same batch shape. Added objects keep their positions and colours from the
-        earlier frame.
 
     Raises:
         ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius
@@ -321,26 +294,22 @@ def track(
 
     Objects are matched one to one within a category, nearest centres first. A new object gets the
     first slot that was empty before, or else the first slot whose object is gone. In categories
-    whose slots are places (`Category.has_places`: slot i is region or cell i), objects stay in
-    their slots. No object is added, lost or changed.
+    whose slots are places (`Category.has_places`), objects stay in their slots. No object is added,
+    lost or changed.
 
     This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's
     `previous`:
 
         tracked = ocjax.track(tracked, game.vem(frame))
 
-    Only the previous objects are remembered. An object that is missed once loses its identity and
-    may return in another slot. For flickering objects, track the result of `merge_frames` on the
-    last two emulated frames.
+    An object that is missed once loses its identity. For flickering objects, track the result of
+    `merge_frames` on the last two emulated frames.
 
     Args:
         previous, current: objects of two successive states, of any batch shape.
         radius: largest movement of an object's centre, in pixels; a Python number.
-        is_first: bool `[...]`, of the batch shape: whether the state begins an episode. If so,
-            `current` is returned unchanged.
-
-    Returns:
-        Objects of the same batch shape.
+        is_first: bool of the batch shape: whether the state begins an episode. If so, `current` is
+            returned unchanged.
 
     Raises:
         ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius

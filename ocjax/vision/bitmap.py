@@ -1,8 +1,7 @@
 """Masks as bitmaps: 32 pixels per word, batch innermost.
 
-A bitmap is uint32 `[words, rows, B]`. Each word holds 32 columns, from left to right; the leftmost
-pixel is the most significant bit. An addition carries to the left along a row, a shift of words
-moves pixels, and all operations vectorise over the batch.
+A bitmap is uint32 `[words, rows, B]`. Each word holds 32 columns; the leftmost pixel is the most
+significant bit.
 """
 
 import functools
@@ -19,18 +18,16 @@ from ocjax.console.boxes import WIDTH, Area
 
 U = jnp.uint32
 ALL = np.array(0xFFFFFFFF, np.uint32)
-# Rows per reduction. XLA splits a longer reduction into three kernels and a copy of its operand. It
-# does not fuse that copy with the operand's computation. Row `short reductions` of
-# benchmarks/tricks.py.
+# Rows per reduction. XLA splits a longer one into three kernels and a copy of its operand. Row
+# `short reductions` of benchmarks/tricks.py.
 MAX_REDUCED_ROWS = 32
 Bitmap = jax.Array
 
 
 def planes(frames: jax.Array) -> jax.Array:
-    """Split the upper seven bits of palette indices into bitmaps, lowest bit first.
+    """Split palette indices into bitmaps, lowest bit first.
 
-    The lowest bit is ignored: an odd palette index shows the same colour as the even index below
-    it.
+    The lowest bit of an index is dropped: an odd index shows the colour of the even one below it.
 
     Args:
         frames: uint8 `[B, H, 160]`.
@@ -61,13 +58,9 @@ def planes(frames: jax.Array) -> jax.Array:
 def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
     """Select the pixels that have one of the colours, as a bitmap `[5, H, B]`.
 
-    The mask follows the decision diagram of the colour set over the bits of a colour: 0.1 to 0.5 us
-    per frame. (Comparing four pixels at a time took 0.3 us per colour, and 24 us instead of 2 us
-    for the 18 colours of Berzerk's sets.)
-
-    Args:
-        planes: as returned by `planes`.
-        colors: palette indices.
+    The mask follows the decision diagram of the colours over the bits of `planes`: 0.1 to 0.5 us
+    per frame. (Comparing four pixels at a time took 24 us instead of 2 us for the 18 colours of
+    Berzerk.)
     """
 
     @functools.cache
@@ -99,9 +92,9 @@ def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
     """Select the pixels of a colour that differs between frames, as a bitmap `[5, H, B]`.
 
     Args:
-        planes: as returned by `planes`.
-        bits: the bits of each frame's colour, lowest bit first, uint32 `[8, B]`; a word is all ones
-            or zero. An odd index means a colour that no pixel has.
+        planes: see `planes`.
+        bits: the bits of each frame's colour, lowest first, uint32 `[8, B]`; a word is all ones or
+            zero. An odd index means a colour that no pixel has.
     """
     mask = jnp.broadcast_to(~bits[0], planes.shape[1:])
     for plane, bit in zip(planes, bits[1:, None, None], strict=True):
@@ -111,16 +104,12 @@ def shade_mask(planes: jax.Array, bits: jax.Array) -> Bitmap:
 
 def shift_left(bitmap: Bitmap, n: int) -> Bitmap:
     """Shift every pixel n columns to the left (n < 32)."""
-    if n == 0:
-        return bitmap
-    return (bitmap << n) | _pad(bitmap[1:] >> (32 - n), (0, 1))
+    return (bitmap << n) | _pad(bitmap[1:] >> (32 - n), (0, 1)) if n else bitmap
 
 
 def shift_right(bitmap: Bitmap, n: int) -> Bitmap:
     """Shift every pixel n columns to the right (n < 32)."""
-    if n == 0:
-        return bitmap
-    return (bitmap >> n) | _pad(bitmap[:-1] << (32 - n), (1, 0))
+    return (bitmap >> n) | _pad(bitmap[:-1] << (32 - n), (1, 0)) if n else bitmap
 
 
 def _pad(words: jax.Array, by: tuple[int, int]) -> jax.Array:
@@ -157,8 +146,8 @@ def boxes(
 ) -> Bitmap:
     """Fill boxes, each int32 `[count, B]`, in a bitmap `[5, height, B]`.
 
-    The columns of each box are materialized. If XLA computes them for each row, Road Runner takes
-    38 us per frame instead of 27.
+    The columns of each box are materialized: Road Runner otherwise takes 38 us per frame instead of
+    27.
     """
 
     def spans(x: jax.Array, w: jax.Array, valid: jax.Array) -> jax.Array:
@@ -200,15 +189,13 @@ def rows_at(bitmap: Bitmap, row: jax.Array) -> jax.Array:
 
 
 def gather_rows(bitmap: Bitmap, left: np.ndarray, rows: np.ndarray, n_words: int) -> jax.Array:
-    """Gather pieces of a bitmap at constant positions, left-aligned in their first word.
+    """Gather pieces of a bitmap at constant positions, uint32 `[k, n_words, n, B]`.
 
     Args:
         bitmap: `[words, height, B]`.
-        left: first column of each of `n` pieces, int `[n]`.
+        left: first column of each of `n` pieces, int `[n]`; it becomes the first bit of their
+            words.
         rows: rows of each piece, int `[k, n]` or `[k, 1]`.
-
-    Returns:
-        uint32 `[k, n_words, n, B]`.
     """
     word = (left >> 5)[None, :] + np.arange(n_words + 1)[:, None]
     padding = max(int(word.max()) + 1 - len(bitmap), 0)
@@ -222,7 +209,7 @@ def windows(bitmap: Bitmap, margin: int) -> jax.Array:
     """Split a bitmap into overlapping words, uint32 `[n, rows, B]`.
 
     Each word holds `32 - 2 * margin` inner columns between `margin` columns of its neighbours
-    (margin < 16). Pixels can therefore move `margin` columns without access to another word.
+    (margin < 16), so pixels can move `margin` columns within a word.
     """
     padded = _pad(bitmap, (1, 1))
     first, end = 32 - margin, 32 * (len(bitmap) + 1) - margin
@@ -270,8 +257,7 @@ def _over_columns(
 ) -> Bitmap:
     """Apply `over` along columns, with each word and its neighbour.
 
-    The neighbour is shifted along instead of read again: XLA stores a bitmap for each step that
-    reads the neighbour.
+    The neighbour is shifted along: XLA stores a bitmap for each step that reads it again.
     """
     beside = _pad(bitmap[1:], (0, 1)) if to_left else _pad(bitmap[:-1], (1, 0))
     toward, away = (
@@ -349,11 +335,9 @@ def fill_rows(
 ) -> tuple[jax.Array, ...]:
     """Fill the horizontal runs of `mask` that hold a pixel of `touched`, a part of the mask.
 
-    Runs are filled at least `reach` pixels to both sides.
-
-    Within a word, an addition carries to the left and doubling steps fill to the right. Filled runs
-    then continue from word to word. (Doubling steps across two words took 25 times as long: the
-    compiler repeats the common part of two words for each use.)
+    Runs are filled at least `reach` pixels to both sides. Within a word, an addition carries to the
+    left and doubling steps fill to the right; filled runs then continue from word to word.
+    (Doubling steps across two words took 25 times as long.)
     """
     filled = [fill_words(m, t, reach) for m, t in zip(mask, touched, strict=True)]
     # To the right: a run at the top of the word, all ones down to its first zero.
@@ -411,7 +395,8 @@ def columns(words: jax.Array, width: int = 32) -> tuple[jax.Array, jax.Array]:
     """
     start = width * np.arange(len(words), dtype=np.int32).reshape(-1, *([1] * (words.ndim - 1)))
     first = jnp.where(words != 0, start + lax.clz(words).astype(jnp.int32), width * len(words))
-    last = jnp.where(words != 0, start + 31 - _trailing(words), -1)
+    zeros_below = popcount(~words & (words - 1))
+    last = jnp.where(words != 0, start + 31 - zeros_below, -1)
     return jnp.min(first, axis=0), jnp.max(last, axis=0)
 
 
@@ -435,17 +420,9 @@ def or_rows(bitmap: jax.Array) -> jax.Array:
 
 
 def _blocks(x: jax.Array, axis: int) -> jax.Array:
-    """Split an axis into equal, zero-padded blocks of at most `MAX_REDUCED_ROWS` rows.
-
-    The shape changes from `[n, ...]` to `[blocks, size, ...]`.
-    """
+    """Split an axis into equal, zero-padded blocks of at most `MAX_REDUCED_ROWS` rows."""
     n = x.shape[axis]
     count = -(-n // MAX_REDUCED_ROWS)
     size = -(-n // count)
     padded = jnp.pad(x, [(0, (count * size - n) * (i == axis)) for i in range(x.ndim)])
     return padded.reshape(*x.shape[:axis], count, size, *x.shape[axis + 1 :])
-
-
-def _trailing(w: jax.Array) -> jax.Array:
-    """Count the zero bits below the lowest set bit, int32."""
-    return popcount(~w & (w - 1))

@@ -13,9 +13,8 @@ from ocjax.vision.detected import Detected
 from ocjax.vision.rules import Blobs
 from ocjax.vision.scene import Scene
 
-# Ratio. Two boards are used if one board fills at least this many times as many words, with
-# equally many candidates in each search. Evidence: `_boards`, and row `two boards` of
-# benchmarks/tricks.py.
+# Ratio. Two boards are used if one board fills at least this many times as many words, with equally
+# many candidates in each search. Row `two boards` of benchmarks/tricks.py.
 MIN_RATIO_OF_ONE_BOARD = 1.9
 
 
@@ -51,9 +50,7 @@ def _boards(searches: Sequence[Search]) -> list[list[int]]:
     """Group the searches by board: all on one board, or small and large ones on two.
 
     All windows of a board have the width of the widest and the height of the highest one. A second
-    board takes 0.6 s more to compile, but Private Eye takes 27 us per frame instead of 41, James
-    Bond 21 instead of 42, and Demon Attack 31 instead of 40. If windows differ less, a game gains
-    nothing.
+    board takes 0.6 s more to compile, but Private Eye takes 27 us per frame instead of 41.
     """
     reaches = [search.reach for search in searches]
     widths, heights = (sorted(set(side)) for side in zip(*reaches, strict=True))
@@ -71,9 +68,8 @@ def _boards(searches: Sequence[Search]) -> list[list[int]]:
     apart = min(
         (split(w, h) for w in widths for h in heights), key=lambda boards: sum(map(words, boards))
     )
-    return (
-        apart if words(together) >= MIN_RATIO_OF_ONE_BOARD * sum(map(words, apart)) else [together]
-    )
+    ratio = words(together) / sum(map(words, apart))
+    return apart if ratio >= MIN_RATIO_OF_ONE_BOARD else [together]
 
 
 def _search(rule: Blobs, count: int, region: Area) -> Search:

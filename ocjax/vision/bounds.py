@@ -19,8 +19,8 @@ from ocjax.vision.unknown import UNKNOWN_VALUE
 
 # Rows per strip; at most 32, one bit each in `_marks`. Rows `strips` of benchmarks/tricks.py.
 STRIP_ROWS = 8
-# Rows. Higher regions are sliced one by one, which is faster than gathering them together.
-# Row `gathered regions` of benchmarks/tricks.py.
+# Rows. Higher regions are sliced one by one instead of gathered. Row `gathered regions` of
+# benchmarks/tricks.py.
 MAX_GATHERED_ROWS = 40
 MIN_GATHERED_REGIONS = 3  # of one mask; fewer are sliced one by one
 
@@ -29,8 +29,7 @@ def detect_bounds(rules: Sequence[Bounds], masks: Sequence[Sequence[Bitmap]]) ->
     """Find the boxes of several rules' regions together.
 
     Args:
-        masks: for each rule its selected pixels, one bitmap `[5, H, B]` per region of all its
-            `parts`.
+        masks: for each rule its selected pixels, one bitmap `[5, H, B]` per region of its `parts`.
     """
     if not rules:
         return []
@@ -68,7 +67,6 @@ def _of_size(parts: Sequence[Bounds], w: jax.Array, h: jax.Array) -> jax.Array:
 
 
 def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Reading]) -> Detected:
-    """Return the objects of one rule (the first entry of `found`) with their values."""
     objects = found[0]
     if isinstance(rule.value, Gauge):
         length = getattr(found[-1], rule.value.side)
@@ -87,8 +85,8 @@ def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Read
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Find the tight boxes of the pixels of masks inside regions.
 
-    The rows of all regions are stacked in strips, so that a few kernels process all regions. Each
-    region fills an integer number of strips.
+    A few kernels process the rows of all regions, stacked in strips. Each region fills an integer
+    number of strips.
 
     Returns:
         x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`. Without pixels,

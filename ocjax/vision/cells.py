@@ -23,32 +23,34 @@ def cell_pixels(rule: Cells, mask: Bitmap) -> Bitmap:
     return bm.any_within(full & jnp.asarray(corners), rule.w, rule.h)
 
 
-def detect_cells(rule: Cells, mask: Bitmap, anchor: Bitmap | None = None) -> Detected:
+def detect_cells(rule: Cells, mask: Bitmap, moving: Bitmap) -> Detected:
     """Find the objects of a rule in a mask `[5, H, B]`.
 
-    `anchor` is the mask of the rule's anchor, if the rule has one.
+    `moving` are the pixels that give the position of a floating grid.
     """
-    if not rule.floats:
+    if rule.floats is None:
         return _detect(rule, mask)
-    place = functools.partial(_to_own_place, rule)
-    moved, down = kernels.materialize(place, mask, mask if anchor is None else anchor)
+    place = functools.partial(_to_own_place, rule, rule.floats[1])
+    moved, down = kernels.materialize(place, mask, moving)
     found = _detect(rule, moved)
     return Detected(boxes(found.x, found.y + down[None], found.w, found.h, found.valid))
 
 
-def _to_own_place(rule: Cells, mask: Bitmap, anchor: Bitmap) -> tuple[Bitmap, jax.Array]:
+def _to_own_place(
+    rule: Cells, usual: int, mask: Bitmap, moving: Bitmap
+) -> tuple[Bitmap, jax.Array]:
     """Move the pixels of a floating grid up to the grid's usual rows.
 
-    The last row with anchor pixels marks the position of the grid. Rows are gathered directly:
-    shifting whole bitmaps by each bit of the distance takes Phoenix 3 us per frame more.
+    Rows are gathered: shifting bitmaps by each bit of the distance takes Phoenix 3 us per frame
+    more.
 
     Returns:
         The moved pixels in the cells' rows and columns, and the distance in rows, int32 `[B]`.
     """
-    height, usual = mask.shape[1], rule.bottom if rule.anchor is None else rule.anchor[1]
+    height = mask.shape[1]
     columns = jnp.asarray(bm.areas(1, ((x, 0, x + rule.w, 1) for x in rule.x)))
     row = jnp.arange(1, height + 1, dtype=jnp.int32)[:, None]
-    down = jnp.max(jnp.where(bm.any_of(anchor & columns) != 0, row, 0), axis=0) - usual
+    down = jnp.max(jnp.where(bm.any_of(moving & columns) != 0, row, 0), axis=0) - usual
     top = max(min(rule.y) - rule.margin[1], 0)
     shown = jnp.arange(top, rule.bottom, dtype=jnp.int32)[:, None] + down[None]
     there = (shown >= 0) & (shown < height)
@@ -96,7 +98,6 @@ def _columns(words: int, start: int, stop: int) -> jax.Array:
 
 
 def _whole(rule: Cells, cells: jax.Array, inner: jax.Array, clear: jax.Array) -> Detected:
-    """Return the cells that are completely set."""
     every = lax.reduce(cells, U(0xFFFFFFFF), lax.bitwise_and, (0,))
     valid = clear & jnp.all((every & inner) == inner, axis=0)
     x, y = (np.array(v)[:, None] for v in (rule.x, rule.y))

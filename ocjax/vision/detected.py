@@ -12,10 +12,8 @@ OWN_COLOR = -1  # instead of a palette index: the category's colour
 class Detected(NamedTuple):
     """Objects of one category or one mask, one entry per slot, batch last.
 
-    VEM builds `Objects` from these.
-
-    A box is one word to keep compilation fast. Compile time grows by about 14 ms per kernel, and
-    separate arrays for the sides and the validity of boxes add 43 kernels to Krull's VEM.
+    A box is one word: separate arrays would add 43 kernels of about 14 ms compile time to Krull's
+    VEM.
     """
 
     # uint32 [count, B]: x, y, w and h, one byte each, x lowest; 0 without an object

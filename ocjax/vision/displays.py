@@ -48,17 +48,19 @@ class NumberDisplay:
         """Return the tight box around a number.
 
         Args:
-            shown: the number on the screen, int32, not negative. It is the box's value, unless
-                `fields` sets another one.
+            shown: the number on the screen, int32, not negative; also the value, unless `fields`
+                sets one.
             fields: `valid`, `value` and `color` of the box.
         """
-        place = {
-            "right": self.right,
-            "top": self.top,
-            "digits": self.digits,
-            "leading_zeros": self.leading_zeros,
-        }
-        return score_box(self.font, shown, **place, **{"value": shown, **fields})
+        return score_box(
+            self.font,
+            shown,
+            right=self.right,
+            top=self.top,
+            digits=self.digits,
+            leading_zeros=self.leading_zeros,
+            **{"value": shown, **fields},
+        )
 
     def rule(
         self,
@@ -73,7 +75,7 @@ class NumberDisplay:
         Args:
             colors: of the digits.
             region: area to search; by default the cells.
-            filters: applied in order to the pixels, before the digits are read.
+            filters: applied to the pixels before the digits are read.
             options: of `Digits`.
         """
         digits = Digits(self.font, self.lefts, self.top, **options)
@@ -146,29 +148,17 @@ class Icons:
         return tuple(self.left + self.pitch * i for i in range(self.count))
 
     def box(self, shown: Number, **fields: Any) -> Box:
-        """Return the boxes of the first icons.
-
-        Args:
-            shown: number of icons on the screen.
-            fields: `value` and `color` of the boxes.
-        """
+        """Return the boxes of the first `shown` icons; `fields` are `value` and `color`."""
         return self.boxes(np.arange(self.count) < shown, **fields)
 
     def boxes(self, there: Number, **fields: Any) -> Box:
-        """Return the boxes of some icons.
-
-        Args:
-            there: whether each icon is on the screen.
-            fields: `value` and `color` of the boxes.
-        """
+        """Return the boxes of the icons that are there; `fields` are `value` and `color`."""
         return box(np.array(self.lefts), self.top, *self.size, there, **fields)
 
     def rule(self, colors: Colors, **options: Any) -> Cells:
         """Return the rule with which VEM finds the icons.
 
-        Args:
-            colors: of the icons.
-            options: of `Cells`; by default an icon is there if any of its pixels has the colours.
+        `options` are those of `Cells`; by default any pixel of an icon with the colours is enough.
         """
         tops = (self.top,) * self.count
         return Cells(colors, self.lefts, tops, *self.size, **{"whole": False, **options})

@@ -13,11 +13,7 @@ Picture = tuple[int, ...]
 
 
 def picture(ink: np.ndarray) -> Picture:
-    """Make a picture from its pixels on the screen, 0 or 1 `[rows, width]`.
-
-    Raises:
-        ValueError: the picture is wider than 16 pixels.
-    """
+    """Make a picture from its pixels, 0 or 1 `[rows, width]`; ValueError beyond 16 columns."""
     if ink.ndim != 2 or ink.shape[1] > PICTURE_WIDTH:
         raise ValueError(
             f"a picture is [rows, width] of at most {PICTURE_WIDTH} columns, got shape {ink.shape}"
@@ -33,7 +29,7 @@ def largest(pictures: Sequence[Picture]) -> tuple[int, int]:
 
 
 def check_pictures(
-    pictures: Sequence[Picture], sizes: Sequence[tuple[int, int] | None], gap: tuple[int, int]
+    pictures: Sequence[Picture], sizes: Sequence[tuple[int, int]], gap: tuple[int, int]
 ) -> None:
     """Check the pictures of a rule, given the largest sizes of its shapes and its `gap`."""
     for rows in pictures:
@@ -47,12 +43,9 @@ def check_pictures(
                 f"the last one, got {rows}"
             )
     if pictures and (
-        gap != (0, 0)
-        or not any(
-            size is not None and np.all(np.less_equal(largest(pictures), size)) for size in sizes
-        )
+        gap != (0, 0) or not any(np.all(np.less_equal(largest(pictures), size)) for size in sizes)
     ):
         raise ValueError(
-            f"pictures need no gap, and a shape that is limited to {largest(pictures)} or more, "
+            f"pictures need no gap, and a shape of up to {largest(pictures)} or more, "
             f"got {gap} and {list(sizes)}"
         )

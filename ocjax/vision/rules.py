@@ -1,12 +1,11 @@
 """Rules with which VEM finds the objects of a category and reads their values.
 
-Colours are ALE palette indices (0-255), one or several. Rules with several regions accept separate
-colours for each region.
+Colours are ALE palette indices, one or several.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -17,7 +16,7 @@ from ocjax.console.fonts import Digits
 from ocjax.vision.colors import Colors, color_set
 from ocjax.vision.filters import Filter
 from ocjax.vision.pictures import Picture, check_pictures
-from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, limits
+from ocjax.vision.shapes import ANY_SHAPE, Shape, Span, check_number, limits
 from ocjax.vision.steps import Step
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
@@ -35,12 +34,10 @@ class Gauge:
         start: length in pixels at the value `base`.
         base: value at that length.
         side: the number of the box that is the length: "x", "y", "w" or "h".
-        full: length of a full display that may hide larger values. The value at this length is
-            unknown.
+        full: length of a full display that may hide larger values: the value is then unknown.
         worth: value of one step.
-        of: a rule for a single box, which is measured instead of the object's own box: for example
-            the filling of a bar, or a row of icons that are separate objects. The length is 0 if
-            this rule finds nothing.
+        of: a rule for a single box that is measured instead of the object's own, such as the
+            filling of a bar. The length is 0 if this rule finds nothing.
     """
 
     unit: int
@@ -71,7 +68,7 @@ class ByColor:
     values: tuple[tuple[int, int], ...]
 
     def __call__(self, color: jax.Array, _: jax.Array) -> jax.Array:
-        """Return the values of colours, int32 `[count, B]`."""
+        """Return values, int32 `[count, B]`."""
         out = jnp.full_like(color, UNKNOWN_VALUE)
         for own, value in self.values:
             out = jnp.where(color == own, value, out)
@@ -87,9 +84,8 @@ class Bounds:
     Args:
         colors: for all regions, or a tuple with one entry per region.
         regions: one region, or several.
-        min_size: minimum (width, height) of an object, or one for each region; smaller boxes are
-            invalid.
-        max_size: maximum (width, height) of an object; larger boxes are invalid. None: no maximum.
+        min_size: minimum (width, height) of a valid object, or one for each region.
+        max_size: maximum (width, height); None: no maximum.
         value: how to read the value: a `Gauge`, or `Digits` (one for each region if the rule has
             several). None: the value is 0.
         inverse: whether `colors` are the background's, and all other pixels are selected.
@@ -97,7 +93,7 @@ class Bounds:
         ignore: areas of the screen to ignore.
         exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes are
             ignored.
-        then: steps after the boxes are found (`ocjax.vision.steps`), such as `SideBySide`.
+        then: steps after the boxes are found (`ocjax.vision.steps`).
     """
 
     colors: Colors | tuple[Colors, ...]
@@ -133,22 +129,15 @@ class Bounds:
     @property
     def digits(self) -> tuple[Digits, ...]:
         """The digits of each region; empty without digits."""
-        return (
-            self.value
-            if isinstance(self.value, tuple)
-            else (self.value,)
-            if isinstance(self.value, Digits)
-            else ()
-        )
+        if isinstance(self.value, tuple):
+            return self.value
+        return (self.value,) if isinstance(self.value, Digits) else ()
 
     @property
     def parts(self) -> "tuple[Bounds, ...]":
         """This rule, and the rule that its gauge measures."""
-        return (
-            (self, self.value.of)
-            if isinstance(self.value, Gauge) and self.value.of is not None
-            else (self,)
-        )
+        measured = self.value.of if isinstance(self.value, Gauge) else None
+        return (self,) if measured is None else (self, measured)
 
     @property
     def slots(self) -> tuple[tuple[Area, tuple[int, ...]], ...]:
@@ -177,21 +166,18 @@ class Bounds:
     def check(self, rules: "Mapping[str, Rule]") -> None:
         """Check the names of other categories, given all rules; raises ValueError."""
         for name in self.exclude:
-            other = rules.get(name)
-            if not isinstance(other, Blobs) and not _is_whole_cells(other):
+            if not isinstance(rules.get(name), Blobs) and not _is_whole_cells(rules.get(name)):
                 raise ValueError(f"exclude: {name!r} is not a category of Blobs or whole Cells")
 
 
 @dataclass(frozen=True)
 class Blobs:
-    """Connected components of the pixels that have the colours, in raster order.
-
-    Components are ordered by their first pixels.
+    """Connected components of the pixels with the colours, in raster order of their first pixels.
 
     Args:
         colors: palette indices; pixels of different colours of the rule connect.
         region: area of the screen to search; pixels outside are ignored.
-        shapes: one or several shapes of objects. The first shape that fits a component applies; a
+        shapes: possible shapes of objects. The first shape that fits a component applies; a
             component that fits none is dropped.
         connectivity: 8 (pixels that touch at a corner connect) or 4.
         gap: parts at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
@@ -201,8 +187,8 @@ class Blobs:
             The picture and the remaining pixels get tight boxes. If no picture fits, `Shape.split`
             applies. Pictures need a shape that is limited to 16 columns and their height, or more,
             and no `gap`.
-        first: colours that the object's first pixel (in raster order) must have. This separates
-            objects that share some of their colours.
+        first: colours that the object's first pixel must have, to separate objects that share
+            colours.
         filters: applied in order to the pixels (`ocjax.vision.filters`).
         ignore: areas of the screen to ignore.
         exclude: categories of whole `Cells`; pixels of their objects are ignored.
@@ -240,9 +226,7 @@ class Blobs:
     @property
     def palette(self) -> tuple[int, ...]:
         """All colours of `rules`."""
-        return tuple(
-            dict.fromkeys(color for rule in self.rules for color in color_set(rule.colors))
-        )
+        return tuple(dict.fromkeys(color for rule in self.rules for color in rule.own_palette))
 
     @property
     def own_palette(self) -> tuple[int, ...]:
@@ -254,10 +238,7 @@ class Blobs:
         """Colours that the first pixel must have; empty: any."""
         return () if self.first is None else color_set(self.first)
 
-    @property
-    def slot_count(self) -> None:
-        """None: any number of slots."""
-        return None
+    slot_count: ClassVar[None] = None  # any number of slots
 
     @property
     def bottom(self) -> int:
@@ -272,18 +253,12 @@ class Blobs:
             raise ValueError(f"connectivity must be 4 or 8, got {self.connectivity}")
         if self.gap != (0, 0) and self.connectivity == 4:
             raise ValueError("gap needs connectivity 8")
-        if not all(0 <= g < 32 for g in self.gap):
-            raise ValueError(f"gap must be (dx, dy) of 0 to 31 pixels, got {self.gap}")
+        for side in self.gap:
+            check_number("gap", side, 0, 31)
         if not set(self.first_colors) <= set(self.palette):
             raise ValueError(f"first must be among the colors {self.palette}, got {self.first}")
         if not self.all_shapes:
             raise ValueError("shapes must hold at least one shape")
-        for shape in self.all_shapes if self.gap == (0, 0) else ():
-            most = None if shape.pixels is None else limits(shape.pixels)[1]
-            if most is not None and shape.most_pixels is not None and most > shape.most_pixels:
-                raise ValueError(
-                    f"pixels must be at most {shape.most_pixels}, the size of the box, in {shape}"
-                )
         check_pictures(self.pictures, [shape.max_size for shape in self.all_shapes], self.gap)
         if any(rule.also or rule.then for rule in self.also):
             raise ValueError("a rule in also must have no also and no steps")
@@ -303,8 +278,6 @@ class Blobs:
 class Cells:
     """Objects on a fixed grid, one slot per cell.
 
-    An object is present if all (or any) of its cell's pixels have the colours.
-
     Args:
         colors: palette indices.
         x, y: left and top of each cell, one entry per slot.
@@ -315,12 +288,10 @@ class Cells:
             colours. This separates a pellet from a wall.
         exclude: categories of `Blobs`; pixels inside their objects' boxes are ignored, except by
             rules that exclude these cells.
-        floats: whether the whole grid moves up and down. The last row with matching pixels in the
-            cells' columns is then the last row of the grid. Slots have no fixed positions, because
-            the last cells may be gone.
-        anchor: for a grid that floats together with an object that keeps its shape: the object's
-            colours, and the row below its last pixel in the cells' columns while the grid is at its
-            own position. The object then gives the grid's position.
+        floats: for a grid that moves up and down as a whole: the colours of the grid or of an
+            object that moves with it, and the row below their last pixel in the cells' columns
+            while the grid is at its own position. Slots have no fixed positions, because the last
+            cells may be gone.
     """
 
     colors: Colors
@@ -331,8 +302,7 @@ class Cells:
     whole: bool = True
     margin: tuple[int, int] = (0, 0)
     exclude: tuple[str, ...] = ()
-    floats: bool = False
-    anchor: tuple[Colors, int] | None = None
+    floats: tuple[Colors, int] | None = None
 
     @property
     def palette(self) -> tuple[int, ...]:
@@ -363,13 +333,8 @@ class Cells:
             and self.h > 0
         ):
             raise ValueError("every cell must lie on the screen")
-        if self.anchor is not None:
-            if not self.floats or self.anchor[1] < 0:
-                raise ValueError(
-                    "an anchor needs a grid that floats, and a row of at least 0, got "
-                    f"{self.anchor}"
-                )
-            color_set(self.anchor[0])
+        if self.floats is not None:
+            color_set(self.floats[0])
 
     def check(self, rules: "Mapping[str, Rule]") -> None:
         """Check the names of other categories, given all rules; raises ValueError."""
@@ -382,13 +347,11 @@ class Cells:
 class Run:
     """A wall or floor of known height, found by a run of pixels in one row of the screen.
 
-    Each range is a number, or (minimum, maximum).
-
     Args:
         colors: palette indices; pixels of different colours form one run.
         row: row of the screen.
-        left: first column of the run.
-        width: width of the run in pixels.
+        left: first column of the run: a number, or (minimum, maximum).
+        width: width of the run in pixels, given in the same way.
         height: rows of the object's box from `row` down.
         before, above, after: columns on the left, rows above and columns on the right that the box
             has in addition, for objects of known shape that the row crosses at their tip.
@@ -435,15 +398,14 @@ class Runs:
     """Walls and floors of known height, found by horizontal runs of pixels in one row each.
 
     A run of pixels belongs to the first `Run` with its row and colours that allows its position and
-    width. Each row has `most` slots, from the left, unless a step such as `Packed` moves the
-    objects.
+    width. Each row has `most` slots, from the left, unless a step moves the objects.
 
     Args:
         runs: from the top row down.
         most: maximum number of runs of pixels in each row.
         gap: pieces at most this many blank pixels apart are one run, such as a floor behind a
             sprite.
-        columns: left and right edge of the searched columns; pixels outside are ignored.
+        columns: left and right edge of the searched columns.
         then: steps after the boxes are found (`ocjax.vision.steps`).
     """
 
@@ -484,8 +446,7 @@ class Runs:
                 f"at least one run is needed, and most must be at least 1, got {len(self.runs)} "
                 f"and {self.most}"
             )
-        if not 0 <= self.gap < 32:
-            raise ValueError(f"gap must be 0 to 31 pixels, got {self.gap}")
+        check_number("gap", self.gap, 0, 31)
         check_area((self.columns[0], 0, self.columns[1], 1))
 
     def check(self, rules: "Mapping[str, Rule]") -> None:
@@ -500,5 +461,4 @@ def _keep_slots(steps: tuple[Step, ...]) -> bool:
 
 
 def _is_whole_cells(rule: Rule | None) -> bool:
-    """Return whether a rule has whole cells on a grid that does not move."""
     return isinstance(rule, Cells) and rule.whole and not rule.floats

@@ -41,7 +41,6 @@ def detect_runs(rules: Sequence[Runs], masks: Sequence[Sequence[Bitmap]]) -> lis
 
 
 def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
-    """Select a rule's rows, between its columns and with its gaps bridged."""
     parts = []
     for _, neighbours in itertools.groupby(
         zip(rule.rows, masks, strict=True), key=lambda row: id(row[1])
@@ -54,10 +53,7 @@ def _rows(rule: Runs, masks: Sequence[Bitmap]) -> Bitmap:
 
 
 def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
-    """Remove the first run of each row; also return its start and end, int32 `[n, B]`.
-
-    Rows are `[words, n, B]`.
-    """
+    """Remove the first run of each row `[words, n, B]`; also return its start and end, int32."""
     first = bm.columns(words)[0]
     end = bm.columns(bm.from_column(~words, first))[0]
     return bm.from_column(words, end), (first, end)
@@ -66,7 +62,7 @@ def _next_run(words: jax.Array, _: None) -> tuple[jax.Array, tuple[jax.Array, ja
 class _Region(NamedTuple):
     """A region of each row, int32 `[rows, 1, 1]` each.
 
-    In a row without further regions, no width is accepted.
+    `NO_REGION`, in a row without further regions, accepts no width.
     """
 
     left: np.ndarray  # minimum first column of a run

@@ -1,6 +1,6 @@
 """`Scene`: a batch of frames, with the colour masks and objects found so far.
 
-Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, rows, B]`, batch last.
+Masks are bitmaps (`ocjax.vision.bitmap`): uint32 `[5, rows, B]`.
 """
 
 import functools
@@ -18,23 +18,21 @@ from ocjax.console.ops import pick
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.cells import cell_pixels
-from ocjax.vision.colors import color_set
 from ocjax.vision.detected import Detected
-from ocjax.vision.filters import Lines, Searched
+from ocjax.vision.filters import Searched
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs
 from ocjax.vision.shades import Shades, level_of
 from ocjax.vision.steps import Context, Step
 
-# Regions. If at most this many regions have the same colours, each computes its own rows of the
-# mask. Row `unshared masks` of benchmarks/tricks.py.
+# Regions. If at most this many have the same colours, each computes its own rows of the mask. Row
+# `unshared masks` of benchmarks/tricks.py.
 MAX_UNSHARED_REGIONS = 2
-# Boxes for which the pixels inside are materialized. Road Runner, with 13 boxes, then takes 24 us
-# per frame instead of 30; games with fewer boxes take longer. Row `pixels in boxes` of
-# benchmarks/tricks.py.
+# Boxes for which the pixels inside are materialized: Road Runner, with 13, takes 24 us per frame
+# instead of 30. Row `pixels in boxes` of benchmarks/tricks.py.
 MIN_MATERIALIZED_BOXES = 12
-# Colours for which the first mask is materialized. XLA does not vectorise the loop that computes
-# this mask and writes the board's empty rows. Without this, Freeway, with 11 colours, takes 18 us
-# per frame instead of 15. Row `first mask` of benchmarks/tricks.py.
+# Colours for which the first mask is materialized, because XLA does not vectorise the loop that
+# computes it and writes the board: Freeway, with 11, takes 15 us per frame instead of 18. Row
+# `first mask` of benchmarks/tricks.py.
 MIN_MATERIALIZED_COLORS = 10
 
 
@@ -47,8 +45,8 @@ class Scene:
         shades: the rules' colours that change from level to level.
 
     Attributes:
-        found: the objects of the categories that have been searched so far.
-        height: rows of the masks: from the top of the screen to the last row that a rule reads.
+        found: the objects of the categories that have been searched.
+        height: rows of the masks, down to the last row that a rule reads.
     """
 
     def __init__(self, rules: Mapping[str, Rule], frames: jax.Array, shades: Shades | None) -> None:
@@ -77,9 +75,9 @@ class Scene:
 
     def mask(self, colors: tuple[int, ...], *, materialize: bool = True) -> Bitmap:
         """Return the pixels that have one of the colours."""
-        if not materialize and colors not in self._masks:
-            return self._mask(self._planes, colors)
         if colors not in self._masks:
+            if not materialize:
+                return self._mask(self._planes, colors)
             self._masks[colors] = kernels.materialize(
                 lambda planes: self._mask(planes, colors), self._planes
             )
@@ -97,10 +95,7 @@ class Scene:
         return self._counted[key]
 
     def cut(self, rule: Blobs) -> Bitmap:
-        """Return the pixels that a rule selects, in the rows of its region.
-
-        Rules that select the same pixels share one array.
-        """
+        """Return the pixels that a rule selects, in the rows of its region."""
         key = _counts_alike(rule, rule.own_palette), self.region(rule)
         if key not in self._cuts:
             pixels = bm.cut(self.counted(rule, rule.own_palette), self.region(rule))
@@ -110,14 +105,10 @@ class Scene:
             )
         return self._cuts[key]
 
-    def cell_mask(self, rule: Cells) -> Bitmap:
-        """Return the pixels of the colours that cells select."""
-        mask = self.mask(rule.palette)
+    def cell_mask(self, rule: Cells, colors: tuple[int, ...]) -> Bitmap:
+        """Return the pixels of some colours outside of the objects that cells exclude."""
+        mask = self.mask(colors)
         return mask & ~self._inside(rule.exclude) if rule.exclude else mask
-
-    def anchor_mask(self, rule: Cells) -> Bitmap | None:
-        """Return the pixels of the cells' anchor, or None."""
-        return None if rule.anchor is None else self.mask(color_set(rule.anchor[0]))
 
     def region(self, rule: Blobs) -> Area:
         """Return the region that a rule searches."""
@@ -125,32 +116,25 @@ class Scene:
 
     def after(self, steps: tuple[Step, ...], found: Detected, rule: Rule, count: int) -> Detected:
         """Apply steps to the objects of a rule, in `count` slots."""
-        region = self.region(rule) if isinstance(rule, Blobs) else (0, 0, WIDTH, self.height)
 
         def pixels() -> Bitmap:
-            return (
-                self.cut(rule)
-                if isinstance(rule, Blobs)
-                else bm.cut(self.mask(rule.palette), region)
-            )
+            return self.cut(rule) if isinstance(rule, Blobs) else self.mask(rule.palette)
 
-        context = Context(pixels, region[1], self.found, count)
+        top = self.region(rule)[1] if isinstance(rule, Blobs) else 0
+        context = Context(pixels, top, self.found, count)
         for step in steps:
             found = step(found, context)
         return found
 
     def _mask(self, planes: jax.Array, colors: tuple[int, ...]) -> Bitmap:
-        if self.shades is None or self._shade_bits is None or not self.shifts(colors):
-            return bm.color_mask(planes, colors)
-        first = self.shades.levels[0]
+        first = () if self.shades is None else self.shades.levels[0]
         mask = bm.color_mask(planes, [c for c in colors if c not in first])
         for c in colors:
-            if c in first:
+            if self._shade_bits is not None and c in first:
                 mask = mask | bm.shade_mask(planes, self._shade_bits[first.index(c)])
         return mask
 
     def _inside(self, names: tuple[str, ...]) -> Bitmap:
-        """Select the pixels in the boxes of some categories of `Blobs`."""
 
         def inside(box: jax.Array) -> Bitmap:
             found = Detected(box)
@@ -190,7 +174,6 @@ class Scene:
         return self._searches[search]
 
     def _read_once(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> bool:
-        """Return whether computing a mask at its use is faster than materializing it."""
         if isinstance(rule, Blobs):
             return rule.gap == (0, 0) and not rule.filters
         # Colours are read at single pixels, which would compute an unmaterialized mask again.
@@ -203,15 +186,11 @@ class Scene:
 
 
 def _rows_looked_at(rules: Iterable[Rule | None], height: int) -> int:
-    """Rows from the top of the screen to the last row that a rule reads.
-
-    In most games the rules skip a tenth of the rows, which saves a tenth of the time.
-    """
+    """Rows down to the last one that a rule reads: nine tenths of the screen in most games."""
     return min(max((_end(rule, height) for rule in rules if rule is not None), default=1), height)
 
 
 def _end(rule: Rule, height: int) -> int:
-    """The row below all pixels that a rule reads; `height` if this is unknown."""
     if isinstance(rule, Cells):
         return height if rule.floats else rule.bottom + rule.margin[1]
     if isinstance(rule, Runs):
@@ -221,7 +200,7 @@ def _end(rule: Rule, height: int) -> int:
         own.region is None or own.frames is not None for own in rule.rules
     )
     filters = [only for part in parts for only in part.filters]
-    ends = [only.rows[1] if isinstance(only, Lines) else height for only in filters]
+    ends = [getattr(only, "rows", (0, height))[1] for only in filters]
     return max(rule.bottom, *ends, height if searches else 0)
 
 

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 
 from ocjax.console.boxes import check_area
 from ocjax.vision.colors import EVEN, Colors, color_set
+from ocjax.vision.shapes import check_number
 
 __all__ = ["Saver", "Shades", "level_of"]
 
@@ -20,8 +21,8 @@ class Shades:
     Args:
         pixel: (x, y) of a pixel whose colour identifies the level.
         keys: the pixel's colour at each level; any other colour means the first level.
-        levels: the colours at each level, always in the same order. An odd index means a colour
-            that the level does not have.
+        levels: the colours at each level, in the same order. An odd index means a colour that the
+            level does not have.
     """
 
     pixel: tuple[int, int]
@@ -51,13 +52,12 @@ class Saver:
             unchanged.
         pixel: (x, y) of a pixel that has one colour in play, with brief exceptions.
         color: that colour, or all its colours in play, the usual one first.
-        mask: bits of a colour that the saver keeps. Colours that differ only in the other bits look
-            the same.
-        taken: the colours that VEM chooses among colours that look the same. The default is the
-            first colour that a rule names.
-        beside: (x, y) of a second pixel, for games that change all colours in play, too. `color` is
-            then the first pixel's usual colour. The saver is on if both pixels lack the bits that
-            `mask` drops: in play one of the two always has such a bit.
+        mask: bits of a colour that the saver keeps.
+        taken: the colours that VEM chooses among colours that differ only in the other bits; by
+            default the first that a rule names.
+        beside: (x, y) of a second pixel, for games that change all colours in play, too. The saver
+            is on if both pixels lack the bits that `mask` drops: in play one of the two always has
+            such a bit.
     """
 
     key: Callable[[Any], jax.Array]
@@ -76,8 +76,7 @@ class Saver:
         for x, y in (self.pixel, self.beside or self.pixel):
             check_area((x, y, x + 1, y + 1))
         color_set((*self.colors_in_play, *self.taken))
-        if not 0 < self.mask < 256:
-            raise ValueError(f"mask must be the bits of a palette index, got {self.mask}")
+        check_number("mask", self.mask, 1, 255)
         if self.beside is not None and self.mask == 0xFF:
             raise ValueError("beside is useful only if mask drops a bit")
 

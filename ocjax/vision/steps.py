@@ -1,22 +1,23 @@
 """Steps that change the objects found by a rule, before their colours are read.
 
-A step is a function of the objects and of their `Context`. A game may define its own steps as
-subclasses of `Step`.
+A game may define its own steps as subclasses of `Step`.
 """
 
 import functools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from ocjax._xla import kernels
+from ocjax.console.boxes import WIDTH
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.detected import Detected, boxes
+from ocjax.vision.shapes import check_number
 
 __all__ = ["Context", "Packed", "Raised", "SideBySide", "Step", "Tight"]
 
@@ -38,10 +39,7 @@ class Step(ABC):
         """The other category of `Blobs` that the step reads; None: no other."""
         return None
 
-    @property
-    def keeps_slots(self) -> bool:
-        """True if objects stay in the slots of their rule."""
-        return True
+    keeps_slots: ClassVar[bool] = True  # whether objects stay in the slots of their rule
 
     @abstractmethod
     def __call__(self, found: Detected, context: Context) -> Detected:
@@ -50,13 +48,10 @@ class Step(ABC):
 
 @dataclass(frozen=True)
 class Tight(Step):
-    """Fit boxes tightly around their pixels, also after a component is split.
-
-    Boxes without pixels are dropped.
-    """
+    """Fit boxes tightly around their pixels, also after a split; drop boxes without pixels."""
 
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """Return the objects after the step."""
+        """Apply the step."""
         top = context.top
         rows, columns = kernels.materialize(
             functools.partial(_marks, top), context.pixels(), found.box
@@ -70,91 +65,80 @@ class Tight(Step):
 
 @dataclass(frozen=True)
 class Raised(Step):
-    """Begin boxes `rows` rows further up, but not above the screen.
-
-    This is for a player whose head has the colour of the other team's heads.
-    """
+    """Begin boxes `rows` rows further up, but not above the screen."""
 
     rows: int
 
     def __post_init__(self) -> None:
-        if self.rows < 1:
-            raise ValueError(f"rows must be at least 1, got {self.rows}")
+        check_number("rows", self.rows, 1, WIDTH)
 
     def __call__(self, found: Detected, _: Context) -> Detected:
-        """Return the objects after the step."""
+        """Apply the step."""
         y = jnp.maximum(found.y - self.rows, 0)
         return found._replace(box=boxes(found.x, y, found.w, found.y + found.h - y, found.valid))
 
 
 @dataclass(frozen=True)
 class SideBySide(Step):
-    """Cut each box into adjacent objects of one width.
-
-    The objects take the first slots, each box from the left.
-    """
+    """Cut each box into adjacent objects of one width, from the left, in the first slots."""
 
     width: int
 
     def __post_init__(self) -> None:
-        if self.width < 1:
-            raise ValueError(f"width must be at least 1 pixel, got {self.width}")
+        check_number("width", self.width, 1, WIDTH)
 
-    @property
-    def keeps_slots(self) -> bool:
-        """False: objects take the first slots."""
-        return False
+    keeps_slots = False
 
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """Return the objects after the step."""
+        """Apply the step."""
         parts = jnp.where(found.valid, -(-found.w // self.width), 0)
-        upto = jnp.cumsum(parts, axis=0)
-        rank = jnp.arange(context.slots, dtype=jnp.int32)[:, None]
-        before, box = _pick(rank, upto - parts, upto, upto - parts, found.box)
-        row = Detected(box)
-        left = self.width * (rank - before)
-        cut = boxes(
-            row.x + left, row.y, jnp.minimum(self.width, row.w - left), row.h, rank < upto[-1:]
-        )
-        return Detected(cut, overflow=jnp.maximum(upto[-1] - context.slots, 0))
+        number, box, overflow = _in_slots(found, parts, context.slots)
+        whole, left = Detected(box), self.width * number
+        width = jnp.minimum(self.width, whole.w - left)
+        cut = boxes(whole.x + left, whole.y, width, whole.h, whole.valid)
+        return Detected(cut, overflow=overflow)
 
 
 @dataclass(frozen=True)
 class Packed(Step):
     """Move the objects to the first slots of the category."""
 
-    @property
-    def keeps_slots(self) -> bool:
-        """False: objects take the first slots."""
-        return False
+    keeps_slots = False
 
     def __call__(self, found: Detected, context: Context) -> Detected:
-        """Return the objects after the step."""
+        """Apply the step."""
         one = found.valid.astype(jnp.int32)
-        upto = jnp.cumsum(one, axis=0)
-        (box,) = _pick(
-            jnp.arange(context.slots, dtype=jnp.int32)[:, None], upto - one, upto, found.box
-        )
-        return Detected(box, overflow=jnp.maximum(upto[-1] - context.slots, 0))
+        _, box, overflow = _in_slots(found, one, context.slots)
+        return Detected(box, overflow=overflow)
 
 
-def _pick(rank: jax.Array, first: jax.Array, end: jax.Array, *fields: jax.Array) -> list[jax.Array]:
-    """Select, for each rank, the fields of the element with `first <= rank < end`, or zeros.
+def _in_slots(
+    found: Detected, parts: jax.Array, slots: int
+) -> tuple[jax.Array, jax.Array, jax.Array]:
+    """Deal the parts of objects, int32 `[n, B]` each, to the first slots.
 
-    Ranks are `[count, 1]`, fields `[n, B]`.
+    Returns:
+        For each slot the number of its part, int32 `[slots, B]`, and the object's box or 0; and the
+        number of parts without a slot, int32 `[B]`.
     """
-    here = (first[None] <= rank[:, None]) & (rank[:, None] < end[None])
-    return [jnp.sum(jnp.where(here, field[None], 0), axis=1, dtype=field.dtype) for field in fields]
+    end = jnp.cumsum(parts, axis=0)
+    rank = jnp.arange(slots, dtype=jnp.int32)[:, None]
+    here = ((end - parts)[None] <= rank[:, None]) & (rank[:, None] < end[None])
+    first, box = (
+        jnp.sum(jnp.where(here, field[None], 0), axis=1, dtype=field.dtype)
+        for field in (end - parts, found.box)
+    )
+    return rank - first, box, jnp.maximum(end[-1] - slots, 0)
 
 
 def _marks(top: int, pixels: Bitmap, box: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Or the pixels of each box together, by row and by column.
 
-    `top` is the row of the screen where `pixels` begin.
+    Args:
+        top: row of the screen where `pixels` begin.
 
     Returns:
-        The words of each row or-ed together, uint32 `[rows, n, B]`, and all rows or-ed together,
-        uint32 `[5, n, B]`.
+        uint32 `[rows, n, B]` and uint32 `[5, n, B]`.
     """
     found, row = Detected(box), top + jnp.arange(pixels.shape[1], dtype=jnp.int32)[:, None, None]
     inside = (row >= found.y[None]) & (row < (found.y + found.h)[None])

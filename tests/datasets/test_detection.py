@@ -107,7 +107,7 @@ def test_episodes_are_not_divided(folders):
     plans = [(folder, datasets.open_dataset(folder)) for folder in folders]
     splits = {}
     for folder, plan in plans:
-        examples = detection._examples([(folder, plan)], masks=False)
+        examples = detection._examples([(folder, plan)], None, masks=False)
         for example, row in zip(examples, detection._rows(folder, plan, masks=False), strict=True):
             key = (plan.game, *(row[k] for k in ("seed", "policy", "instance", "episode")))
             assert splits.setdefault(key, example.split) == example.split

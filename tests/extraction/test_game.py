@@ -20,8 +20,9 @@ from ocjax.extraction.categories import Category, display
 from ocjax.extraction.checks import Checks, LivesAsNumber
 from ocjax.extraction.game import Game, GameError
 from ocjax.extraction.saver import key_of
+from ocjax.extractors.krull.lines import Lines
 from ocjax.transforms.game_objects import views
-from ocjax.vision.filters import Lines, LoneRuns, ShortRuns
+from ocjax.vision.filters import LoneRuns, ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, ByColor, Gauge, Run, Runs
 from ocjax.vision.shades import Saver
 from ocjax.vision.shapes import Shape
@@ -297,7 +298,7 @@ def test_centered_digits():
 
 def test_thin_objects_in_front_of_walls():
     categories = (
-        Category("A", Blobs(14, None, Shape(w=(2, None)), filters=(ShortRuns(2),)), count=3),
+        Category("A", Blobs(14, None, Shape(w=(2, 31)), filters=(ShortRuns(2),)), count=3),
         *CATEGORIES[1:],
     )
     game = GAME.replaced(categories=categories, decode=three)
@@ -313,7 +314,7 @@ def test_thin_objects_in_front_of_walls():
 def test_upright_objects_in_front_of_figures():
     categories = (
         Category(
-            "A", Blobs(14, None, Shape(h=(3, None)), filters=(ShortRuns(1, across=True),)), count=3
+            "A", Blobs(14, None, Shape(h=(3, 32)), filters=(ShortRuns(1, across=True),)), count=3
         ),
         *CATEGORIES[1:],
     )

@@ -120,13 +120,8 @@ def test_the_special_move_of_asteroids():
 
 def test_wrong_variants():
     game = ocjax.load("Pong")
-    for wrong, message in (
-        (Variants({"0": "usual"}, source="a manual"), "keys must be ale-py's numbers"),
-        (Variants({0: ""}, source="a manual"), "meanings must be texts"),
-        (Variants({0: "usual"}), "need a source"),
-    ):
-        with pytest.raises(ValueError, match=f"Pong .*variants: .*{message}"):
-            game.replaced(variants=wrong)
+    with pytest.raises(ValueError, match=r"Pong .*variants: .*need a source"):
+        game.replaced(variants=Variants({0: "usual"}))
 
 
 def test_bits():

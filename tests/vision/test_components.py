@@ -12,13 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
+from ocjax.extractors.krull.lines import Lines
 from ocjax.vision import bitmap
 from ocjax.vision.bounds import tight_boxes
 from ocjax.vision.components import candidates as stages
 from ocjax.vision.components import components
-from ocjax.vision.components.fill import fill, fill_large
+from ocjax.vision.components.fill import fill
 from ocjax.vision.components.search import MAX_PARTS, Search
-from ocjax.vision.filters import Lines, NoLines
+from ocjax.vision.filters import NoLines
 from ocjax.vision.pictures import PICTURE_WIDTH, picture
 from ocjax.vision.shapes import Shape, limits
 from tests.support.marks import slow_but
@@ -59,7 +60,7 @@ def reference(mask, search):
 
 
 def meets(shape, w, h, pixels):
-    limit = shape.max_size or (W, 256)
+    limit = shape.max_size
     least, most = (1, W * 256) if shape.pixels is None else limits(shape.pixels)
     return (
         shape.min_size[0] <= w <= limit[0]
@@ -224,25 +225,25 @@ PICTURES = (  # a disc, a wedge and a spot
     picture(np.ones((3, 2))),
 )
 SEARCHES = {
-    "any size": Search(12),
+    "up to a window": Search(12),
     "small": Search(700, (Shape(w=(1, 8), h=(1, 10)),)),
     "wide": Search(40, (Shape(w=(2, 40), h=(2, 12)),)),
     "as wide as a word allows": Search(700, (Shape(w=(1, 16), h=(1, 10)),)),
     "joined": Search(30, (Shape(w=(1, 20), h=(1, 10)),), gap=(3, 1)),
     "split": Search(40, (Shape(w=(1, 30), h=(1, 20), split=(8, 7)),)),
-    "joined, any size": Search(30, gap=(2, 5)),
+    "joined, up to a window": Search(30, gap=(2, 5)),
     "4-connected": Search(700, (Shape(w=(1, 8), h=(1, 10)),), connectivity=4),
-    "4-connected, any size": Search(12, connectivity=4),
+    "4-connected, up to a window": Search(12, connectivity=4),
     "two sizes": Search(
         700, (Shape(w=(1, 8), h=(1, 2), pixels=(3, 9)), Shape(w=(1, 5), h=(3, 10), split=(3, 4)))
     ),
-    "two sizes, one of them any": Search(30, (Shape(w=(1, 4), h=(1, 4)), Shape(w=(9, None)))),
+    "two sizes, one of them large": Search(30, (Shape(w=(1, 4), h=(1, 4)), Shape(w=(9, 60)))),
     "pictures": Search(60, (Shape(w=(1, 30), h=(1, 20), split=(16, 9)),), pictures=PICTURES),
     "so many pixels": Search(60, (Shape(w=(1, 20), h=(1, 10), pixels=(5, 40)),), gap=(1, 0)),
 }
 # These searches have all features: a gap, both connectivities, several sizes, parts, numbers of
 # pixels, and pictures.
-FEATURES = ("any size", "joined", "4-connected", "two sizes", "pictures")
+FEATURES = ("up to a window", "joined", "4-connected", "two sizes", "pictures")
 
 
 @pytest.mark.parametrize("search", slow_but(FEATURES, SEARCHES))
@@ -312,7 +313,7 @@ def test_random_masks(search, mask):
 def test_several_masks_at_once(first, second, third):
     check(
         [first, second, third],
-        (SEARCHES["small"], SEARCHES["joined"], SEARCHES["4-connected, any size"]),
+        (SEARCHES["small"], SEARCHES["joined"], SEARCHES["4-connected, up to a window"]),
     )
 
 
@@ -548,15 +549,8 @@ def test_stage_starts():
         assert [(y + 1, x) for y, x in np.argwhere(found).tolist()] == want
 
 
-def on_board(mask, seed, corners):
-    return jnp.moveaxis(
-        fill_large(jnp.moveaxis(mask, 1, 0), jnp.moveaxis(seed, 1, 0), corners), 0, 1
-    )
-
-
-@pytest.mark.parametrize("method", [fill, on_board])
 @pytest.mark.parametrize("corners", [bitmap.ALL, ~bitmap.ALL])
-def test_stage_fill(method, corners):
+def test_stage_fill(corners):
     rng = np.random.default_rng(1)
     mask = rng.random((12, 64)) < 0.55
     words = (
@@ -566,7 +560,7 @@ def test_stage_fill(method, corners):
     y, x = (int(v) for v in np.argwhere(mask)[40])
     seed = np.zeros_like(words)
     seed[y, x // 32] = 1 << (31 - x % 32)
-    filled = np.asarray(method(jnp.asarray(words), jnp.asarray(seed), corners))[..., 0]
+    filled = np.asarray(fill(jnp.asarray(words), jnp.asarray(seed), corners))[..., 0]
     found = np.unpackbits(
         filled.astype(">u4")[..., None].view(np.uint8).reshape(12, 8), axis=1
     ).astype(bool)

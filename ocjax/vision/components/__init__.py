@@ -3,24 +3,20 @@
 All masks of a game are stacked on one board and searched together. Each stage has a file:
 
 1. `board` stacks the masks and bridges gaps within components.
-2. `candidates` finds pixels where components may begin. A component's first pixel in raster order
-   starts a run that touches no pixel in the row above. A few word operations find these pixels for
-   a whole batch. They test words independently, so some candidates are false positives (dropped in
-   stage 3). Candidates are numbered by mask, by frame, and in raster order; `Index.locate` finds
-   the k-th candidate.
+2. `candidates` finds pixels where components may begin: a component's first pixel in raster order
+starts a run that touches no pixel in the row above. Words are tested independently, so some
+candidates are false positives (dropped in stage 3). Candidates are numbered by mask, by frame, and
+in raster order; `Index.locate` finds the k-th one.
 3. `measuring` cuts out a small window of the board around each of a fixed number of candidates.
-   Sweeps down and up over the window's rows fill the component, which is then measured. A candidate
-   that is not the first pixel of its component is dropped: a component with two horns has two
-   candidates.
+Sweeps down and up fill the component, which is then measured. A candidate that is not the first
+pixel of its component is dropped: a component with two horns has two candidates.
 4. `boxes` accepts components within the limits of their search, each as one object, or as several
-   if the search splits components.
+if the search splits components.
 5. `slots` assigns objects to slots.
 
 Stages 2 to 5 repeat until no candidate is left, so the result is exact for any mask.
 
-A component that leaves its window is larger than the `max_size` of its search, and is dropped. If a
-search has no limit, such components are filled again on the whole board, one per frame at a time
-(`measuring.measure_large`). This is exact for spirals too, but slower.
+A component that leaves its window is larger than the shapes of its search, and is dropped.
 
 Terms that the stages share:
 
@@ -30,17 +26,13 @@ Terms that the stages share:
 - head: the column of a component's first pixel.
 - part: one of the objects of a component that is split.
 
-Rejected alternatives, in microseconds per frame on one core for a game's complete VEM
-(`benchmarks/vision.py` times the present kernels):
+Rejected alternatives, in microseconds per frame for a game's complete VEM on one core:
 
-- Eight candidates of every frame at a time, for as many rounds as the frame with the most
-  candidates needs: 240 for Asteroids (now 29), 120 for Beam Rider (26), 100 for Battle Zone (24),
-  50 for Space Invaders (22). One crowded frame keeps all others waiting.
-- Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids. Every word
-  of every window locates its candidate again.
+- Eight candidates of every frame at a time: 240 for Asteroids (now 29), 50 for Space Invaders (22).
+  One crowded frame keeps all others waiting.
+- Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids.
 - One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each.
-- The words of a row stacked during filling: 46 instead of 33 for Asteroids. Each word repeats the
-  computation that the words share.
+- The words of a row stacked during filling: 46 instead of 33 for Asteroids.
 """
 
 from collections.abc import Sequence
@@ -57,7 +49,7 @@ from ocjax.vision.components import board as boards
 from ocjax.vision.components.boxes import accept, boxes, parted
 from ocjax.vision.components.candidates import Candidates, Index
 from ocjax.vision.components.layout import Layout
-from ocjax.vision.components.measuring import measure, measure_large, offsets
+from ocjax.vision.components.measuring import measure, offsets
 from ocjax.vision.components.search import Search
 from ocjax.vision.components.slots import Found, fill_slots
 from ocjax.vision.detected import Detected
@@ -76,7 +68,7 @@ def components(
     """Find the bounding boxes of the connected components of several masks together.
 
     Args:
-        masks: bitmaps with equal numbers of words and frames; the numbers of rows may differ.
+        masks: bitmaps with equal numbers of words and frames.
         heads: whether to return the column of each object's first pixel (`Detected.head`), too.
             Searches that split components return none.
 
@@ -96,7 +88,6 @@ def components(
 
 
 def _one_round(layout: Layout, board: Bitmap, index: Index, progress: _Progress) -> _Progress:
-    """Run the stages from candidates to slots for the next candidates."""
 
     def locate(k: jax.Array) -> tuple[Candidates, jax.Array]:
         found = index.locate(k)
@@ -107,10 +98,6 @@ def _one_round(layout: Layout, board: Bitmap, index: Index, progress: _Progress)
     found, offset = materialize(locate, k, small=0)
     entries = layout.look_up(found.segment // layout.board.lanes)
     measured, filled = measure(layout, board, found, offset, entries.corners.astype(U))
-    if layout.unlimited:
-        measured = measure_large(
-            layout, board, found, measured, exists & measured.own & (entries.unlimited > 0)
-        )
     accepted = accept(layout, found, measured, entries, exists)
     parts = boxes(layout, accepted)
     if layout.pictures:
@@ -123,7 +110,6 @@ def _one_round(layout: Layout, board: Bitmap, index: Index, progress: _Progress)
 
 
 def _detected(layout: Layout, searches: Sequence[Search], progress: _Progress) -> list[Detected]:
-    """Return the objects of each search, in the order of the searches."""
     overflow = jnp.maximum(progress.totals - layout.counts[:, None], 0)
     ends = np.cumsum(layout.counts).tolist()
     found = {}

@@ -1,6 +1,7 @@
 """Second stage: candidates, the pixels where components may begin."""
 
 import functools
+import itertools
 import operator
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -15,8 +16,7 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components.layout import BLOCK_ROWS, Layout
 
-# Bits per count, and counts per word. A word of a row has at most 16 candidates, and a row at most
-# 80. Evidence: `Index`.
+# Bits per count, and counts per word. A word of a row has at most 16 candidates, a row 80.
 BITS_OF_WORD_COUNT = 5
 BITS_OF_ROW_COUNT = 8
 ROW_COUNTS_PER_WORD = 4
@@ -37,8 +37,7 @@ def starts(
 
     Args:
         here: the words of rows from left to right, uint32 of any shape.
-        corners: words with all bits set if pixels that touch at a corner connect, uint32;
-            broadcasts to each of the other words.
+        corners: words with all bits set if pixels that touch at a corner connect, uint32.
     """
     found = []
     for word, over, left in zip(here, above, [None, *here], strict=False):
@@ -54,8 +53,8 @@ class Index:
     """Counts of candidates by word, row, block of rows and segment, to locate the k-th one.
 
     Candidates are counted but not stored; `locate` computes them again around each position:
-    Gravitar takes 37 us per frame instead of 40. Counts of words and rows are packed, which halves
-    the look-ups: Private Eye takes 38 us instead of 43, Berzerk 26 instead of 32.
+    Gravitar takes 37 us per frame instead of 40. Packed counts halve the look-ups: Private Eye
+    takes 38 us instead of 43.
     """
 
     def __init__(self, layout: Layout, board: Bitmap) -> None:
@@ -129,21 +128,11 @@ class Index:
             BLOCK_ROWS // ROW_COUNTS_PER_WORD, dtype=np.int32
         )[:, None]
         counts = bm.at(self._counts, quads * lanes + lane[None])
-        row, rest = _which(
-            [
-                count
-                for quad in counts
-                for count in _fields(quad, BITS_OF_ROW_COUNT, ROW_COUNTS_PER_WORD)
-            ],
-            rest,
-        )
+        in_rows = (_fields(quad, BITS_OF_ROW_COUNT, ROW_COUNTS_PER_WORD) for quad in counts)
+        row, rest = _which(list(itertools.chain.from_iterable(in_rows)), rest)
         return block * BLOCK_ROWS + row + 1, rest
 
     def _column(self, lane: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
-        """Find the column of the candidate that follows `rest` others in its row.
-
-        Only the words around the candidate are read.
-        """
         lanes, n_rows = self.layout.board.lanes, self.layout.board.rows
         word, rest = _which(
             _fields(
@@ -183,10 +172,7 @@ def _packed(counts: jax.Array) -> jax.Array:
 
 
 def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array) -> jax.Array:
-    """Find the largest i < n with `table(i) <= k`.
-
-    The table is ascending, and `table(0) <= k`.
-    """
+    """Find the largest i < n with `table(i) <= k`, in an ascending table."""
     i = jnp.zeros_like(k)
     for bit in reversed(range((n - 1).bit_length())):
         ahead = i + (1 << bit)

@@ -7,7 +7,7 @@ from jax import lax
 
 from ocjax._xla.kernels import materialize, varying
 from ocjax.vision import bitmap as bm
-from ocjax.vision.bitmap import Bitmap, U
+from ocjax.vision.bitmap import U
 
 
 def fill(
@@ -76,36 +76,6 @@ def _depth(mask: jax.Array) -> jax.Array:
     empty = bm.any_of(jnp.moveaxis(mask, 1, 0)) == 0
     rows = jnp.arange(len(mask), dtype=jnp.int32).reshape(-1, *([1] * (empty.ndim - 1)))
     return jnp.max(jnp.min(jnp.where(empty, rows, len(mask)), axis=0))
-
-
-def fill_large(board: Bitmap, seed: Bitmap, corners: np.ndarray = bm.ALL) -> Bitmap:
-    """Apply `fill` to the whole board, with one array for all words of a row.
-
-    This is slower, but compiles a fifth of the code. A sweep fills a run no further than into the
-    next word.
-    """
-    shape = 1, board.shape[1], 1
-    rows = (
-        jnp.moveaxis(board, 1, 0),
-        jnp.moveaxis(jnp.asarray(np.broadcast_to(corners, shape)), 1, 0),
-    )
-
-    def sweep(filled: jax.Array, reverse: bool) -> jax.Array:
-        def row(before: jax.Array, here: tuple[jax.Array, ...]) -> tuple[jax.Array, jax.Array]:
-            mask, own, diagonal = here
-            now = bm.fill_words(mask, mask & (bm.spread(own) | bm.spread(before, diagonal)))
-            return now, now
-
-        return lax.scan(
-            row, jnp.zeros_like(filled[0]), (rows[0], filled, rows[1]), reverse=reverse
-        )[1]
-
-    def down_and_up(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
-        filled = sweep(sweep(state[0], reverse=False), reverse=True)
-        return filled, jnp.any(filled != state[0])
-
-    start = jnp.moveaxis(seed, 1, 0), varying(jnp.bool_(True), seed)
-    return jnp.moveaxis(lax.while_loop(lambda state: state[1], down_and_up, start)[0], 0, 1)
 
 
 def extent(filled: jax.Array) -> tuple[jax.Array, ...]:

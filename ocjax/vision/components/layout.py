@@ -18,8 +18,8 @@ from ocjax.vision.shapes import Shape, limits
 BLOCK_ROWS = 8
 # Candidates per frame and round, on average. Rows `candidates` of benchmarks/tricks.py.
 CANDIDATES_PER_FRAME = 8
-# Words of a window. For larger windows a round has half as many candidates: Pitfall takes 32 us per
-# frame instead of 38, James Bond 34 instead of 38. Row `large windows` of benchmarks/tricks.py.
+# Words of a window. For larger ones a round has half as many candidates: Pitfall takes 32 us per
+# frame instead of 38. Row `large windows` of benchmarks/tricks.py.
 MAX_WORDS_OF_FULL_ROUND = 120
 # Candidates. The number per round is a multiple of this, because `slots` has one bit for each.
 CANDIDATES_MULTIPLE = 32
@@ -45,7 +45,6 @@ class Entries(NamedTuple):
     """Table entries of a mask: integers, or arrays of them."""
 
     corners: Any  # a word with all bits set if corners connect, or none
-    unlimited: Any  # whether components of any size may be objects
     gap_x: Any
     gap_y: Any
     up: Any  # rows from the board to the screen
@@ -94,11 +93,9 @@ class Layout:
     Args:
         order: the number of the search of each mask.
         counts: slots of each mask, int32 `[masks]`.
-        board: sizes of the board.
         table: the entries of each mask, int32 `[masks]` each.
         reads_pixels: for each shape of the tables, whether a search limits its pixels.
         splits: whether a search splits components.
-        unlimited: whether a search accepts components of any size.
     """
 
     order: tuple[int, ...]
@@ -111,7 +108,6 @@ class Layout:
     pictures: tuple[tuple[Picture, ...], ...]
     reads_pixels: tuple[bool, ...]
     splits: bool
-    unlimited: bool
 
     @classmethod
     def of(cls, masks: Sequence[Bitmap], searches: Sequence[Search]) -> Self:
@@ -140,7 +136,6 @@ class Layout:
             pictures=pictures,
             reads_pixels=tuple(_reads_pixels(ordered, i) for i in range(n_shapes)),
             splits=any(search.splits for search in ordered),
-            unlimited=any(search.unlimited for search in ordered),
         )
 
     def look_up(self, mask: jax.Array) -> Entries:
@@ -164,10 +159,7 @@ class Layout:
         )
 
     def corners_by_row(self) -> np.ndarray:
-        """Flag the rows of the board in which corners connect.
-
-        uint32 `[rows]`, all bits set or none.
-        """
+        """The rows of the board in which corners connect, uint32 `[rows]`: all bits or none."""
         heights = np.diff([*self.board.begins[:-1], self.board.rows])
         return np.repeat(self.table.corners.view(np.uint32), heights)
 
@@ -175,8 +167,8 @@ class Layout:
 def _window_size(searches: Sequence[Search]) -> WindowSize:
     """Size windows to hold the largest component of every search.
 
-    Detecting that a component continues to the left of its window takes an eighth more time than a
-    blank column there. Windows lack this column only if it would need another word.
+    Windows have a blank column at their left, unless it needs another word: detecting that a
+    component continues there takes an eighth more time.
     """
     reach_x, reach_y = (
         max(side) for side in zip(*(search.reach for search in searches), strict=True)
@@ -209,7 +201,6 @@ def _candidates_of_a_round(window: WindowSize, lanes: int) -> int:
 
 
 def _reads_pixels(searches: Sequence[Search], i: int) -> bool:
-    """Return whether the shape with number i of any search limits its pixels."""
     return any(
         len(search.shapes) > i and search.shapes[i].pixels is not None for search in searches
     )
@@ -218,7 +209,6 @@ def _reads_pixels(searches: Sequence[Search], i: int) -> bool:
 def _entries(
     search: Search, height: int, begin: int, n_shapes: int, pictures: Sequence[tuple[Picture, ...]]
 ) -> Entries:
-    """Table entries of a mask that begins at row `begin` of the board, as integers."""
     shapes = [_limits(shape) for shape in search.shapes]
     region: tuple[int | None, ...] = (None,) * 4
     if pictures:
@@ -226,7 +216,6 @@ def _entries(
         region = (number, *search.columns, begin + 1 + height)
     return Entries(
         WITH_CORNERS if search.connectivity == 8 else WITHOUT_CORNERS,
-        search.unlimited,
         *search.gap,
         begin + 1 - search.top,
         (*shapes, *[NO_SHAPE] * (n_shapes - len(shapes))),
@@ -236,6 +225,4 @@ def _entries(
 
 def _limits(shape: Shape) -> Limits:
     pixels = ANY_PIXELS if shape.pixels is None else limits(shape.pixels)
-    return Limits(
-        *shape.min_size, *(shape.max_size or ANY_SIZE), *pixels, *(shape.split or ANY_SIZE)
-    )
+    return Limits(*shape.min_size, *shape.max_size, *pixels, *(shape.split or ANY_SIZE))

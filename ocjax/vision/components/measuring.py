@@ -4,12 +4,11 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import lax
 
 from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components.candidates import Candidates
-from ocjax.vision.components.fill import extent, fill, fill_large
+from ocjax.vision.components.fill import extent, fill
 from ocjax.vision.components.layout import Layout
 
 
@@ -71,7 +70,7 @@ def measure(
 
     Args:
         board: uint32 `[words, rows, lanes]`.
-        offset: as returned by `offsets`.
+        offset: see `offsets`.
         corners: words with all bits set if corners connect, or none.
 
     Returns:
@@ -93,46 +92,3 @@ def measure(
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
     left, right = found.column + first - before, found.column + last - before
     return Measured(~above & (head == before), inside, left, right, bottom + 1, area), by_word
-
-
-def measure_large(
-    layout: Layout, board: Bitmap, found: Candidates, measured: Measured, wanted: jax.Array
-) -> Measured:
-    """Fill the wanted components on the whole board, one candidate per frame at a time.
-
-    Args:
-        board: uint32 `[words, rows, lanes]`.
-        measured: their components, as returned by `measure`.
-        wanted: bool `[n]`.
-    """
-    large = wanted & ~measured.inside
-    lane = found.segment % layout.board.lanes
-
-    def next_of_each_lane(state: tuple[jax.Array, Measured]) -> tuple[jax.Array, Measured]:
-        left, so_far = state
-        mine = left[:, None] & (lane[:, None] == jnp.arange(layout.board.lanes)[None])
-        index = jnp.argmax(mine, axis=0)
-        component = _component_at(layout, board, found.row[index], found.column[index])
-        here = left & (index[lane] == jnp.arange(layout.n_candidates))
-        merged = (
-            jnp.where(here, new[lane], old) for new, old in zip(component, so_far, strict=True)
-        )
-        return left & ~here, Measured(*merged)
-
-    _, result = lax.while_loop(
-        lambda state: jnp.any(state[0]), next_of_each_lane, (large, measured)
-    )
-    return result._replace(area=measured.area)
-
-
-def _component_at(layout: Layout, board: Bitmap, row: jax.Array, column: jax.Array) -> Measured:
-    """Find the component of one pixel per frame, `[lanes]` each, without its area."""
-    bit = (U(1) << (31 - (column & 31)).astype(U))[None, None]
-    words = jnp.arange(layout.board.words)[:, None, None] == (column >> 5)[None, None]
-    rows = jnp.arange(layout.board.rows)[None, :, None] == row[None, None]
-    seed = jnp.where(words & rows, bit, U(0))
-    filled = fill_large(board, seed & board, layout.corners_by_row()[None, :, None])
-    first, last, top, bottom = extent(filled)
-    head, _ = bm.columns(bm.rows_at(filled, jnp.minimum(top, layout.board.rows - 1)[None])[:, 0])
-    own = (top >= row) & (head == column)
-    return Measured(own, jnp.ones_like(own), first, last, bottom - row + 1, jnp.zeros_like(row))

@@ -7,9 +7,6 @@ from ocjax.console.boxes import WIDTH
 from ocjax.vision.pictures import Picture
 from ocjax.vision.shapes import ANY_SHAPE, Shape
 
-# Width and height in pixels of the first window if a rule sets no limit. Larger components are
-# filled again on the whole board (`measuring.measure_large`).
-DEFAULT_WINDOW = (31, 32)
 MAX_PARTS = 4  # maximum number of objects in one component
 UNLIMITED = 256  # pixels: more than any width or height
 
@@ -34,23 +31,14 @@ class Search:
         return bool(self.pictures) or any(shape.split is not None for shape in self.shapes)
 
     @property
-    def unlimited(self) -> bool:
-        """True if components of any size may be objects."""
-        return any(shape.max_size is None for shape in self.shapes)
-
-    @property
     def window(self) -> tuple[int, int]:
-        """Width and height of the first window."""
-        sizes = [shape.max_size for shape in self.shapes if shape.max_size is not None]
-        width, height = (
-            max(side)
-            for side in zip(*sizes, *([DEFAULT_WINDOW] if self.unlimited else []), strict=True)
-        )
+        """Width and height of the largest shape."""
+        width, height = (max(side) for side in zip(*(s.max_size for s in self.shapes), strict=True))
         return min(width, WIDTH), min(height, UNLIMITED)
 
     @property
     def reach(self) -> tuple[int, int]:
-        """Width and height of the first window after parts are joined."""
+        """Width and height of the window after parts are joined."""
         return self.window[0] + self.gap[0], self.window[1] + self.gap[1]
 
 

@@ -2,7 +2,7 @@
 
 A component's first pixel in raster order is the first pixel of the picture drawn there, so pictures
 are tried only at this position. A picture fits if its pixels are in the component, or beyond an
-edge of the region, where they are invisible.
+edge of the region.
 
 Windows are uint32 `[words, rows, n]` for `n` components. The first pixel of each component is in
 the first row, in column `reach`.
@@ -35,10 +35,7 @@ class Edges(NamedTuple):
 
 
 class Extent(NamedTuple):
-    """First and last column and row of pixels in their windows, int32.
-
-    The last row is -1 in windows without pixels.
-    """
+    """First and last column and row of pixels in windows, int32; last row -1 without any."""
 
     left: jax.Array
     right: jax.Array
@@ -52,7 +49,7 @@ def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture
     Args:
         filled: windows, at least as high as the pictures and as wide to both sides of column
             `reach`.
-        pictures: tried in this order; the first one that fits applies.
+        pictures: the first one that fits applies.
     """
     height, begin = max(map(len, pictures)), reach - FIRST_PIXEL_COLUMN
     near = _columns(filled[:, :height], begin)
@@ -70,7 +67,7 @@ def in_two(
     top: jax.Array,
     *extents: jax.Array,
 ) -> tuple[jax.Array, jax.Array]:
-    """Replace objects by the two boxes of `part` if they are eligible and both have pixels.
+    """Replace eligible objects by the two boxes of `part` if both have pixels.
 
     Returns:
         The numbers of objects, and their boxes.

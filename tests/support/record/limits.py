@@ -24,8 +24,9 @@ from ocjax import recordings
 from ocjax.console.boxes import WIDTH, Area
 from ocjax.console.fonts import Digits, Font
 from ocjax.extraction.game import Game
+from ocjax.extractors.krull.lines import Lines
 from ocjax.vision import bitmap as bm
-from ocjax.vision.filters import Filter, Lines, LoneRuns, ShortRuns
+from ocjax.vision.filters import Filter, LoneRuns, ShortRuns
 from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Run, Runs
 from ocjax.vision.shapes import Shape, limits
 from tests.support.record.deciding import in_batches
