@@ -41,7 +41,7 @@ class Shape:
     def __post_init__(self) -> None:
         for name, value in (("w", self.w), ("h", self.h), ("pixels", self.pixels or 0)):
             least, most = limits(value)
-            if not 0 <= least <= most:
+            if None in (least, most) or not 0 <= least <= most:
                 raise ValueError(f"{name} must be a number of pixels or (least, most), got {value}")
         if self.split is not None and min(self.split) < 1:
             raise ValueError(f"split must be (width, height) of at least 1 pixel, got {self.split}")

@@ -23,7 +23,7 @@ def found(frame, *categories):
 
 
 def test_a_beam_beside_two_dots():
-    rule = Blobs(14, None, Shape(w=(2, None)), filters=(without_dots,))
+    rule = Blobs(14, None, Shape(w=(2, 31)), filters=(without_dots,))
     frame = np.zeros((210, 160), np.uint8)
     # The distances between dots and beam are equal.
     frame[20, 30:38] = frame[20, 28] = frame[20, 26] = 14
@@ -60,7 +60,7 @@ def test_a_driver_above_a_car():
     frame = np.zeros((210, 160), np.uint8)
     frame[40:50, 30:50] = 20
     frame[32:42, 34:38] = 30  # the driver, in front of a part of the car
-    car = Category("Car", Blobs(20, None, Shape(w=(9, None), h=(9, None))))
+    car = Category("Car", Blobs(20, None, Shape(w=(9, 31), h=(9, 32))))
     for steps, driver in (((), [30, 32, 20, 18]), ((AboveCar(), Tight()), [34, 32, 4, 8])):
         rule = Blobs((20, 30), None, Shape(w=(1, 20), h=(1, 18)), first=30, then=steps)
         boxes = found(frame, Category("Driver", rule, count=2), car)

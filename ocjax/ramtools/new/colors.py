@@ -5,13 +5,10 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-import jax
 import numpy as np
+from scipy import ndimage
 
 from ocjax.console.boxes import WIDTH
-from ocjax.extraction.categories import Category
-from ocjax.extraction.detection import detect
-from ocjax.vision.rules import Blobs
 
 SLOTS = 40  # components of a colour on a frame
 RARE = 0.1  # fraction of frames; rarer colours are not listed
@@ -113,11 +110,19 @@ class Boxes(NamedTuple):
 def components(
     screens: np.ndarray, colors: Sequence[tuple[int, ...]], slots: int = SLOTS
 ) -> list[Boxes]:
-    """The components of each set of colours in frames, uint8 `[n, H, 160]`."""
-    categories = tuple(Category(f"Set{i}", Blobs(c), count=slots) for i, c in enumerate(colors))
-    found = jax.jit(lambda frames: detect(categories, frames))(screens)
-    boxes = (np.stack([b.x, b.y, b.w, b.h], axis=-1).swapaxes(0, 1).astype(int) for b in found)
-    return [Boxes(xywh, np.asarray(b.valid).T) for xywh, b in zip(boxes, found, strict=True)]
+    """The 8-connected components of each set of colours in frames, uint8 `[n, H, 160]`."""
+    return [_boxes(np.isin(screens, own), slots) for own in colors]
+
+
+def _boxes(masks: np.ndarray, slots: int) -> Boxes:
+    """The first components of masks, bool `[n, H, 160]`, in raster order."""
+    xywh = np.zeros((len(masks), slots, 4), int)
+    for found, mask in zip(xywh, masks, strict=True):
+        labels, _ = ndimage.label(mask, np.ones((3, 3)))
+        for box, (rows, columns) in zip(found, ndimage.find_objects(labels), strict=False):
+            size = columns.stop - columns.start, rows.stop - rows.start
+            box[:] = columns.start, rows.start, *size
+    return Boxes(xywh, xywh[..., 2] > 0)
 
 
 def _seen(screens: np.ndarray, color: int) -> float:
