@@ -58,6 +58,7 @@ from ocjax.authoring import (
     byte,
     choose,
     display,
+    div,
     edges,
     flag,
     lookup,
@@ -323,7 +324,7 @@ def _line_below(count: jax.Array, x: jax.Array) -> jax.Array:
 
 def _missile(m: Ram, cannon: Box) -> Box:
     """The cannon's shot upwards."""
-    block = m.missile_y >> 3
+    block = div(m.missile_y, BLOCK_LINES)
     x = packed_position(m.missile_x) - 23
     tops = _row_tops(m)
     top = _first_line(m, BLOCK_LINES * block, x, tops)

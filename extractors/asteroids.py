@@ -233,7 +233,8 @@ def _saucer_color(m: Ram) -> jax.Array:
 
 def _shot_boxes(m: Ram) -> Box:
     x = _in_one_part(_column(m.shot_x) + 1, 1)
-    color = jnp.where(np.arange(3) == 1, _saucer_color(m), _ship_color(m))
+    has_saucer_color = np.arange(3) == 1  # the second shot, although it is the ship's
+    color = jnp.where(has_saucer_color, _saucer_color(m), _ship_color(m))
     return box(x, 17 + 2 * m.shot_y, 1, 2, _flies(m), color=color)
 
 

@@ -220,7 +220,11 @@ BLIP_BOTTOM = 34  # the row of a blip with `blip_y` 0
 RADAR_MIDDLE = 84  # column of a blip with `blip_x` 0
 NO_DIGIT = 10  # a blank instead of a leading zero
 DIGIT_SHIFTS = np.array((0, 4, 8))  # of thousands, ten thousands, hundred thousands
-DIGIT_WORTHS = np.array((1_000, 10_000, 100_000))
+LAST_ZEROS = 3  # last digits, which are always 0
+DIGIT_WORTHS = 10**LAST_ZEROS * np.array((1, 10, 100))
+DIGIT_PITCH = 8  # columns from digit to digit
+DIGIT_GAP = 3  # empty columns between them
+SCORE_RIGHT = 111  # the column right of the last digit
 GREEN = 202
 WHITE = 14
 TEXT = 180
@@ -292,12 +296,13 @@ def _lives_box(m: Ram) -> Box:
 
 
 def _score_box(m: Ram) -> Box:
-    """The last three digits are always 0."""
+    """The game keeps the digits above the `LAST_ZEROS`."""
     digits = m.digits >> DIGIT_SHIFTS & 15
     is_digit = digits < NO_DIGIT
     shown = jnp.sum(when(is_digit, 1))
     value = jnp.sum(when(is_digit, digits) * DIGIT_WORTHS)
-    return box(90 - 8 * shown, 180, 21 + 8 * shown, 8, value=value)
+    width = DIGIT_PITCH * (shown + LAST_ZEROS) - DIGIT_GAP
+    return box(SCORE_RIGHT - width, 180, width, 8, value=value)
 
 
 def _enemies_as_drawn(m: Ram) -> Enemy:

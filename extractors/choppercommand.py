@@ -110,12 +110,13 @@ NO_COARSE = 128  # least coarse code of a lane left of the screen
 COARSE_AGAIN = 122  # less than such a code
 GOES_RIGHT = 16  # the player's column when he flies to the right
 GOES_LEFT = 134
-STEP_FREE_LEFT = (
-    21  # up to this column, his steps to the right leave the landscape's motion as it is
-)
+# From these columns outwards, his steps away from the edge leave the landscape's motion as it is.
+STEP_FREE_LEFT = 21
 STEP_FREE_RIGHT = 130
 NEGATIVE = 200  # least distance modulo 256 that is a negative one
 FASTEST = 64  # speeds are from -65 to 64
+PART_BITS = 5
+COLUMN_PARTS = 1 << PART_BITS  # units of `speed` and `part` in a column
 LOWEST = 4  # `player_y`
 HIGHEST = 95
 OFF = 111  # `player_y` and `bomb_y` of absent objects, at least
@@ -252,13 +253,14 @@ def _columns_flown(m: Ram) -> jax.Array:
     """Columns that the player's speed has moved him in the landscape."""
     before = m.part - m.speed
     to_right = (m.speed > 0) & (m.part >= 0)  # the game keeps the part from 0 to 31
-    to_left = (m.speed < 0) & (m.part < 0)  # from -33 to -2
+    to_left = (m.speed < 0) & (m.part < 0)  # from `least` to -2
+    least = -COLUMN_PARTS - 1
     part = match(
-        (to_right, before & 31),
-        (to_left, ((before + 33) & 31) - 33),
+        (to_right, before & COLUMN_PARTS - 1),
+        (to_left, (before - least & COLUMN_PARTS - 1) + least),
         otherwise=before,
     )
-    return when(m.phase < Phase.BETWEEN_WAVES, (part + m.speed - m.part) >> 5)
+    return when(m.phase < Phase.BETWEEN_WAVES, (part + m.speed - m.part) >> PART_BITS)
 
 
 class Seen(NamedTuple):

@@ -74,7 +74,7 @@ FONT = ROM.font(0xF00, rows=9, stride=10)
 SCORE = NumberDisplay(FONT, right=103, top=7, digits=6)
 SHIPS = IconRow(left=17, top=188, width=3, height=5, pitch=8)
 MOST_SHIPS = 6  # shown at most
-SHIPS_AREA = (16, 188, 66, 193)  # of that many
+SHIPS_AREA = (16, 188, 18 + SHIPS.pitch * MOST_SHIPS, 193)
 PURPLE = 86
 PINK = 110
 SHOT = 110

@@ -56,6 +56,7 @@ from ocjax.authoring import (
     box,
     byte,
     display,
+    div,
     flag,
     high,
     low,
@@ -343,7 +344,7 @@ def _missile_box(m: Ram, player_x: jax.Array) -> Box:
 def _needle_box(m: Ram) -> Box:
     """The gauge before fuel was used (1 / 8 on every frame) or taken in."""
     used = (m.fuel_part >= USED_PART) & (m.mode == Mode.FLIES)
-    steps = jnp.minimum(m.fuel + when(used, 1), FULL) >> 3
+    steps = div(jnp.minimum(m.fuel + when(used, 1), FULL), FUEL_STEP)
     return box(NEEDLE_X + steps, 179, 2, 10, value=FUEL_STEP * steps)
 
 

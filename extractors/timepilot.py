@@ -67,6 +67,7 @@ from ocjax.authoring import (
     byte,
     choose,
     display,
+    div,
     match,
     mirrored,
     pick,
@@ -319,7 +320,7 @@ def _jet_box(m: Ram) -> Box:
     """The jet; clouds may hide a part of it."""
     explodes = ((m.look == Look.EXPLODES) & ~_just_hit(m)) | _just_gone(m)
     look = jnp.where(explodes, FIRST_JET_EXPLOSION + (m.way >> 2), m.way)
-    place = len(CLOUD_ROWS) * m.cloud_place + (m.cloud_row >> 2)
+    place = len(CLOUD_ROWS) * m.cloud_place + div(m.cloud_row, CLOUD_ROWS.step)
     cloud = when(~_warps(m), jnp.clip(place + 1, 1, CLOUDS))
     not_drawn_yet = (m.state == State.READY) & (m.timer == 1) & ((m.player & Player.SHOWN) == 0)
     exists = (m.look != Look.GONE) | _just_gone(m)
@@ -431,12 +432,12 @@ def _boxes_of_icons() -> BoxTable:
 
 
 LEFT_BOXES = _boxes_of_icons()
-PER_ICON = 4  # enemies
+PER_ICON = 4  # enemies that an icon stands for, at most
 
 
 def _enemies_left(m: Ram) -> Box:
-    """The icons at the bottom, one for every four enemies."""
-    icons = m.left + PER_ICON - 1 >> 2
+    """The icons at the bottom, each for up to `PER_ICON` enemies."""
+    icons = div(m.left + PER_ICON - 1, PER_ICON)
     there = (m.left > 0) & (m.idle < BLANKED)
     color = jnp.where(_flight(m), 0, RED)
     index = len(ERAS) * icons + m.era

@@ -133,6 +133,9 @@ def _double(start: int, height: int) -> np.ndarray:
     return np.repeat(ROM.rows(0xF00 + start + 1, height), 2)
 
 
+FIRST_COLUMN_DOT = 68  # dots of a line, three per cycle, before the first column
+
+
 class EnemyLook:  # of `Ram.enemy_look`
     FIRST_SWIRL = 0xC4
     QOTILE = 0xDF
@@ -157,6 +160,8 @@ class Cycle:  # of a line: the program turns these on or off
     SHOT = 39
     MISSILE = 45
     CANNON = 52
+    BESIDE_PICTURE = 6  # later in the lines of the picture in front
+    BELOW_PICTURE = 4  # later below it
 
 
 class Explosion:  # of `Ram.explosion`
@@ -302,8 +307,10 @@ def _beam_x(
         height: of that picture.
         table_at: place in the zone's table; from 256 on it is in the next page.
     """
-    late = match((below < 0, 0), (below < height, 6), otherwise=4)
-    return 3 * (cycle + late + when(table_at > 0xFF, 1)) - 68
+    late = match(
+        (below < 0, 0), (below < height, Cycle.BESIDE_PICTURE), otherwise=Cycle.BELOW_PICTURE
+    )
+    return 3 * (cycle + late + when(table_at > 0xFF, 1)) - FIRST_COLUMN_DOT
 
 
 def _beam_on_even(m: Ram, frame: Frame, row: jax.Array, cycle: int) -> jax.Array:

@@ -7,7 +7,7 @@ mostly from right to left. Rows start at line 28; the first row is 16 lines high
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import lookup
+from ocjax.authoring import div, lookup
 from ocjax.extractors.adventure.ram import ROM
 
 ROOMS = 31
@@ -69,14 +69,14 @@ WALL_SPANS = _from_cells(WALLS).ravel()
 
 def row_of(line: jax.Array) -> jax.Array:
     """The row of walls at a line of the screen."""
-    return jnp.clip((line - BEFORE_ROWS) >> 5, 0, ROW_COUNT - 1)
+    return jnp.clip(div(line - BEFORE_ROWS, ROW_HEIGHT), 0, ROW_COUNT - 1)
 
 
 def walls_at(room: jax.Array, row: jax.Array, x: jax.Array) -> jax.Array:
     """The walls in a row from column `x`: eight bits, the first column in the highest bit."""
-    cell = jnp.clip(x >> 2, 0, CELL_COUNT - 1)
+    cell = jnp.clip(div(x, CELL_WIDTH), 0, CELL_COUNT - 1)
     span = lookup(WALL_SPANS, (jnp.minimum(room, ROOMS - 1) * ROW_COUNT + row) * CELL_COUNT + cell)
-    return span >> (CELL_WIDTH - (x & 3)) & 255
+    return span >> (CELL_WIDTH - (x & CELL_WIDTH - 1)) & 255
 
 
 def hides_things(room: jax.Array) -> jax.Array:

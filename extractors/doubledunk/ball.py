@@ -2,7 +2,8 @@
 
 import jax
 import jax.numpy as jnp
-from ocjax.authoring import among, div, lookup, match, reached, when
+import numpy as np
+from ocjax.authoring import among, lookup, match, reached, when
 from ocjax.extractors.doubledunk.lines import Lines
 from ocjax.extractors.doubledunk.ram import Push, Ram
 
@@ -12,17 +13,20 @@ RIGHT_SIDE = 0x47  # a ball that rises moves left only above this one
 BASKET = 0x42  # `ball_x` of a ball in the middle of the basket
 HIGH_LEFT = 0x4F  # a ball is high if its line is above this plus `ball_x`,
 HIGH_RIGHT = 0xD3  # or above this minus `ball_x`
-NOT_LOOKED = 0x82  # a line in which the drawing loop ignores the ball
+NOT_LOOKED = 0x82  # in this line the drawing loop positions sprite 1, and ignores the ball
 
-PARTS = (14, 54, 107, 130)  # first lines of the drawing loop's parts, upwards
-# Columns of the beam when the drawing loop checks the ball, by part of the loop.
-BEAM_COLUMNS = (
-    *(28, 40, 0, 4, 19),  # no drawn sprite
-    *(52, 64, 31, 28, 106),  # one
-    *(76, 97, 76, 76, 76),  # both
-)
-CROSSING = 3  # columns later for each address on the next page
-PLAYER = 8  # in a sum of players and of such addresses
+PARTS = (14, 54, 107, 130)  # first lines of the drawing loop's parts but the lowest, upwards
+# The cycle of the line at which the loop begins to switch the ball (`STA ENAM0,X`, the first one at
+# $D060 of bank 2): a row for each number of sprites that the line shows, a column for each part.
+SWITCH_CYCLES = np.array(
+    [  # lines 0-13, 14-53, 54-106, 107-129, 130 and more
+        (28, 32, 12, 20, 25),  # no sprite
+        (36, 40, 29, 28, 54),  # one
+        (44, 51, 44, 44, 44),  # both
+    ]
+)  # Not exact: lines 106, 107 and 129 have cycles of their own.
+WRITE_CYCLES = 4  # of `STA ENAM0,X`
+FIRST_COLUMN_DOT = 68  # dots of a line, three per cycle, before the screen's first column
 
 
 def ball_step(m: Ram) -> jax.Array:
@@ -83,28 +87,28 @@ def _step_of_shot(m: Ram) -> jax.Array:
 def looks_at_ball(m: Ram, lines: Lines, line: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Line and column of the beam when the drawing loop notices the ball's start or end.
 
-    The loop checks a line late at a sprite's end, and not at all while it changes to the next
-    player.
+    If the ball starts or ends in the line of a figure's end or in the next line below, the loop
+    notices it in the end's line; two lines later if the sprite changes to its lower figure there.
     """
-    skipped = when(lines.changes, 2)[None]
-    below = lines.end[None] - line[:, None]
-    is_at_end = among(below, range(2))
-    before_skip = line - jnp.sum(when(is_at_end, skipped - below), axis=1)
-    noticed = before_skip - when(before_skip == NOT_LOOKED, 1)
+    at = line[:, None]  # for each figure
+    is_near_end = among(lines.end[None] - at, range(2))
+    seen = lines.end - when(lines.changes, 2)
+    moved = line + jnp.sum(when(is_near_end, seen[None] - at), axis=1)
+    noticed = moved - when(moved == NOT_LOOKED, 1)
     return noticed, _beam(m, lines, noticed)
 
 
 def _beam(m: Ram, lines: Lines, line: jax.Array) -> jax.Array:
-    """The column of the beam when the drawing loop checks the ball in some lines.
+    """The column of the beam when the drawing loop switches the ball in some lines.
 
-    Each drawn sprite takes time, and more if an address of its picture or colours is on the page
-    after line 0's page.
+    For each sprite that the line shows, the loop reads a row of the picture and its colour. A read
+    takes one more cycle if the row is on the page after line 0's.
     """
-    rows = line[:, None]
-    pages = (((m.picture & 255)[None] + rows) >> 8) + ((m.colors[None] + rows) >> 8)
-    shown = (lines.first[None] >= rows) & (rows > lines.end[None])
-    count = jnp.sum(when(shown, PLAYER + pages), axis=1)
-    sprites = div(count, PLAYER)
-    crossings = count & PLAYER - 1
-    column = lookup(BEAM_COLUMNS, (len(PARTS) + 1) * sprites + reached(line, PARTS))
-    return column + CROSSING * crossings
+    at = line[:, None]  # for each figure
+    is_shown = (lines.first[None] >= at) & (at > lines.end[None])
+    further_pages = ((m.picture & 255)[None] + at >> 8) + (m.colors[None] + at >> 8)
+    sprites = jnp.sum(when(is_shown, 1), axis=1)
+    late = jnp.sum(when(is_shown, further_pages), axis=1)
+    place = SWITCH_CYCLES.shape[1] * sprites + reached(line, PARTS)
+    cycle = lookup(SWITCH_CYCLES.ravel(), place) + late
+    return 3 * (cycle + WRITE_CYCLES) - FIRST_COLUMN_DOT

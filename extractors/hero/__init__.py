@@ -105,7 +105,7 @@ LOWEST = ROM.bytes(0x9E9, 3)  # `y` in the parts
 HIGHEST = ROM.bytes(0x9EC, 3)
 NEITHER = 3  # `stick`
 BEAM_REACH = 16  # columns that a beam flies
-BEAM_STEP = 3  # columns per frame
+BEAM_STEP = 3  # columns per frame; it hits a rock after a whole number of steps
 
 
 class Look(NamedTuple):
@@ -299,11 +299,12 @@ def _laser(m: Ram, room: Box) -> Box:
     x = m.x - when(_player_moves(m), jnp.where(left, -1, 1))
     start = jnp.where(left, x - 6 + when(is_half, 4), x + 6)
     space = jnp.where(left, start - begin, end - start - width)
-    reach = BEAM_STEP * div(jnp.maximum(space + BEAM_STEP, 0), BEAM_STEP)
+    # If a beam begins near a rock, the frame presumably shows the last beam at that rock.
+    to_rock = BEAM_STEP * div(jnp.maximum(space + BEAM_STEP, 0), BEAM_STEP)
     has_begun = (m.laser == 0) & (m.touched == 0)
     before_step = (m.laser - BEAM_STEP) & (BEAM_REACH - 1)
-    flown = jnp.where(has_begun, reach, before_step)
-    flies = (m.laser < BEAM_REACH) & (~has_begun | (reach < BEAM_REACH))
+    flown = jnp.where(has_begun, to_rock, before_step)
+    flies = (m.laser < BEAM_REACH) & (~has_begun | (to_rock < BEAM_REACH))
     whole_beam = box(start + jnp.where(left, -flown, flown), row, width, 1, flies)
     shown = whole_beam.clip(begin, VISIBLE[1], end, VISIBLE[3])
     return shown.where(shown.w > 1)

@@ -8,13 +8,17 @@ moves the objects ($F652), so the RAM is a step ahead of the screen; `lane_boxes
 import jax
 import jax.numpy as jnp
 import numpy as np
-from ocjax.authoring import EDGE_CUTS, Box, Pictures, among, box, match, pick, when
+from ocjax.authoring import EDGE_CUTS, WIDTH, Box, Pictures, among, box, match, pick, when
 from ocjax.extractors.jamesbond.ram import ROM, Flags, Kind, MoreFlags, Ram, Size, Status
 
 GRAPHICS = 0x1000  # offset of the pages that are at $F000 while the frame is drawn
 
-AIR = (8, 57, 160, 121)
-SEA = (8, 121, 160, 152)
+FIELD_LEFT = 8  # columns 0-7 are black
+FIELD_TOP = 57
+FIELD_RIGHT = 160
+AIR = (FIELD_LEFT, FIELD_TOP, FIELD_RIGHT, 121)
+SEA = (FIELD_LEFT, 121, FIELD_RIGHT, 152)
+PICTURE_WIDTH = 8  # dots
 IN_AIR = np.array((True, True, False, False, False))  # slots: two in the air,
 IN_SEA = np.array((False, False, True, True, False))  # two in the sea and one in the sky
 IS_COPY = np.array((False, True, False, True, False))
@@ -95,14 +99,16 @@ def lane_boxes(m: Ram, kinds: jax.Array) -> Box:
     zoom = match((m.size == Size.DOUBLE, 1), (m.size == Size.QUAD, 2), otherwise=0)
     left = _left_columns(m, kinds, zoom)
     y = _row(m, kinds)
-    beyond_right = jnp.clip((left + (8 << zoom) - 160) >> zoom, 0, 8)
-    beyond_left = jnp.clip((8 - left) >> zoom, 0, 8)
+    beyond_right = jnp.clip(
+        (left + (PICTURE_WIDTH << zoom) - FIELD_RIGHT) >> zoom, 0, PICTURE_WIDTH
+    )
+    beyond_left = jnp.clip((FIELD_LEFT - left) >> zoom, 0, PICTURE_WIDTH)
     bottom = LANE_BOTTOMS - when((kinds == Kind.MISSILE) & IN_SEA & (left >= UNLIT), 1)
     shown_rows = len(ROWS) * _look(m, kinds) + jnp.clip(bottom - y, 1, len(ROWS)) - 1
-    cut = len(EDGE_CUTS) * shown_rows + 8 + beyond_right - beyond_left
+    cut = len(EDGE_CUTS) * shown_rows + PICTURE_WIDTH + beyond_right - beyond_left
     dx, dy, w, h = LOOKS.extent(cut)
     shapes = box(left + (dx << zoom), y + dy, w << zoom, h, _there(m, kinds))
-    return shapes.clip(8, 57, 160, bottom)
+    return shapes.clip(FIELD_LEFT, FIELD_TOP, FIELD_RIGHT, bottom)
 
 
 def _left_columns(m: Ram, kinds: jax.Array, zoom: jax.Array) -> jax.Array:
@@ -113,8 +119,9 @@ def _left_columns(m: Ram, kinds: jax.Array, zoom: jax.Array) -> jax.Array:
     x = m.object_x - step - when(behind, step - ground)
     copy = match((m.size == Size.NEAR_COPY, 16), (m.size == Size.MEDIUM_COPY, 32), otherwise=64)
     left = column(x) + when(zoom > 0, 1) + when(IS_COPY, copy)
-    beyond = 2 * left + (8 << zoom) > 328
-    return match((left < 0, left + 160), (beyond, left - 160), otherwise=left)
+    # More of it is in the field at the left edge than at the right one.
+    beyond = 2 * left + (PICTURE_WIDTH << zoom) > 2 * FIELD_RIGHT + FIELD_LEFT
+    return match((left < 0, left + WIDTH), (beyond, left - WIDTH), otherwise=left)
 
 
 def _row(m: Ram, kinds: jax.Array) -> jax.Array:

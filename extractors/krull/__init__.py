@@ -94,6 +94,8 @@ SANK = 7  # `y` of Lyssa in the lair after she has given the weapon its flames
 RISEN = 64  # least `castle` that encodes no castle
 STAR_PICTURE = 41  # `foe_picture` while the star replaces the spider in the web
 SHOT_PAGE = 188  # `shot_page` while the player in the web has a picture of the second page
+PART_BITS = 5
+COLUMN_PARTS = 1 << PART_BITS  # units of `speed` and `item_part` in a column
 LEAST_TOP = 18  # least `shot_top` that is drawn
 OFF_SCREEN = 80  # least `y` and `shot_top` below the screen
 SLANTED_FROM = 45  # a slanted shot has column `shot_x` in this row
@@ -304,7 +306,8 @@ def _weapon_boxes(m: Ram) -> Box:
 
 def _item_box(m: Ram, item: int, inset: int, width: int) -> Box:
     """An item in the desert, one move back, because the game moves it after drawing."""
-    moved = (jnp.abs(m.speed) - m.item_part + 31) >> 5
+    parts = jnp.abs(m.speed) - m.item_part
+    moved = (parts + COLUMN_PARTS - 1) >> PART_BITS  # columns, rounded up
     x = m.item_x - jnp.sign(m.speed) * moved + 8 + inset
     return box(x, 157, width, 7, (m.scene == Scene.DESERT) & (m.item == item))
 

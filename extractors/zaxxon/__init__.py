@@ -50,6 +50,7 @@ from ocjax.authoring import (
     bitmaps,
     box,
     display,
+    div,
     edges,
     extremes,
     materialize,
@@ -194,7 +195,7 @@ def _homing_box(m: Ram, d: Drawn) -> Box:
 
 
 def _plane_picture(m: Ram, d: Drawn) -> jax.Array:
-    return jnp.where(d.space, SPACE_PLANE, (m.picture - Picture.LEVEL) >> 3)
+    return jnp.where(d.space, SPACE_PLANE, div(m.picture - Picture.LEVEL, PLANE_ROWS))
 
 
 def _plane_box(m: Ram, d: Drawn) -> Box:

@@ -39,7 +39,8 @@ WAY = 0xA11  # offset of the table of the way
 WAY_END = 159
 ENOUGH = 20 * 2 * RECORDS  # keeps rows positive
 SPACE_ROWS = 7  # the last rows of `Place.LAST_SPACE`, which are a fortress again
-GROUND_PERIOD = 8  # turns from a change of the near ground to the next
+GROUND_BITS = 3
+GROUND_PERIOD = 1 << GROUND_BITS  # turns from a change of the near ground to the next
 
 
 class Drawn(NamedTuple):
@@ -168,7 +169,7 @@ def line(m: Ram, d: Drawn, turn: jax.Array) -> jax.Array:
 
 def _ground_changes_before(d: Drawn, turn: jax.Array) -> jax.Array:
     """The number of changes of the near ground, from a fixed start."""
-    return (turn - 2 * d.step) >> 3
+    return (turn - 2 * d.step) >> GROUND_BITS
 
 
 def _slow_places(m: Ram) -> jax.Array:
