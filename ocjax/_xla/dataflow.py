@@ -138,7 +138,7 @@ def flatten(closed: ClosedJaxpr) -> Program:
     return Program(flat.steps, inputs, outputs, flat.num_values)
 
 
-def places(program: Program) -> list[set[tuple[int, int]]]:
+def sites(program: Program) -> list[set[tuple[int, int]]]:
     """Find the evaluation sites of each value if nothing is stored.
 
     A site is a kernel or an operand of a join, by the number of its operation.
@@ -149,11 +149,11 @@ def places(program: Program) -> list[set[tuple[int, int]]]:
             found[value].add((len(program.steps), i))
     for i, step in reversed(list(enumerate(program.steps))):
         for k, value in step.values:
-            found[value] |= _places_of_operand(step, i, k, found[step.outputs[0]])
+            found[value] |= _sites_of_operand(step, i, k, found[step.outputs[0]])
     return found
 
 
-def _places_of_operand(
+def _sites_of_operand(
     step: Step, i: int, k: int, own: set[tuple[int, int]]
 ) -> set[tuple[int, int]]:
     if step.name not in _FUSED:
@@ -167,11 +167,11 @@ def worth_storing(program: Program) -> set[int]:
     A value is not stored if an operation that reads it has at least equally many evaluation sites:
     that operation's result may be stored instead.
     """
-    places_of = places(program)
+    sites_of = sites(program)
     most = [1] * program.num_values  # evaluation sites of an operation that reads the value
     for step in program.steps:
         for _, value in step.values:
-            count = len(places_of[step.outputs[0]]) if step.name in _FUSED else 1
+            count = len(sites_of[step.outputs[0]]) if step.name in _FUSED else 1
             most[value] = max(most[value], count)
     stored: set[int] = set()
     # A bit for each operation that is needed to compute the value again.
@@ -182,7 +182,7 @@ def worth_storing(program: Program) -> set[int]:
             needed[out] = functools.reduce(
                 operator.or_, (needed[value] for _, value in step.values), 1 << i
             )
-        extra = len(places_of[out]) - 1
+        extra = len(sites_of[out]) - 1
         saved = extra * needed[out].bit_count()
         if step.name in _REDUCTIONS or (extra >= most[out] and saved >= MIN_SAVED_OPERATIONS):
             stored.add(out)

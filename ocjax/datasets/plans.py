@@ -138,10 +138,13 @@ class Plan:
     @property
     def num_shards(self) -> int:
         """The number of files."""
-        each, rest = divmod(self.states, len(self.seeds))
-        return rest * -(-(each + 1) // self.shard_states) + (len(self.seeds) - rest) * -(
-            -each // self.shard_states
-        )
+        each, rest = divmod(self.states, len(self.seeds))  # the first seeds play one state more
+        of_first, of_others = self._shards_of(each + 1), self._shards_of(each)
+        return rest * of_first + (len(self.seeds) - rest) * of_others
+
+    def _shards_of(self, states: int) -> int:
+        """The number of files of a seed that plays this many states."""
+        return -(-states // self.shard_states)
 
     @functools.cached_property
     def shards(self) -> list[Shard]:
@@ -150,7 +153,7 @@ class Plan:
         first = 0
         for i, seed in enumerate(self.seeds):
             left = self.states // len(self.seeds) + (i < self.states % len(self.seeds))
-            for part in range(-(-left // self.shard_states)):
+            for part in range(self._shards_of(left)):
                 states = min(left - part * self.shard_states, self.shard_states)
                 out.append(Shard(len(out), seed, part, first, states))
                 first += states
@@ -166,12 +169,29 @@ class Plan:
 
 
 def _check_play(plan: Plan) -> None:
+    _check_seeds(plan)
+    _check_policies(plan)
+    if (
+        not isinstance(plan.least_f1, int | float)
+        or isinstance(plan.least_f1, bool)
+        or not 0 <= plan.least_f1 <= 1
+    ):
+        raise DatasetError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
+    if not all(isinstance(start, Mapping) for start in plan.starts):
+        raise ValueError(f"a start must map names to values, got {reprlib.repr(plan.starts)}")
+    _check_settings(plan)
+
+
+def _check_seeds(plan: Plan) -> None:
     for seed in plan.seeds:
         integer("a seed", seed, 0, 2**31 - 1)
     if not plan.seeds or len(set(plan.seeds)) < len(plan.seeds):
         raise DatasetError(
             f"seeds must be distinct, and at least one, got {reprlib.repr(plan.seeds)}"
         )
+
+
+def _check_policies(plan: Plan) -> None:
     for policy in plan.policies:
         if not isinstance(policy, tuple) or len(policy) != 2 or not isinstance(policy[0], str):
             raise ValueError(
@@ -182,14 +202,10 @@ def _check_play(plan: Plan) -> None:
         raise ValueError(
             f"the policies must have {ENVS} instances, got {reprlib.repr(plan.policies)}"
         )
-    if (
-        not isinstance(plan.least_f1, int | float)
-        or isinstance(plan.least_f1, bool)
-        or not 0 <= plan.least_f1 <= 1
-    ):
-        raise DatasetError(f"least_f1 must be between 0 and 1, got {plan.least_f1!r}")
-    if not all(isinstance(start, Mapping) for start in plan.starts):
-        raise ValueError(f"a start must map names to values, got {reprlib.repr(plan.starts)}")
+
+
+def _check_settings(plan: Plan) -> None:
+    """Check the settings of all policies, which must have the same actions."""
     names = [name for name, _ in plan.policies]
     if not isinstance(plan.policy_settings, Mapping) or not set(plan.policy_settings) <= set(names):
         raise ValueError(

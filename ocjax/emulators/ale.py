@@ -58,6 +58,8 @@ _MIN_SHARD = 64
 _SLOW_START = 1.0  # seconds after which the start of the emulators is reported
 _REPORT_EVERY = 0.25  # seconds
 
+Pickled = tuple[tuple[str, str], ...]  # names and texts of hooks, see `pickled_hooks`
+
 
 class AlePool(EmulatorPool):
     """Emulators of one game in worker processes.
@@ -119,15 +121,14 @@ class AlePool(EmulatorPool):
         self.actions = action_set(ale, self.settings)
         modes = self._one_each("mode", game_mode, ale.getAvailableModes())
         difficulties = self._one_each("difficulty", game_difficulty, ale.getAvailableDifficulties())
-        hooks, begin = (
+        config = self._config(
+            _in_order(screens),
+            autoreset,
+            modes,
+            difficulties,
             pickled_hooks(hook, game.name),
-            tuple(pickled_hooks(s, game.name) for s in starts or [None] * self.num_envs),
+            self._pickled_starts(starts),
         )
-        if len(begin) != self.num_envs:
-            raise ValueError(
-                f"starts must have one entry per environment, {self.num_envs}, got {len(begin)}"
-            )
-        config = self._config(_in_order(screens), autoreset, modes, difficulties, hooks, begin)
         size = interface.memory_size(config)
         self._workers = Workers(worker_timeout)
         self._local: EmulatorBlock | None = None  # the emulators of this process
@@ -155,8 +156,8 @@ class AlePool(EmulatorPool):
         autoreset: str,
         modes: tuple[int | None, ...],
         difficulties: tuple[int | None, ...],
-        hooks: tuple[tuple[str, str], ...],
-        starts: tuple[tuple[tuple[str, str], ...], ...],
+        hooks: Pickled,
+        starts: tuple[Pickled, ...],
     ) -> WorkerConfig:
         """The configuration of one worker that steps all emulators."""
         s = self.settings
@@ -206,6 +207,14 @@ class AlePool(EmulatorPool):
             if v is not None and v not in known:
                 raise ValueError(f"{self.game.name} has no {name} {v}; it has {list(known)}")
         return tuple(None if v is None else int(v) for v in values)
+
+    def _pickled_starts(self, starts: Sequence[Hook | None]) -> tuple[Pickled, ...]:
+        """The start of each emulator's games, as `pickled_hooks` returns hooks."""
+        if starts and len(starts) != self.num_envs:
+            raise ValueError(
+                f"starts must have one entry per environment, {self.num_envs}, got {len(starts)}"
+            )
+        return tuple(pickled_hooks(s, self.game.name) for s in starts or [None] * self.num_envs)
 
     def _start_workers(self, config: WorkerConfig, size: int, num_workers: int) -> None:
         # Workers inherit the descriptor, so the file may be closed afterwards.

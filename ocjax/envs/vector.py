@@ -105,14 +105,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             pool.settings.repeat_action_probability > 0 and pool.executed_action is not None
         )
         self.kinds, self._single = requested_kinds(mode, obs)
-        spaces = {name: kind.space(self.game, mode) for name, kind in self.kinds.items()}
-        self.single_observation_space = spaces[""] if self._single else gym.spaces.Dict(spaces)
         self.continuous = continuous
-        self.single_action_space = (
-            continuous.space if continuous else gym.spaces.Discrete(len(pool.actions))
-        )
-        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
-        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self._set_spaces()
         self._observer = make_observer(self.game, mode, self.kinds)
         self._shards = [self._make_shard(rows) for rows in pool.shards]
         self._ended = np.zeros(self.num_envs, bool)  # episodes that ended in the last step
@@ -121,6 +115,17 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         self._steps = pool.steps  # number of the pool's steps in the shards
         # The actions of the last step; float32 [N, 3] if they are continuous.
         self._actions = np.zeros(self.num_envs, np.int32)
+
+    def _set_spaces(self) -> None:
+        spaces = {name: kind.space(self.game, self.mode) for name, kind in self.kinds.items()}
+        self.single_observation_space = spaces[""] if self._single else gym.spaces.Dict(spaces)
+        self.single_action_space = (
+            self.continuous.space
+            if self.continuous
+            else gym.spaces.Discrete(len(self.pool.actions))
+        )
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
 
     def _make_shard(self, rows: slice) -> EnvShard:
         sources = {"ram", "started", *required_screens(self.mode, self.kinds)}

@@ -144,6 +144,7 @@ def _edited(game: Game, ram: np.ndarray, place: int, wanted: Mapping[str, int]) 
             exact = tried[distance == 0]
             # If a position wraps around, the game itself would have the nearest value.
             return exact[np.argmin(np.abs(exact.astype(int) - ram).sum(axis=1))]
+        # Go on with the bytes that matter: a value gives another distance than the value 0.
         by_byte = distance.reshape(len(kept), len(addresses), -1)
         addresses = addresses[((by_byte != by_byte[:, :, :1]) & (by_byte < _FAR)).any(axis=(0, 2))]
         kept = tried[np.argsort(distance, kind="stable")[:_KEPT]]
@@ -170,11 +171,11 @@ def _refusal(game: Game, before: np.ndarray, place: int, goal: _Goal, nearest: n
     at = [k for k in range(len(EDITABLE)) if goal.wanted[place, k]]
     got = np.asarray(_numbers(game.rem(nearest)))[place]
 
-    def told(numbers: np.ndarray) -> str:
+    def text(numbers: np.ndarray) -> str:
         return ", ".join(f"{EDITABLE[k]}={numbers[k]}" for k in at)
 
     return (
-        f"{game.name}: no bytes that REM reads give {category} {told(goal.numbers[place])} and "
+        f"{game.name}: no bytes that REM reads give {category} {text(goal.numbers[place])} and "
         "leave everything else as it is; "
-        f"it has {told(before[place])}, and the nearest that was found is {told(got)}"
+        f"it has {text(before[place])}, and the nearest that was found is {text(got)}"
     )

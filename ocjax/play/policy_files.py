@@ -309,12 +309,16 @@ def layers_of(
         b = arrays.get(f"b{i}", np.zeros(0))
         outputs = shape[0] if len(shape) == CONVOLUTION else shape[-1]
         if w.shape != shape or b.shape != (outputs,) or not w.size:
-            sizes = ", ".join(map(str, shape[:-1] if len(shape) < CONVOLUTION else shape))
-            free = ", n" * (len(shape) < CONVOLUTION)
             raise PolicyError(
-                f"{path}: layer {i} must have w{i} [{sizes}{free}] and b{i} "
-                f"[{'n' if free else outputs}] for {game.name}, "
+                f"{path}: layer {i} must have {_required(i, shape)} for {game.name}, "
                 f"got {list(w.shape)} and {list(b.shape)}"
             )
         layers.append((w.astype(np.float32), b.astype(np.float32)))
     return layers
+
+
+def _required(i: int, shape: Shape) -> str:
+    """The shapes of a layer's arrays, with n for the outputs of layers that may have any number."""
+    if len(shape) == CONVOLUTION:
+        return f"w{i} {list(shape)} and b{i} [{shape[0]}]"
+    return f"w{i} [{', '.join(map(str, (*shape[:-1], 'n')))}] and b{i} [n]"

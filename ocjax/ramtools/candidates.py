@@ -181,18 +181,18 @@ class ByRem:
     ) -> tuple[int, int, int]:
         """The fewest objects that a byte's values leave, the address, and the chosen value.
 
-        Choice 0 is the best value that is most frequent in play.
+        Choice 0 is the best value that is most frequent in play. The others are the smallest to the
+        largest of the best values, evenly spaced.
         """
         effects = self._effects(rams, category, address)
         left = np.where(effects.added | effects.foreign, np.iinfo(np.int32).max, effects.left)
         best = np.flatnonzero(left == left.min())
-        times = np.bincount(self.rams[:, address], minlength=256)[best]
-        at = (
-            int(np.argmax(times))
-            if choice == 0
-            else (len(best) - 1) * (choice - 1) // max(CHOICES - 2, 1)
-        )
-        return int(left.min()), address, int(best[at])
+        if choice == 0:
+            times = np.bincount(self.rams[:, address], minlength=256)[best]
+            value = best[np.argmax(times)]
+        else:
+            value = best[(len(best) - 1) * (choice - 1) // max(CHOICES - 2, 1)]
+        return int(left.min()), address, int(value)
 
     def own(self, category: str) -> frozenset[int]:
         """The bytes that move only this category."""
@@ -212,14 +212,9 @@ class ByRem:
         ]
         rams = self.rams.copy()
         rams[:, own] = color
-        after = np.asarray(_read(self.game, rams).colors)
-        return frozenset(
-            own
-            if (after == self.game.palette[color])
-            .all(axis=-1)[self.valid & self._slots(category)]
-            .all()
-            else ()
-        )
+        has_color = (np.asarray(_read(self.game, rams).colors) == self.game.palette[color]).all(-1)
+        objects = self.valid & self._slots(category)
+        return frozenset(own if has_color[objects].all() else ())
 
     def fullest(self, category: str) -> np.ndarray:
         """States with many objects of a category, uint8 `[PLACES, 128]`."""

@@ -18,7 +18,8 @@ from ocjax.extraction.objects import Objects
 from ocjax.ramtools import fits
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
-FIELDS = ("x", "y", "w", "h", "value")
+FIELDS = ("x", "y", "w", "h", "value")  # in the order of `_numbers`
+BOX, VALUE = slice(0, 4), 4  # indices of `FIELDS`
 FRAME_SKIP = 4  # emulated frames per agent step of the play that leads to the state
 BEFORE_END = 240  # emulated frames from a state to the end of its game, if play reaches the end
 LEAST_CHANGES = 2  # values that must change a category's objects for an effect to be reported
@@ -235,13 +236,14 @@ def _effect(
     changed = differs.any(axis=1)
     if changed.sum() < LEAST_CHANGES:
         return None
-    was = {tuple(box) for box in old[old_valid, :4].tolist()}
-    moved = valid & np.array([[tuple(b) not in was for b in row] for row in new[..., :4].tolist()])
-    known = valid & (new[..., 4] != UNKNOWN_VALUE)
+    was = {tuple(box) for box in old[old_valid, BOX].tolist()}
+    moved = valid & np.array([[tuple(b) not in was for b in row] for row in new[..., BOX].tolist()])
+    known = valid & (new[..., VALUE] != UNKNOWN_VALUE)
     formulas = {}
     for i, field in enumerate(FIELDS):
         # The object at a new position, or the only object.
-        candidates = known if field == "value" else moved if category.count > 1 else valid
+        of_box = moved if category.count > 1 else valid
+        candidates = known if i == VALUE else of_box
         formula = _formula(new[..., i], candidates, tried)
         if formula is not None:
             formulas[field] = formula

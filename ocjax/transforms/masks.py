@@ -64,24 +64,19 @@ def masks(
         ValueError: `kind` or `draw` is unknown, or `gray` or `frames` is missing.
     """
     game = whose(objects)
-    if kind not in KINDS or draw not in DRAWS:
-        raise ValueError(
-            f"kind must be one of {KINDS} and draw one of {DRAWS}, got {kind!r} and {draw!r}"
-        )
-    if gray is None and (kind == "object" or pixels):
-        raise ValueError("kind 'object' and pixels need the grey screen: give gray")
-    if frames is None and draw == "pixels":
-        raise ValueError("draw 'pixels' needs the frames that show the objects: give frames")
-    screen, out = game.screen, size or game.screen
-    at_once = draw == "output"
-    slices = game.slices.values() if kind in ("class", "planes") else [slice(0, game.num_slots)]
+    _check(kind, draw, gray, frames, pixels=pixels)
+    out = size or game.screen
+    at_once = draw == "output"  # otherwise the masks have the screen's size first
+    slices = [*game.slices.values()] if kind in ("class", "planes") else [slice(0, game.num_slots)]
     if draw == "pixels":
         assert frames is not None  # checked above
         owners = segment(objects, frames)
         planes = [(owners >= s.start) & (owners < s.stop) for s in slices]
     else:
-        grid = out if at_once else screen
-        planes = [_covered(objects.xywh[:, s], objects.valid[:, s], screen, grid) for s in slices]
+        grid = out if at_once else game.screen
+        planes = [
+            _covered(objects.xywh[:, s], objects.valid[:, s], game.screen, grid) for s in slices
+        ]
     if kind == "object":
         assert gray is not None  # checked above
         shown = resize(gray, out) if at_once else gray
@@ -97,6 +92,19 @@ def masks(
         assert gray is not None  # checked above
         drawn.append(resize(gray, out))
     return jnp.stack(drawn, axis=1)
+
+
+def _check(
+    kind: str, draw: str, gray: jax.Array | None, frames: jax.Array | None, *, pixels: bool
+) -> None:
+    if kind not in KINDS or draw not in DRAWS:
+        raise ValueError(
+            f"kind must be one of {KINDS} and draw one of {DRAWS}, got {kind!r} and {draw!r}"
+        )
+    if gray is None and (kind == "object" or pixels):
+        raise ValueError("kind 'object' and pixels need the grey screen: give gray")
+    if frames is None and draw == "pixels":
+        raise ValueError("draw 'pixels' needs the frames that show the objects: give frames")
 
 
 def _shaded(plane: jax.Array, shade: jax.Array) -> jax.Array:

@@ -9,6 +9,7 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -71,6 +72,15 @@ def _nearest(
     return lax.scan(step, jnp.full(a[0].shape, _NONE), (x, y, slots))[0]
 
 
+class _Matching(NamedTuple):
+    """The state of `_match` between two rounds."""
+
+    nearest: jax.Array  # int32 [B, n]: the nearest `b` of each `a`, see `_nearest`
+    partner: jax.Array  # int32 [B, n]: slot of `b`, or n
+    ax: jax.Array  # int32 [B, n]: columns; `-_AWAY` and `_AWAY` for empty and matched slots
+    bx: jax.Array
+
+
 def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Match one category's slots greedily, one to one; batch shape `[B]`.
 
@@ -97,18 +107,20 @@ def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Arr
         )
         return (one != _NONE) & (lax.rem(back, jnp.full_like(back, n)) == slots)
 
-    def take(state: tuple[jax.Array, ...]) -> tuple[jax.Array, ...]:
+    def one_round(state: _Matching) -> _Matching:
         from_a, partner, ax, bx = state
         from_b = _nearest((bx, by), (ax, ay), limit)
         paired = mutual(from_a, from_b)
         partner = jnp.where(paired, lax.rem(from_a, jnp.full_like(from_a, n)), partner)
+        # Matched objects move out of reach.
         ax, bx = jnp.where(paired, -_AWAY, ax), jnp.where(mutual(from_b, from_a), _AWAY, bx)
-        return _nearest((ax, ay), (bx, by), limit), partner, ax, bx
+        return _Matching(_nearest((ax, ay), (bx, by), limit), partner, ax, bx)
 
     (ax, ay), (bx, by) = center(a, -_AWAY), center(b, _AWAY)
-    start = (_nearest((ax, ay), (bx, by), limit), jnp.full(a.valid.shape, n, jnp.int32), ax, bx)
-    _, partner, ax, bx = lax.while_loop(lambda state: jnp.any(state[0] != _NONE), take, start)
-    return partner, ax != -_AWAY, bx != _AWAY
+    nobody = jnp.full(a.valid.shape, n, jnp.int32)
+    start = _Matching(_nearest((ax, ay), (bx, by), limit), nobody, ax, bx)
+    end = lax.while_loop(lambda state: jnp.any(state.nearest != _NONE), one_round, start)
+    return end.partner, end.ax != -_AWAY, end.bx != _AWAY
 
 
 def _rank(mask: jax.Array) -> jax.Array:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocjax._xla.batch_last import batch_last
-from ocjax._xla.dataflow import MIN_SAVED_OPERATIONS, flatten, places, worth_storing
+from ocjax._xla.dataflow import MIN_SAVED_OPERATIONS, flatten, sites, worth_storing
 from tests.support.states import ROOT
 
 pytestmark = pytest.mark.usefixtures("quick_compilation")
@@ -111,4 +111,4 @@ def test_example_of_the_readme():
     p = program(names["decode"], 2)
     (number,) = worth_storing(p)
     (at,) = (i for i, step in enumerate(p.steps) if number in step.outputs)
-    assert (at + 1, len(places(p)[number])) == (42, 2)
+    assert (at + 1, len(sites(p)[number])) == (42, 2)

@@ -107,6 +107,7 @@ class Emulator:
         if POOLED in self.screens:
             self.previous[GRAY] = np.zeros(config.screen_size, np.uint8)
         self.actions = [ale_py.Action(a) for a in config.actions]
+        self.max_steps = config.max_episode_steps or math.inf  # of an episode
         self.least_skip, self.most_skip = config.frame_skip[0], config.frame_skip[1] - 1
         # One call of `act` emulates all frames of a step, unless single frames are needed.
         single = hooks or self.previous or config.noop_max or config.rom in PRESSING
@@ -291,14 +292,16 @@ class Emulator:
         shown.game_over[i] = game_over or self.next_episode_begins_game()
         if game_over:
             shown.terminated[i] |= self.ale.game_over(with_truncation=False)
-            shown.truncated[i] = self.ale.game_truncated() or shown.episode_length[i] >= (
-                self.config.max_episode_steps or math.inf
-            )
+            shown.truncated[i] = self.ale.game_truncated() or self.is_at_step_limit()
         if self.config.autoreset == SAME_STEP:
             self.record_final()
             result = shown.reward[i], shown.terminated[i], shown.truncated[i]
             self.reset()
             shown.reward[i], shown.terminated[i], shown.truncated[i] = result
+
+    def is_at_step_limit(self) -> bool:
+        """True if the shown episode has as many steps as the settings allow."""
+        return self.shown.episode_length[self.i] >= self.max_steps
 
     def next_episode_begins_game(self) -> bool:
         """True if the start of the next episode, after a lost life, reaches the frame limit."""

@@ -1,7 +1,6 @@
 """The loop of a worker process, and the block of environments that it steps."""
 
 import contextlib
-import math
 import mmap
 import os
 import pickle
@@ -36,7 +35,6 @@ class EmulatorBlock:
     ) -> None:
         self.shown, self.commands = shown, commands
         self.autoreset, self.episodic_life = config.autoreset, config.episodic_life
-        self.max_steps = config.max_episode_steps or math.inf
         hooks = _load_hooks(config.hooks)
         self.rows = slice(*config.block)
         self.emulators = [
@@ -121,7 +119,7 @@ class EmulatorBlock:
         shown.frame_number[rows] = [ale.getEpisodeFrameNumber() for ale in ales]
         shown.episode_return[rows] += rewards
         shown.episode_length[rows] += ~ended
-        game_over |= shown.episode_length[rows] >= self.max_steps
+        game_over |= np.array([e.is_at_step_limit() for e in self.emulators])
         for e, ale in zip(self.emulators, ales, strict=True):
             ale.getRAM(e.ram)
             e.show_screens()

@@ -75,17 +75,12 @@ class Index:
                 ),
             )
 
+        # Counts by word, by row and by block, each from the counts before.
         in_words = materialize(in_rows, board)
         counts = materialize(
             lambda in_words: _packed(_total(_fields(in_words, BITS_OF_WORD_COUNT, words))), in_words
         )
-        blocks = jnp.sum(
-            _total(_fields(counts, BITS_OF_ROW_COUNT, ROW_COUNTS_PER_WORD)).reshape(
-                -1, BLOCK_ROWS // ROW_COUNTS_PER_WORD, layout.board.lanes
-            ),
-            axis=1,
-            dtype=jnp.int32,
-        )
+        blocks = _of_blocks(counts)
         above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
         ends = above[layout.board.begins // BLOCK_ROWS]
         # candidates before each segment
@@ -161,6 +156,13 @@ def _fields(words: jax.Array, bits: int, n: int) -> list[jax.Array]:
 
 def _total(numbers: Sequence[jax.Array]) -> jax.Array:
     return functools.reduce(operator.add, numbers)
+
+
+def _of_blocks(counts: jax.Array) -> jax.Array:
+    """Add up the packed counts of rows, int32 `[blocks, lanes]`."""
+    of_four_rows = _total(_fields(counts, BITS_OF_ROW_COUNT, ROW_COUNTS_PER_WORD))
+    quads = BLOCK_ROWS // ROW_COUNTS_PER_WORD
+    return jnp.sum(of_four_rows.reshape(-1, quads, counts.shape[1]), axis=1, dtype=jnp.int32)
 
 
 def _packed(counts: jax.Array) -> jax.Array:

@@ -1,5 +1,7 @@
 """Flood fill: the components of bitmaps that hold given pixels, and their extents."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -22,13 +24,7 @@ def fill(
     """
     words = mask.shape[1]
     rows = _depth(mask)
-
-    def touched(filled: jax.Array, mask: jax.Array, *above: jax.Array) -> list[jax.Array]:
-        """Select a row's pixels that are filled or touch the row before, one array per word."""
-        return [
-            f | (m & near)
-            for f, m, near in zip(filled, mask, bm.spread_words(above, corners), strict=True)
-        ]
+    touched = functools.partial(_touched, corners)
 
     def row(
         step: jax.Array, state: tuple[jax.Array, tuple[jax.Array, ...]]
@@ -61,14 +57,31 @@ def fill(
         filled, _ = lax.fori_loop(
             0, 2 * rows, row, (state[0], tuple(jnp.zeros_like(seed[0])) if words > 1 else ())
         )
-        own, inside = ([a[:, i] for i in range(words)] for a in (filled, mask))
-        near = bm.spread_words([f[:-1] for f in own], corners)
-        missing = bm.any_of(a & m[1:] & ~f[1:] for a, m, f in zip(near, inside, own, strict=True))
-        return filled, jnp.any(missing != 0)  # after a sweep up, nothing is missing upwards
+        return filled, _is_incomplete(filled, mask, corners)
 
     return lax.while_loop(
         lambda state: state[1], down_and_up, (seed, varying(jnp.bool_(True), seed))
     )[0]
+
+
+def _touched(
+    corners: jax.Array | np.ndarray, filled: jax.Array, mask: jax.Array, *above: jax.Array
+) -> list[jax.Array]:
+    """Select a row's pixels that are filled or touch the row before, one array per word."""
+    return [
+        f | (m & near)
+        for f, m, near in zip(filled, mask, bm.spread_words(above, corners), strict=True)
+    ]
+
+
+def _is_incomplete(
+    filled: jax.Array, mask: jax.Array, corners: jax.Array | np.ndarray
+) -> jax.Array:
+    """Whether a filled pixel touches a blank one below; after a sweep up, none is above."""
+    own, inside = ([a[:, i] for i in range(mask.shape[1])] for a in (filled, mask))
+    near = bm.spread_words([f[:-1] for f in own], corners)
+    missing = bm.any_of(a & m[1:] & ~f[1:] for a, m, f in zip(near, inside, own, strict=True))
+    return jnp.any(missing != 0)
 
 
 def _depth(mask: jax.Array) -> jax.Array:

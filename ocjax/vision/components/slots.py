@@ -74,16 +74,18 @@ def fill_slots(
     candidate, part = order.places()
     heads = (found.column,) if len(slots) > 1 else ()
     fields = materialize(_in_order, candidate, part, found.parts, *heads, small=0)
-    # One word for each segment: the slot after its last object, and the index in the list of
-    # objects that would belong to slot 0.
-    known = (before[:-1].reshape(totals.shape) - totals) * MAX_COUNT + jnp.minimum(
-        totals + new, MAX_COUNT - 1
+    # Earlier rounds filled the slots below `totals`, so slot `totals` gets the segment's first
+    # object, number `before`.
+    number_in_slot_0 = before[:-1].reshape(totals.shape) - totals
+    number = materialize(
+        functools.partial(_numbers_of_slots, counts),
+        _packed(number_in_slot_0, totals + new),
+        small=0,
     )
-    place = materialize(functools.partial(_places, counts), known, small=0)
-    is_new = (place >= 0) & (slots[0] == 0)
-    place = jnp.clip(place, 0, len(fields[0]) - 1)
+    is_new = (number >= 0) & (slots[0] == 0)
+    number = jnp.clip(number, 0, len(fields[0]) - 1)
     return totals + new, tuple(
-        jnp.where(is_new, bm.at(field, place), old)
+        jnp.where(is_new, bm.at(field, number), old)
         for field, old in zip(fields, slots, strict=True)
     )
 
@@ -97,14 +99,24 @@ def _in_order(
     )
 
 
-def _places(counts: np.ndarray, known: jax.Array) -> jax.Array:
-    """Index of each slot's object in a round, int32 `[slots, lanes]`; negative without one.
+def _packed(number_in_slot_0: jax.Array, filled: jax.Array) -> jax.Array:
+    """Pack a number of any sign, and the number of filled slots in the lowest bits, int32."""
+    return number_in_slot_0 * MAX_COUNT + jnp.minimum(filled, MAX_COUNT - 1)
+
+
+def _numbers_of_slots(counts: np.ndarray, packed: jax.Array) -> jax.Array:
+    """Number of each slot's object in a round, int32 `[slots, lanes]`.
+
+    It is negative for the other slots. A segment with slots from earlier rounds has the first
+    objects of this round, so their numbers are negative, too.
 
     Args:
-        known: see `fill_slots`, int32 `[masks, lanes]`.
+        packed: see `_packed`, int32 `[masks, lanes]`.
     """
-    number = np.arange(counts.max(), dtype=np.int32)[None, :, None]
-    known = known[:, None]
-    place = jnp.where(number < known % MAX_COUNT, (known >> COUNT_BITS) + number, -1)
+    slot = np.arange(counts.max(), dtype=np.int32)[None, :, None]
+    packed = packed[:, None]
+    # The shift rounds down, also for negative numbers.
+    number_in_slot_0, filled = packed >> COUNT_BITS, packed % MAX_COUNT
+    number = jnp.where(slot < filled, number_in_slot_0 + slot, -1)
     # Until here all masks have equally many slots, so that slots need no look-up of their mask.
-    return place.reshape(-1, known.shape[2])[np.flatnonzero(number[..., 0] < counts[:, None])]
+    return number.reshape(-1, packed.shape[2])[np.flatnonzero(slot[..., 0] < counts[:, None])]
