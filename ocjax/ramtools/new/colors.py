@@ -118,7 +118,8 @@ def _boxes(masks: np.ndarray, slots: int) -> Boxes:
     """The first components of masks, bool `[n, H, 160]`, in raster order."""
     xywh = np.zeros((len(masks), slots, 4), int)
     for found, mask in zip(xywh, masks, strict=True):
-        labels, _ = ndimage.label(mask, np.ones((3, 3)))
+        labels = np.zeros(mask.shape, np.int32)
+        ndimage.label(mask, np.ones((3, 3)), output=labels)
         for box, (rows, columns) in zip(found, ndimage.find_objects(labels), strict=False):
             size = columns.stop - columns.start, rows.stop - rows.start
             box[:] = columns.start, rows.start, *size
