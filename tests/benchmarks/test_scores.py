@@ -1,23 +1,17 @@
 """The rows, summaries and page of the scoreboard."""
 
-import importlib.util
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ocjax.extraction.suites import SUITES
-
-PATH = Path(__file__).parents[2] / "benchmarks" / "_scores.py"
+from tests.support.benchmarks import program
 
 
 @pytest.fixture(scope="module")
 def scores():
-    spec = importlib.util.spec_from_file_location("_scores", PATH)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return program("_scores")
 
 
 def row(scores, game="Pong", agent="ocjax", mean=10.0, **changes):

@@ -1,21 +1,14 @@
 """The plan of the runs that `benchmarks/zoo.py` makes."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
 
 import ocjax
-
-PATH = Path(__file__).parents[2] / "benchmarks" / "zoo_plan.py"
+from tests.support.benchmarks import program
 
 
 @pytest.fixture(scope="module")
 def plan():
-    spec = importlib.util.spec_from_file_location("zoo_plan", PATH)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return program("zoo_plan")
 
 
 def row(plan, game, seed=0, frames=10_000_000, rise=0.0):
