@@ -103,6 +103,23 @@ def test_slots_share_an_encoder(network, layers):
     )
 
 
+def test_gradient_of_the_encoders(network, layers):
+    """It agrees with differences of the network's values."""
+    x = observations(64)
+    apply = NETWORKS[network].apply
+    first, direction = layers[0][0], np.sign(layers[0][0])
+
+    def total(step):
+        moved = [(first + step * direction, layers[0][1]), *layers[1:]]
+        return apply(moved, x, CONFIG.groups).sum()
+
+    derivative = jax.grad(total)(jnp.float32(0))
+    step = np.float32(1e-3)
+    difference = (total(step) - total(-step)) / (2 * step)
+    assert abs(derivative) > 1
+    assert np.allclose(derivative, difference, rtol=0.02)
+
+
 def test_perceptrons_of_any_depth(network, layers):
     """Files may have other numbers of hidden layers than `ocjax train`."""
     x = observations(5)
