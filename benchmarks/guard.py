@@ -10,8 +10,9 @@ measured in seconds. All times are processor times, so that other programs distu
 For environments they include the worker process, which needs Linux.
 
 A figure of the table is this checkout's value divided by the other's, as the median over the pairs
-of processes, with the lowest and the highest. The program exits with 1 if a median is above 1.25.
-With the defaults, it takes about five minutes on two idle cores.
+of processes, with the lowest and the highest. The last rows are geometric means over the games. The
+program exits with 1 if a median is above 1.25. With the defaults, it takes about five minutes on
+two idle cores.
 
 The processes use this checkout's interpreter and recordings, and only functions that both checkouts
 have: `ocjax.load`, `rem`, `vem` and `ocjax.make_vec`.
@@ -171,6 +172,8 @@ def worker(checkout: str, folder: str, games: Sequence[str]) -> None:
 
     if not Path(ocjax.__file__).is_relative_to(checkout):
         raise SystemExit(f"{ocjax.__file__} is not in {checkout}")
+    for name in games:
+        ocjax.load(name)  # reports an unknown game before the long measurements
     ocjax.retain_freed_memory()
     print(json.dumps({name: measure(name, Path(folder)) for name in games}))
 
@@ -203,7 +206,7 @@ def compared(other: Path, games: Sequence[str], rounds: int) -> dict[tuple[str, 
             for source in SOURCES.values():
                 np.save(Path(folder) / f"{name}-{source}.npy", recorded(name)[source])
         for i in range(rounds):
-            order = (this, other) if i % 2 == 0 else (other, this)
+            order = (other, this) if i % 2 == 0 else (this, other)
             values = {checkout: in_process(checkout, folder, games) for checkout in order}
             for name in games:
                 for what, value in values[this][name].items():
@@ -236,12 +239,17 @@ def main() -> None:
     for heading in ("game", "measurement", "median", "lowest-highest", ""):
         table.add_column(heading, justify="right" if heading[:3] in ("med", "low") else "left")
     worse = False
+    medians: dict[str, list[float]] = {}
     for (name, what), ratios in compared(other, arguments.games, arguments.rounds).items():
         median = statistics.median(ratios)
+        medians.setdefault(what, []).append(median)
         is_worse = median > LIMIT
         worse |= is_worse
         spread = f"{min(ratios):.2f}-{max(ratios):.2f}"
         table.add_row(name, what, f"{median:.2f}", spread, "WORSE" if is_worse else "")
+    for what, each in medians.items():
+        spread = f"{min(each):.2f}-{max(each):.2f}"
+        table.add_row("geometric mean", what, f"{statistics.geometric_mean(each):.2f}", spread)
     Console(width=140).print(table)
     sys.exit(worse)
 
