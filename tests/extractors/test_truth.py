@@ -138,7 +138,10 @@ def test_rewards_are_checked(game, truth, detected):
     scores = [c for c in game.categories if c.role == "score" and "value" in c.attributes]
     assert (game.checks.returns == "score") == bool(scores)
     if callable(game.checks.returns):
-        np.testing.assert_array_equal(game.checks.returns(detected[0]), truth["rewards"])
+        displays = [c.name for c in game.categories if c.hud and "value" in c.attributes]
+        np.testing.assert_array_equal(
+            game.checks.returns(detected[0]), truth["rewards"], f"the return from {displays}"
+        )
 
 
 def test_other_categories_show_the_lives(game, truth, detected):
@@ -351,9 +354,11 @@ def test_displays_at_their_limits(game):
             slot = game.slices[category].start
             both = [value if isinstance(value, tuple) else (value, value) for value in values]
             assert list(zip(rem.value[:, slot], vem.value[:, slot], strict=True)) == both
-        shown = game.slot_hud & rem.valid
-        np.testing.assert_array_equal(vem.valid & game.slot_hud, shown)
-        np.testing.assert_array_equal(rem.xywh[shown], vem.xywh[shown])
+        for c in (c for c in game.categories if c.hud):
+            shown = rem.valid[:, game.slices[c.name]]
+            boxes = (o.xywh[:, game.slices[c.name]][shown] for o in (rem, vem))
+            np.testing.assert_array_equal(vem.valid[:, game.slices[c.name]], shown, c.name)
+            np.testing.assert_array_equal(*boxes, c.name)
 
 
 def test_first_and_last_states_and_lost_lives(game):
