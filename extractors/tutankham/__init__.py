@@ -304,6 +304,7 @@ GAME = Game(
     checks=Checks(
         rare=("PlayerShot",),  # in several colours
         mirrored={"Creature": None},
+        terrain=0.97,
     ),
     categories=(
         Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the man"),

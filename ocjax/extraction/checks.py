@@ -76,6 +76,8 @@ class Checks:
         mirrored: by category, the largest fraction of pictures with the orientation of their mirror
             images, if above 0.01; None if no picture and its mirror image are recorded.
         saver_hides: the categories that the screen saver draws in the colour of their background.
+        terrain: the least fraction of states in which the terrain from RAM equals the terrain in the
+            pixels, if below 1. Edited states may show a part of another room.
     """
 
     agreement: Mapping[str, float] = field(default_factory=dict)
@@ -90,6 +92,7 @@ class Checks:
     moved: float = 0.1
     mirrored: Mapping[str, float | None] = field(default_factory=dict)
     saver_hides: tuple[str, ...] = ()
+    terrain: float = 1.0
 
     @property
     def names(self) -> set[str]:
