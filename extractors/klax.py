@@ -1,0 +1,350 @@
+"""Klax: tiles tumble down a belt onto a paddle, which drops them into a well of five columns.
+
+Picture: docs/games/Klax.png
+
+Screen: the belt is at the top and the well below it. The belt, the frame of the well and all words
+are scenery. Selector is the white light below the column over which the paddle stands. Goal counts
+down the klaxes, tiles or points that the wave still demands. Bonus is the points of a klax, or the
+points of a finished wave. Countdown is the time to continue a lost game. Before a wave, the screen
+shows words and numbers only, which are no objects.
+
+Slots: BeltTile has the places of the belt row by row from the top left, WellTile those of the well.
+PaddleTile is the pile on the paddle, the top tile first.
+
+RAM: the ROM's code. The cartridge has 128 bytes of RAM of its own, which are not in the RAM that
+the emulator returns. The console's RAM contains the displayed tiles and the pointers of the last
+drawn number, but neither score nor clock. The low byte of a return address on the stack tells which
+screen the game shows, and whether the frame is one of the two on which tiles fall. Tiles in the
+well fall after drawing.
+
+Covered: all modes, klaxes of all kinds, finished and lost waves, and the continued game.
+
+Not exact: only the cartridge's RAM contains these facts: the score and the dropped tiles below it,
+which are therefore no categories; tiles that fall past the paddle; the colours of the tiles on the
+belt, for which REM reports black; the paddle's position between two columns, where REM reports the
+column that it leaves. The RAM also lacks the row of a tile in the well on the frame on which it
+lands, tiles of a klax on the frame on which they disappear, and the shade of flashing tiles on half
+of the frames.
+
+VEM: it misses a tile with the grey of the belt, or black, as which tiles of any colour flash.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from ocjax.authoring import (
+    Blobs,
+    Bounds,
+    Box,
+    BoxTable,
+    Category,
+    Checks,
+    Digits,
+    Game,
+    NumberDisplay,
+    RamMap,
+    Rom,
+    Shape,
+    among,
+    box,
+    byte,
+    choose,
+    display,
+    only,
+    score_box,
+    when,
+)
+
+ROM = Rom("klax", "eed9eaf1a0b6a2b9bc4c8032cb43e3fb")
+SMALL = ROM.font(0x3E08, rows=5, stride=8)
+LARGE = ROM.font(0x3F18, rows=8, stride=8)
+
+BLACK = 0
+GREY = 4
+WHITE = 12
+YELLOW = 76
+VIOLET = 216
+TILES = tuple(color for color in range(2, 256, 2) if color != GREY)
+
+LEFT = 60  # of the first column
+PITCH = 8  # columns from a lane to the next
+LANES = 5
+BELT = (LEFT, 40, 100, 114)
+BELT_ROWS = 14
+BELT_TOPS = (40, 43, 47, 51, 55, 59, 64, 69, 74, 79, 85, 91, 98, 106)
+BELT_LINES = (2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 6, 7, 8)
+PHASES = 4  # of a tile that tumbles through a row
+PILE_TOP = 119
+PILE = 5  # most tiles on the paddle
+PADDLE_AREA = (LEFT, 118, 100, 150)
+PILE_AREA = (LEFT, 118, 100, 144)
+WELL_TOP = 151
+WELL_ROWS = 5
+WELL = (LEFT, 150, 100, 175)
+STEP = 5  # rows from a tile to the next, on the paddle and in the well
+TILE = (7, 4)
+FULL = 136  # the paddle's colour on half of the frames, if it carries most tiles
+FULL_AREA = (LEFT, 144, 100, 148)
+LIGHTS = (LEFT, 177, 100, 180)
+
+GOAL_RIGHT = 102
+GOAL_TOP = 197
+DIGITS = 6  # of the longest goal
+TENS = 10 ** np.arange(DIGITS - 1, -1, -1, dtype=np.int32)
+WAVE_BONUS = NumberDisplay(SMALL, right=102, top=197, digits=6)
+KLAX_BONUS = NumberDisplay(LARGE, right=102, top=194, digits=4)
+COUNTDOWN = NumberDisplay(LARGE, right=94, top=190, digits=2)
+
+
+PLAY = ("Selector",)  # words before a wave lack it
+
+
+class Call:  # of `Ram.call`, after which part of the game the last call returned
+    EVEN = 0xE0  # tiles in the well fall
+    ODD = 0xF9
+    ODD_KLAX = 0xF3
+    SOUND = 0xBF  # on an even frame
+    OTHER_SOUND = 0xCE
+    BONUS = 0xAC
+    CONTINUE = 0xC4
+
+
+class Page:  # of `Ram.page` and `Ram.font`
+    WORDS = 0x99  # of the code that draws the words before a wave
+    SMALL = 0xFE
+    LARGE = 0xFF
+
+
+LIT = 12  # `lights`
+FIRST_PICTURE = 0xC8  # `picture` of the first phase
+PICTURE_BYTES = 8  # of each phase
+SMALL_ZERO = 0x08  # `digits`
+LARGE_ZERO = 0x18
+BLANK = 0
+PLUS = 0x68  # `digits` before the points of a klax
+TIMES = 0x70  # `digits` if they count several times
+KLAX_SOUND = 0xD3  # `sound`
+
+
+class Ram(RamMap):
+    belt = byte(*range(10, 37, 2))  # lanes with a tile, the left one in bit 4; top row first
+    picture = byte(37)  # low byte of the picture in the belt's last row
+    pile = byte(*range(40, 46))  # colours of the tiles on the paddle, and of the paddle below them
+    well = byte(*range(51, 76))  # colours of tiles row by row, top row first
+    lights = byte(*range(76, 81))
+    digits = byte(*range(107, 118, 2))  # low bytes of the pictures of the last drawn number
+    font = byte(108)  # their high byte
+    page = byte(125)  # high byte of the last inner call's return address
+    call = byte(126)  # low byte of the last call's return address
+    sound = byte(127)  # the last byte of a sound
+
+
+def decode(m: Ram) -> dict[str, Box]:
+    shown = _has_belt(m)
+    return {
+        "Player": _paddle(m).where(shown),
+        "BeltTile": _belt_tiles(m).where(shown),
+        "PaddleTile": _pile(m).where(shown),
+        "WellTile": _well_tiles(m).where(shown),
+        "Selector": _selector(m).where(shown),
+        "Goal": _goal(m).where(shown),
+        "Bonus": _bonus(m).where(shown),
+        "Countdown": _countdown(m).where(shown),
+    }
+
+
+def _has_belt(m: Ram) -> jax.Array:
+    """Whether the frame shows belt and well."""
+    plays = among(m.call, (Call.EVEN, Call.ODD, Call.ODD_KLAX, Call.CONTINUE, Call.BONUS))
+    sounds = among(m.call, (Call.SOUND, Call.OTHER_SOUND))
+    return plays | sounds & (m.page != Page.WORDS)
+
+
+def _column(m: Ram) -> jax.Array:
+    """The last column over which the paddle stood."""
+    return only(m.lights == LIT, np.arange(LANES))
+
+
+def _selector(m: Ram) -> Box:
+    return box(LEFT + PITCH * _column(m) + 1, 177, 5, 3, jnp.any(m.lights == LIT))
+
+
+def _tiles_on_paddle(m: Ram) -> jax.Array:
+    return (m.pile != 0).sum() - 1
+
+
+def _paddle(m: Ram) -> Box:
+    tiles = _tiles_on_paddle(m)
+    color = only(np.arange(PILE + 1) == tiles, m.pile)
+    return box(
+        LEFT + PITCH * _column(m), PILE_TOP + STEP * tiles, *TILE, tiles >= 0, color=color & 0xFE
+    )
+
+
+def _pile(m: Ram) -> Box:
+    places = np.arange(PILE)
+    colors = m.pile[:PILE] & 0xFE
+    return box(
+        LEFT + PITCH * _column(m),
+        PILE_TOP + STEP * places,
+        *TILE,
+        places < _tiles_on_paddle(m),
+        color=colors,
+    )
+
+
+def _belt_tiles(m: Ram) -> Box:
+    phase = (m.picture - FIRST_PICTURE) // PICTURE_BYTES
+    lanes = jnp.repeat(m.belt, LANES, total_repeat_length=BELT_ROWS * LANES)
+    slots = np.arange(BELT_ROWS * LANES)
+    there = (lanes >> (LANES - 1 - slots % LANES) & 1) == 1
+    return BELT_BOXES.at(phase * len(slots) + slots, valid=there, color=BLACK)
+
+
+def _well_tiles(m: Ram) -> Box:
+    slots = np.arange(WELL_ROWS * LANES)
+    row = slots // LANES - when(_falls(m) & _is_in_the_air(m), 1)
+    return box(
+        LEFT + PITCH * (slots % LANES),
+        WELL_TOP + STEP * row,
+        *TILE,
+        m.well != 0,
+        color=m.well & 0xFE,
+    )
+
+
+def _falls(m: Ram) -> jax.Array:
+    """Whether tiles have fallen by a row since the frame was drawn."""
+    other_sound = (m.call == Call.OTHER_SOUND) & (m.sound != KLAX_SOUND)
+    return among(m.call, (Call.EVEN, Call.SOUND)) | other_sound
+
+
+def _is_in_the_air(m: Ram) -> jax.Array:
+    """Whether a place of the well is above an empty one, except in the top row."""
+    empty = m.well == 0
+    fifth = empty[4 * LANES :]
+    fourth = fifth | empty[3 * LANES : 4 * LANES]
+    third = fourth | empty[2 * LANES : 3 * LANES]
+    never = jnp.zeros_like(fifth)
+    return jnp.concatenate([never, third, fourth, fifth, never])
+
+
+def _number(digits: jax.Array, zero: int) -> jax.Array:
+    """A number from the low bytes of its digits' pictures, and of the zero's."""
+    return jnp.sum(jnp.maximum((digits - zero) >> 3, 0) * TENS[-len(digits) :])
+
+
+def _goal(m: Ram) -> Box:
+    """Numbers of at most two digits are a cell further left."""
+    is_short = m.digits[5] == BLANK
+    number = _number(m.digits, SMALL_ZERO)
+    goal = jnp.where(is_short, number // 10, number)
+    there = (m.font == Page.SMALL) & (m.call != Call.BONUS)
+    right = GOAL_RIGHT - when(is_short, PITCH)
+    return score_box(SMALL, goal, right=right, top=GOAL_TOP, digits=DIGITS, value=goal, valid=there)
+
+
+def _bonus(m: Ram) -> Box:
+    wave = _number(m.digits, SMALL_ZERO)
+    klax = _number(m.digits[-KLAX_BONUS.digits :], LARGE_ZERO)
+    counts = among(m.digits[1], (PLUS, TIMES))
+    return choose(
+        m.font == Page.LARGE,
+        KLAX_BONUS.box(klax, valid=counts),
+        WAVE_BONUS.box(wave, valid=m.call == Call.BONUS),
+    )
+
+
+def _countdown(m: Ram) -> Box:
+    number = _number(m.digits[3:5], LARGE_ZERO)
+    return COUNTDOWN.box(number, valid=(m.font == Page.LARGE) & (m.digits[5] == BLANK))
+
+
+def _belt_boxes() -> BoxTable:
+    """The boxes of tiles by phase, row and lane: the tight boxes of the ROM's pictures."""
+    rows = []
+    for phase in range(PHASES):
+        for row, picture in enumerate(ROM.bytes(0x1F02 + 16 * phase, BELT_ROWS)):
+            lines = ROM.rows(0x3E00 + int(picture), BELT_LINES[row])
+            drawn = np.flatnonzero(lines)
+            width = int(lines[drawn[0]]).bit_count()
+            left = PITCH - int(lines[drawn[0]]).bit_length()
+            top = BELT_TOPS[row] + int(drawn[0])
+            for lane in range(LANES):
+                rows.append((LEFT + PITCH * lane + left, top, width, len(drawn)))
+    return BoxTable(rows)
+
+
+BELT_BOXES = _belt_boxes()
+
+CATEGORIES = (
+    Category(
+        "Player",
+        Bounds(GREY, PADDLE_AREA, min_size=TILE, max_size=TILE),
+        role="player",
+        otherwise=Bounds(FULL, FULL_AREA, min_size=TILE, max_size=TILE),
+        needs=PLAY,
+        doc="the paddle",
+    ),
+    Category(
+        "BeltTile",
+        Blobs(TILES, BELT, Shape(w=(2, 7), h=(1, 8))),
+        count=BELT_ROWS * LANES,
+        needs=PLAY,
+        doc="tiles on the belt",
+    ),
+    Category(
+        "PaddleTile",
+        Blobs(TILES, PILE_AREA, Shape(w=7, h=4)),
+        count=PILE,
+        needs=PLAY,
+        doc="tiles on the paddle",
+    ),
+    Category(
+        "WellTile",
+        Blobs(TILES, WELL, Shape(w=7, h=4)),
+        count=WELL_ROWS * LANES,
+        needs=PLAY,
+        doc="tiles in the well",
+    ),
+    Category(
+        "Selector",
+        Bounds(WHITE, LIGHTS, min_size=(5, 3), max_size=(5, 3)),
+        doc="the light below the paddle's column",
+    ),
+    display(
+        "Goal",
+        Bounds(
+            WHITE,
+            (54, GOAL_TOP, GOAL_RIGHT, GOAL_TOP + SMALL.height),
+            value=Digits(SMALL, range(54, GOAL_RIGHT, PITCH), GOAL_TOP, centered=True),
+        ),
+        needs=PLAY,
+        doc="the klaxes, tiles or points to go in the wave",
+    ),
+    display(
+        "Bonus",
+        KLAX_BONUS.rule(YELLOW, required=True),
+        otherwise=WAVE_BONUS.rule(YELLOW, required=True),
+        needs=PLAY,
+        doc="the points of a klax or a finished wave",
+    ),
+    display(
+        "Countdown",
+        COUNTDOWN.rule(VIOLET),
+        role="time",
+        needs=PLAY,
+        doc="seconds left to continue a lost game",
+    ),
+)
+
+GAME = Game(
+    name="Klax",
+    rom=ROM,
+    ram=Ram,
+    decode=decode,
+    categories=CATEGORIES,
+    screen=(250, 160),
+    pal=True,
+    checks=Checks(returns="unknown"),  # the RAM lacks the score
+)
