@@ -9,7 +9,7 @@ points of a finished wave. Countdown is the time to continue a lost game. Before
 shows words and numbers only, which are no objects.
 
 Slots: BeltTile has the places of the belt row by row from the top left, WellTile those of the well.
-PaddleTile is the pile on the paddle, the top tile first.
+PaddleTile is the stack on the paddle, the top tile first.
 
 RAM: the ROM's code. The cartridge has 128 bytes of RAM of its own, which are not in the RAM that
 the emulator returns. The console's RAM contains the displayed tiles and the pointers of the last
@@ -59,44 +59,45 @@ ROM = Rom("klax", "eed9eaf1a0b6a2b9bc4c8032cb43e3fb")
 SMALL = ROM.font(0x3E08, rows=5, stride=8)
 LARGE = ROM.font(0x3F18, rows=8, stride=8)
 
+HUE_AND_SHADE = 0xFE  # bits of a colour; bit 0 marks tiles of any colour
 BLACK = 0
 GREY = 4
 WHITE = 12
 YELLOW = 76
 VIOLET = 216
-TILES = tuple(color for color in range(2, 256, 2) if color != GREY)
+TILE_COLORS = tuple(color for color in range(2, 256, 2) if color != GREY)
 
-LEFT = 60  # of the first column
+FIRST_LEFT = 60  # of the first column
 PITCH = 8  # columns from a lane to the next
 LANES = 5
-BELT = (LEFT, 40, 100, 114)
+BELT = (FIRST_LEFT, 40, 100, 114)
 BELT_ROWS = 14
 BELT_TOPS = (40, 43, 47, 51, 55, 59, 64, 69, 74, 79, 85, 91, 98, 106)
 BELT_LINES = (2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 6, 7, 8)
 PHASES = 4  # of a tile that tumbles through a row
 PILE_TOP = 119
-PILE = 5  # most tiles on the paddle
-PADDLE_AREA = (LEFT, 118, 100, 150)
-PILE_AREA = (LEFT, 118, 100, 144)
+MOST_CARRIED = 5  # most tiles on the paddle
+PADDLE_AREA = (FIRST_LEFT, 118, 100, 150)
+PILE_AREA = (FIRST_LEFT, 118, 100, 144)
 WELL_TOP = 151
 WELL_ROWS = 5
-WELL = (LEFT, 150, 100, 175)
+WELL = (FIRST_LEFT, 150, 100, 175)
 STEP = 5  # rows from a tile to the next, on the paddle and in the well
 TILE = (7, 4)
 FULL = 136  # the paddle's colour on half of the frames, if it carries most tiles
-FULL_AREA = (LEFT, 144, 100, 148)
-LIGHTS = (LEFT, 177, 100, 180)
+FULL_AREA = (FIRST_LEFT, 144, 100, 148)
+LIGHTS = (FIRST_LEFT, 177, 100, 180)
 
 GOAL_RIGHT = 102
 GOAL_TOP = 197
-DIGITS = 6  # of the longest goal
-TENS = 10 ** np.arange(DIGITS - 1, -1, -1, dtype=np.int32)
+CELLS = 6  # of the longest goal
+TENS = 10 ** np.arange(CELLS - 1, -1, -1, dtype=np.int32)
 WAVE_BONUS = NumberDisplay(SMALL, right=102, top=197, digits=6)
 KLAX_BONUS = NumberDisplay(LARGE, right=102, top=194, digits=4)
-COUNTDOWN = NumberDisplay(LARGE, right=94, top=190, digits=2)
+SECONDS = NumberDisplay(LARGE, right=94, top=190, digits=2)
 
 
-PLAY = ("Selector",)  # words before a wave lack it
+PLAY = ("Selector", "Player")  # the words before a wave lack both
 
 
 class Call:  # of `Ram.call`, after which part of the game the last call returned
@@ -129,7 +130,8 @@ KLAX_SOUND = 0xD3  # `sound`
 class Ram(RamMap):
     belt = byte(*range(10, 37, 2))  # lanes with a tile, the left one in bit 4; top row first
     picture = byte(37)  # low byte of the picture in the belt's last row
-    pile = byte(*range(40, 46))  # colours of the tiles on the paddle, and of the paddle below them
+    paddle_page = byte(39)  # high byte of the paddle's picture; 0 on a wave's first frame
+    stack = byte(*range(40, 46))  # colours of the tiles on the paddle, and of the paddle below them
     well = byte(*range(51, 76))  # colours of tiles row by row, top row first
     lights = byte(*range(76, 81))
     digits = byte(*range(107, 118, 2))  # low bytes of the pictures of the last drawn number
@@ -144,7 +146,7 @@ def decode(m: Ram) -> dict[str, Box]:
     return {
         "Player": _paddle(m).where(shown),
         "BeltTile": _belt_tiles(m).where(shown),
-        "PaddleTile": _pile(m).where(shown),
+        "PaddleTile": _paddle_tiles(m).where(shown),
         "WellTile": _well_tiles(m).where(shown),
         "Selector": _selector(m).where(shown),
         "Goal": _goal(m).where(shown),
@@ -166,38 +168,38 @@ def _column(m: Ram) -> jax.Array:
 
 
 def _selector(m: Ram) -> Box:
-    return box(LEFT + PITCH * _column(m) + 1, 177, 5, 3, jnp.any(m.lights == LIT))
+    return box(FIRST_LEFT + PITCH * _column(m) + 1, 177, 5, 3, jnp.any(m.lights == LIT))
 
 
 def _tiles_on_paddle(m: Ram) -> jax.Array:
-    return (m.pile != 0).sum() - 1
+    return (m.stack != 0).sum() - 1
 
 
 def _paddle(m: Ram) -> Box:
     tiles = _tiles_on_paddle(m)
-    color = only(np.arange(PILE + 1) == tiles, m.pile)
+    color = only(np.arange(MOST_CARRIED + 1) == tiles, m.stack)
     return box(
-        LEFT + PITCH * _column(m), PILE_TOP + STEP * tiles, *TILE, tiles >= 0, color=color & 0xFE
-    )
-
-
-def _pile(m: Ram) -> Box:
-    places = np.arange(PILE)
-    colors = m.pile[:PILE] & 0xFE
-    return box(
-        LEFT + PITCH * _column(m),
-        PILE_TOP + STEP * places,
+        FIRST_LEFT + PITCH * _column(m),
+        PILE_TOP + STEP * tiles,
         *TILE,
-        places < _tiles_on_paddle(m),
-        color=colors,
+        tiles >= 0,
+        color=color & HUE_AND_SHADE,
     )
+
+
+def _paddle_tiles(m: Ram) -> Box:
+    places = np.arange(MOST_CARRIED)
+    colors = m.stack[:MOST_CARRIED] & HUE_AND_SHADE
+    left = FIRST_LEFT + PITCH * _column(m)
+    there = places < _tiles_on_paddle(m)
+    return box(left, PILE_TOP + STEP * places, *TILE, there, color=colors)
 
 
 def _belt_tiles(m: Ram) -> Box:
     phase = (m.picture - FIRST_PICTURE) // PICTURE_BYTES
-    lanes = jnp.repeat(m.belt, LANES, total_repeat_length=BELT_ROWS * LANES)
+    masks = jnp.repeat(m.belt, LANES, total_repeat_length=BELT_ROWS * LANES)
     slots = np.arange(BELT_ROWS * LANES)
-    there = (lanes >> (LANES - 1 - slots % LANES) & 1) == 1
+    there = (masks >> (LANES - 1 - slots % LANES) & 1) == 1
     return BELT_BOXES.at(phase * len(slots) + slots, valid=there, color=BLACK)
 
 
@@ -205,11 +207,11 @@ def _well_tiles(m: Ram) -> Box:
     slots = np.arange(WELL_ROWS * LANES)
     row = slots // LANES - when(_falls(m) & _is_in_the_air(m), 1)
     return box(
-        LEFT + PITCH * (slots % LANES),
+        FIRST_LEFT + PITCH * (slots % LANES),
         WELL_TOP + STEP * row,
         *TILE,
         m.well != 0,
-        color=m.well & 0xFE,
+        color=m.well & HUE_AND_SHADE,
     )
 
 
@@ -229,19 +231,27 @@ def _is_in_the_air(m: Ram) -> jax.Array:
     return jnp.concatenate([never, third, fourth, fifth, never])
 
 
-def _number(digits: jax.Array, zero: int) -> jax.Array:
-    """A number from the low bytes of its digits' pictures, and of the zero's."""
-    return jnp.sum(jnp.maximum((digits - zero) >> 3, 0) * TENS[-len(digits) :])
+def _number(pictures: jax.Array, zero: int) -> jax.Array:
+    """A number from the low bytes of its pictures, and of the zero's."""
+    return jnp.sum(jnp.maximum((pictures - zero) >> 3, 0) * TENS[-len(pictures) :])
 
 
 def _goal(m: Ram) -> Box:
     """Numbers of at most two digits are a cell further left."""
     is_short = m.digits[5] == BLANK
-    number = _number(m.digits, SMALL_ZERO)
-    goal = jnp.where(is_short, number // 10, number)
-    there = (m.font == Page.SMALL) & (m.call != Call.BONUS)
+    total = _number(m.digits, SMALL_ZERO)
+    shown = jnp.where(is_short, total // 10, total)
+    there = (m.font == Page.SMALL) & ~_counts_bonus(m)
     right = GOAL_RIGHT - when(is_short, PITCH)
-    return score_box(SMALL, goal, right=right, top=GOAL_TOP, digits=DIGITS, value=goal, valid=there)
+    return score_box(
+        SMALL, shown, right=right, top=GOAL_TOP, digits=CELLS, value=shown, valid=there
+    )
+
+
+def _counts_bonus(m: Ram) -> jax.Array:
+    """Whether a small number is the bonus of a wave, which begins as a 0 in the last cell."""
+    is_new = (m.digits[5] == SMALL_ZERO) & (m.digits[4] == BLANK)
+    return (m.call == Call.BONUS) | is_new
 
 
 def _bonus(m: Ram) -> Box:
@@ -251,16 +261,16 @@ def _bonus(m: Ram) -> Box:
     return choose(
         m.font == Page.LARGE,
         KLAX_BONUS.box(klax, valid=counts),
-        WAVE_BONUS.box(wave, valid=m.call == Call.BONUS),
+        WAVE_BONUS.box(wave, valid=_counts_bonus(m)),
     )
 
 
 def _countdown(m: Ram) -> Box:
-    number = _number(m.digits[3:5], LARGE_ZERO)
-    return COUNTDOWN.box(number, valid=(m.font == Page.LARGE) & (m.digits[5] == BLANK))
+    total = _number(m.digits[3:5], LARGE_ZERO)
+    return SECONDS.box(total, valid=(m.font == Page.LARGE) & (m.digits[5] == BLANK))
 
 
-def _belt_boxes() -> BoxTable:
+def _tile_boxes() -> BoxTable:
     """The boxes of tiles by phase, row and lane: the tight boxes of the ROM's pictures."""
     rows = []
     for phase in range(PHASES):
@@ -271,11 +281,11 @@ def _belt_boxes() -> BoxTable:
             left = PITCH - int(lines[drawn[0]]).bit_length()
             top = BELT_TOPS[row] + int(drawn[0])
             for lane in range(LANES):
-                rows.append((LEFT + PITCH * lane + left, top, width, len(drawn)))
+                rows.append((FIRST_LEFT + PITCH * lane + left, top, width, len(drawn)))
     return BoxTable(rows)
 
 
-BELT_BOXES = _belt_boxes()
+BELT_BOXES = _tile_boxes()
 
 CATEGORIES = (
     Category(
@@ -283,26 +293,25 @@ CATEGORIES = (
         Bounds(GREY, PADDLE_AREA, min_size=TILE, max_size=TILE),
         role="player",
         otherwise=Bounds(FULL, FULL_AREA, min_size=TILE, max_size=TILE),
-        needs=PLAY,
         doc="the paddle",
     ),
     Category(
         "BeltTile",
-        Blobs(TILES, BELT, Shape(w=(2, 7), h=(1, 8))),
+        Blobs(TILE_COLORS, BELT, Shape(w=(2, 7), h=(1, 8))),
         count=BELT_ROWS * LANES,
         needs=PLAY,
         doc="tiles on the belt",
     ),
     Category(
         "PaddleTile",
-        Blobs(TILES, PILE_AREA, Shape(w=7, h=4)),
-        count=PILE,
+        Blobs(TILE_COLORS, PILE_AREA, Shape(w=7, h=4)),
+        count=MOST_CARRIED,
         needs=PLAY,
         doc="tiles on the paddle",
     ),
     Category(
         "WellTile",
-        Blobs(TILES, WELL, Shape(w=7, h=4)),
+        Blobs((GREY, *TILE_COLORS), WELL, Shape(w=7, h=4)),
         count=WELL_ROWS * LANES,
         needs=PLAY,
         doc="tiles in the well",
@@ -326,12 +335,11 @@ CATEGORIES = (
         "Bonus",
         KLAX_BONUS.rule(YELLOW, required=True),
         otherwise=WAVE_BONUS.rule(YELLOW, required=True),
-        needs=PLAY,
         doc="the points of a klax or a finished wave",
     ),
     display(
         "Countdown",
-        COUNTDOWN.rule(VIOLET),
+        SECONDS.rule(VIOLET),
         role="time",
         needs=PLAY,
         doc="seconds left to continue a lost game",
@@ -346,5 +354,9 @@ GAME = Game(
     categories=CATEGORIES,
     screen=(250, 160),
     pal=True,
-    checks=Checks(returns="unknown"),  # the RAM lacks the score
+    checks=Checks(
+        agreement={"samples": 0.97, "modes": 0.96},  # the paddle's position between two columns
+        returns="unknown",  # the RAM lacks the score
+        uncolored=("BeltTile",),
+    ),
 )

@@ -76,6 +76,7 @@ class Checks:
         mirrored: by category, the largest fraction of pictures with the orientation of their mirror
             images, if above 0.01; None if no picture and its mirror image are recorded.
         saver_hides: the categories that the screen saver draws in the colour of their background.
+        uncolored: the categories for which REM reports black, because the RAM lacks their colours.
     """
 
     agreement: Mapping[str, float] = field(default_factory=dict)
@@ -90,6 +91,7 @@ class Checks:
     moved: float = 0.1
     mirrored: Mapping[str, float | None] = field(default_factory=dict)
     saver_hides: tuple[str, ...] = ()
+    uncolored: tuple[str, ...] = ()
 
     @property
     def names(self) -> set[str]:
@@ -102,7 +104,8 @@ class Checks:
             self.mirrored,
         )
         shown = (name for part in self.lives for name in part.categories)
-        return {*self.rare, *self.saver_hides, *shown, *(n for part in by_category for n in part)}
+        named = (*self.rare, *self.saver_hides, *self.uncolored)
+        return {*named, *shown, *(n for part in by_category for n in part)}
 
 
 USUAL = Checks()  # of a game without differences
