@@ -26,7 +26,8 @@ column that it leaves. The RAM also lacks the row of a tile in the well on the f
 lands, tiles of a klax on the frame on which they disappear, and the shade of flashing tiles on half
 of the frames.
 
-VEM: it misses a tile with the grey of the belt, or black, as which tiles of any colour flash.
+VEM: it misses black tiles, and grey ones outside the well, as which tiles of any colour flash. It
+also misses tiles on the paddle that touch a falling tile.
 """
 
 import jax
@@ -356,6 +357,7 @@ GAME = Game(
     pal=True,
     checks=Checks(
         agreement={"samples": 0.97, "modes": 0.96},  # the paddle's position between two columns
+        rare=("Bonus", "Countdown", "PaddleTile"),
         returns="unknown",  # the RAM lacks the score
         uncolored=("BeltTile",),
     ),
