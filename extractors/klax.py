@@ -37,7 +37,6 @@ from ocjax.authoring import (
     Blobs,
     Bounds,
     Box,
-    BoxTable,
     Category,
     Checks,
     Digits,
@@ -51,6 +50,7 @@ from ocjax.authoring import (
     byte,
     choose,
     display,
+    match,
     only,
     score_box,
     when,
@@ -68,26 +68,52 @@ YELLOW = 76
 VIOLET = 216
 TILE_COLORS = tuple(color for color in range(2, 256, 2) if color != GREY)
 
-FIRST_LEFT = 60  # of the first column
+LANES = 5  # of the belt, above the columns of the well
+FIRST_LEFT = 60  # of the first lane
 PITCH = 8  # columns from a lane to the next
-LANES = 5
-BELT = (FIRST_LEFT, 40, 100, 114)
-BELT_ROWS = 14
-BELT_TOPS = (40, 43, 47, 51, 55, 59, 64, 69, 74, 79, 85, 91, 98, 106)
-BELT_LINES = (2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 6, 7, 8)
-PHASES = 4  # of a tile that tumbles through a row
-PILE_TOP = 119
-MOST_CARRIED = 5  # most tiles on the paddle
-PADDLE_AREA = (FIRST_LEFT, 118, 100, 150)
-PILE_AREA = (FIRST_LEFT, 118, 100, 144)
-WELL_TOP = 151
-WELL_ROWS = 5
-WELL = (FIRST_LEFT, 150, 100, 175)
+LANE_LEFTS = FIRST_LEFT + PITCH * np.arange(LANES, dtype=np.int32)
 STEP = 5  # rows from a tile to the next, on the paddle and in the well
 TILE = (7, 4)
+
+BELT = (60, 40, 100, 114)
+BELT_TOPS = (40, 43, 47, 51, 55, 59, 64, 69, 74, 79, 85, 91, 98, 106)
+BELT_LINES = (2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 6, 7, 8)  # of each row's pictures
+BELT_ROWS = len(BELT_TOPS)
+PHASES = 4  # of a tile that tumbles through a row
+TILE_PICTURES = 0x1F02  # offset of the low bytes of the tiles' pictures, 16 for each phase
+TILE_PAGE = 0x3E00  # offset of the pictures
+
+
+def _extent(phase: int, row: int) -> tuple[int, int, int]:
+    """The first row and the height of a tile on the belt, and its dots in a row."""
+    picture = int(ROM.bytes(TILE_PICTURES + 16 * phase + row, 1)[0])
+    lines = ROM.rows(TILE_PAGE + picture, BELT_LINES[row])
+    drawn = np.flatnonzero(lines)
+    return BELT_TOPS[row] + int(drawn[0]), len(drawn), int(lines[drawn[0]])
+
+
+# by place of the belt
+EXTENTS = np.array([[_extent(p, r) for r in range(BELT_ROWS)] for p in range(PHASES)], np.int32)
+TILE_TOPS = np.repeat(EXTENTS[..., 0], LANES, axis=1)  # and by phase
+TILE_HEIGHTS = np.repeat(EXTENTS[..., 1], LANES, axis=1)
+TILE_DOTS = np.unpackbits(EXTENTS[0, :, 2:].astype(np.uint8), axis=1).repeat(LANES, axis=0)
+TILE_WIDTHS = TILE_DOTS.sum(axis=1, dtype=np.int32)
+TILE_LEFTS = np.tile(LANE_LEFTS, BELT_ROWS) + TILE_DOTS.argmax(axis=1).astype(np.int32)
+LANE_BITS = np.tile(16 >> np.arange(LANES, dtype=np.int32), BELT_ROWS)
+
+PADDLE_AREA = (60, 118, 100, 150)
+PILE_TOP = 119
+MOST_CARRIED = 5  # tiles on the paddle
+PILE_AREA = (60, 118, 100, 144)
 FULL = 136  # the paddle's colour on half of the frames, if it carries most tiles
-FULL_AREA = (FIRST_LEFT, 144, 100, 148)
-LIGHTS = (FIRST_LEFT, 177, 100, 180)
+FULL_AREA = (60, 144, 100, 148)
+
+WELL = (60, 150, 100, 175)
+WELL_ROWS = 5
+WELL_TOPS = np.repeat(151 + STEP * np.arange(WELL_ROWS, dtype=np.int32), LANES)
+WELL_LEFTS = np.tile(LANE_LEFTS, WELL_ROWS)
+LIGHTS = (60, 177, 100, 180)
+PLAY = ("Selector", "Player")  # the words before a wave lack both
 
 GOAL_RIGHT = 102
 GOAL_TOP = 197
@@ -96,9 +122,6 @@ TENS = 10 ** np.arange(CELLS - 1, -1, -1, dtype=np.int32)
 WAVE_BONUS = NumberDisplay(SMALL, right=102, top=197, digits=6)
 KLAX_BONUS = NumberDisplay(LARGE, right=102, top=194, digits=4)
 SECONDS = NumberDisplay(LARGE, right=94, top=190, digits=2)
-
-
-PLAY = ("Selector", "Player")  # the words before a wave lack both
 
 
 class Call:  # of `Ram.call`, after which part of the game the last call returned
@@ -129,7 +152,8 @@ KLAX_SOUND = 0xD3  # `sound`
 
 
 class Ram(RamMap):
-    belt = byte(*range(10, 37, 2))  # lanes with a tile, the left one in bit 4; top row first
+    # by place, top row first: lanes of the row with a tile, the left one in bit 4
+    belt = byte(*(row for row in range(10, 37, 2) for _ in range(LANES)))
     picture = byte(37)  # low byte of the picture in the belt's last row
     paddle_page = byte(39)  # high byte of the paddle's picture; 0 on a wave's first frame
     stack = byte(*range(40, 46))  # colours of the tiles on the paddle, and of the paddle below them
@@ -177,15 +201,11 @@ def _tiles_on_paddle(m: Ram) -> jax.Array:
 
 
 def _paddle(m: Ram) -> Box:
-    tiles = _tiles_on_paddle(m)
-    color = only(np.arange(MOST_CARRIED + 1) == tiles, m.stack)
-    return box(
-        FIRST_LEFT + PITCH * _column(m),
-        PILE_TOP + STEP * tiles,
-        *TILE,
-        tiles >= 0,
-        color=color & HUE_AND_SHADE,
-    )
+    carried = _tiles_on_paddle(m)
+    color = only(np.arange(MOST_CARRIED + 1) == carried, m.stack) & HUE_AND_SHADE
+    left = FIRST_LEFT + PITCH * _column(m)
+    there = (carried >= 0) & (m.paddle_page != 0)
+    return box(left, PILE_TOP + STEP * carried, *TILE, there, color=color)
 
 
 def _paddle_tiles(m: Ram) -> Box:
@@ -198,28 +218,26 @@ def _paddle_tiles(m: Ram) -> Box:
 
 def _belt_tiles(m: Ram) -> Box:
     phase = (m.picture - FIRST_PICTURE) // PICTURE_BYTES
-    masks = jnp.repeat(m.belt, LANES, total_repeat_length=BELT_ROWS * LANES)
-    slots = np.arange(BELT_ROWS * LANES)
-    there = (masks >> (LANES - 1 - slots % LANES) & 1) == 1
-    return BELT_BOXES.at(phase * len(slots) + slots, valid=there, color=BLACK)
+    top = _of_phase(phase, TILE_TOPS)
+    height = _of_phase(phase, TILE_HEIGHTS)
+    there = (m.belt & LANE_BITS) != 0
+    return box(TILE_LEFTS, top, TILE_WIDTHS, height, there, color=BLACK)
+
+
+def _of_phase(phase: jax.Array, rows: np.ndarray) -> jax.Array:
+    return match(*((phase == i, rows[i]) for i in range(PHASES - 1)), otherwise=rows[-1])
 
 
 def _well_tiles(m: Ram) -> Box:
-    slots = np.arange(WELL_ROWS * LANES)
-    row = slots // LANES - when(_falls(m) & _is_in_the_air(m), 1)
-    return box(
-        FIRST_LEFT + PITCH * (slots % LANES),
-        WELL_TOP + STEP * row,
-        *TILE,
-        m.well != 0,
-        color=m.well & HUE_AND_SHADE,
-    )
+    color = m.well & HUE_AND_SHADE
+    return box(WELL_LEFTS, _tops_as_drawn(m), *TILE, m.well != 0, color=color)
 
 
-def _falls(m: Ram) -> jax.Array:
-    """Whether tiles have fallen by a row since the frame was drawn."""
-    other_sound = (m.call == Call.OTHER_SOUND) & (m.sound != KLAX_SOUND)
-    return among(m.call, (Call.EVEN, Call.SOUND)) | other_sound
+def _tops_as_drawn(m: Ram) -> jax.Array:
+    """The rows of the well's tiles before those in the air fell on an even frame."""
+    even_sound = (m.call == Call.OTHER_SOUND) & (m.sound != KLAX_SOUND)
+    falls = among(m.call, (Call.EVEN, Call.SOUND)) | even_sound
+    return WELL_TOPS - when(falls & _is_in_the_air(m), STEP)
 
 
 def _is_in_the_air(m: Ram) -> jax.Array:
@@ -270,23 +288,6 @@ def _countdown(m: Ram) -> Box:
     total = _number(m.digits[3:5], LARGE_ZERO)
     return SECONDS.box(total, valid=(m.font == Page.LARGE) & (m.digits[5] == BLANK))
 
-
-def _tile_boxes() -> BoxTable:
-    """The boxes of tiles by phase, row and lane: the tight boxes of the ROM's pictures."""
-    rows = []
-    for phase in range(PHASES):
-        for row, picture in enumerate(ROM.bytes(0x1F02 + 16 * phase, BELT_ROWS)):
-            lines = ROM.rows(0x3E00 + int(picture), BELT_LINES[row])
-            drawn = np.flatnonzero(lines)
-            width = int(lines[drawn[0]]).bit_count()
-            left = PITCH - int(lines[drawn[0]]).bit_length()
-            top = BELT_TOPS[row] + int(drawn[0])
-            for lane in range(LANES):
-                rows.append((FIRST_LEFT + PITCH * lane + left, top, width, len(drawn)))
-    return BoxTable(rows)
-
-
-BELT_BOXES = _tile_boxes()
 
 CATEGORIES = (
     Category(
