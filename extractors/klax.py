@@ -99,6 +99,7 @@ TILE_HEIGHTS = np.repeat(EXTENTS[..., 1], LANES, axis=1)
 TILE_DOTS = np.unpackbits(EXTENTS[0, :, 2:].astype(np.uint8), axis=1).repeat(LANES, axis=0)
 TILE_WIDTHS = TILE_DOTS.sum(axis=1, dtype=np.int32)
 TILE_LEFTS = np.tile(LANE_LEFTS, BELT_ROWS) + TILE_DOTS.argmax(axis=1).astype(np.int32)
+PLACE_ROWS = np.repeat(np.arange(BELT_ROWS, dtype=np.int32), LANES)
 LANE_BITS = np.tile(16 >> np.arange(LANES, dtype=np.int32), BELT_ROWS)
 
 PADDLE_AREA = (60, 118, 100, 150)
@@ -152,8 +153,7 @@ KLAX_SOUND = 0xD3  # `sound`
 
 
 class Ram(RamMap):
-    # by place, top row first: lanes of the row with a tile, the left one in bit 4
-    belt = byte(*(row for row in range(10, 37, 2) for _ in range(LANES)))
+    belt = byte(*range(10, 37, 2))  # lanes with a tile, the left one in bit 4; top row first
     picture = byte(37)  # low byte of the picture in the belt's last row
     paddle_page = byte(39)  # high byte of the paddle's picture; 0 on a wave's first frame
     stack = byte(*range(40, 46))  # colours of the tiles on the paddle, and of the paddle below them
@@ -220,7 +220,7 @@ def _belt_tiles(m: Ram) -> Box:
     phase = (m.picture - FIRST_PICTURE) // PICTURE_BYTES
     top = _of_phase(phase, TILE_TOPS)
     height = _of_phase(phase, TILE_HEIGHTS)
-    there = (m.belt & LANE_BITS) != 0
+    there = (m.belt[PLACE_ROWS] & LANE_BITS) != 0
     return box(TILE_LEFTS, top, TILE_WIDTHS, height, there, color=BLACK)
 
 
