@@ -2,32 +2,30 @@
 
 Picture: docs/games/Klax.png
 
-Screen: the belt is at the top and the well below it. The belt, the frame of the well and all words
-are scenery. Selector is the white light below the column over which the paddle stands. Goal counts
-down the klaxes, tiles or points that the wave still demands. Bonus is the points of a klax, or the
-points of a finished wave. Countdown is the time to continue a lost game. Before a wave, the screen
-shows words and numbers only, which are no objects.
+Screen: the belt is above the paddle, and the well below it. Selector is the white light below the
+paddle's column. Goal is the number of klaxes, tiles or points that the wave still demands. Bonus is
+the points of a klax or of a finished wave. Countdown is the time to continue a lost game. The belt,
+the frame of the well and all words are scenery. The screens between the waves show only words and
+numbers, which are no objects.
 
 Slots: BeltTile has the places of the belt row by row from the top left, WellTile those of the well.
 PaddleTile is the stack on the paddle, the top tile first.
 
-RAM: the ROM's code. The cartridge has 128 bytes of RAM of its own, which are not in the RAM that
-the emulator returns. The console's RAM contains the displayed tiles and the pointers of the last
-drawn number, but neither score nor clock. The low byte of a return address on the stack tells which
-screen the game shows, and whether the frame is one of the two on which tiles fall. Tiles in the
-well fall after drawing.
+RAM: the ROM's code. The cartridge has 128 bytes of RAM of its own, which the emulator does not
+return. The console's RAM has the tiles, and the pictures of the last drawn number. Return addresses
+on the stack show which screen was drawn, and whether the frame was even or odd. Tiles in the well
+fall after the drawing of even frames.
 
-Covered: all modes, klaxes of all kinds, finished and lost waves, and the continued game.
+Covered: all modes, klaxes, finished and lost waves, continued games, the demonstration.
 
-Not exact: only the cartridge's RAM contains these facts: the score and the dropped tiles below it,
-which are therefore no categories; tiles that fall past the paddle; the colours of the tiles on the
-belt, for which REM reports black; the paddle's position between two columns, where REM reports the
-column that it leaves. The RAM also lacks the row of a tile in the well on the frame on which it
-lands, tiles of a klax on the frame on which they disappear, and the shade of flashing tiles on half
-of the frames.
+Not exact: the following facts are only in the cartridge's RAM. The score, the number of dropped
+tiles below it, and the tiles that fall past the paddle are therefore no categories. REM reports
+black for the tiles on the belt, because it does not know their colours. While the paddle moves, REM
+reports the column that it leaves. For a single frame each, REM also lacks the fall of a tile that
+lands, and the tiles of a klax when they disappear. Flashing tiles may have another shade.
 
-VEM: it misses black tiles, and grey ones outside the well, as which tiles of any colour flash. It
-also misses tiles on the paddle that touch a falling tile.
+VEM: it misses flashing tiles while they are black, or grey outside the well. It also misses tiles
+on the paddle that touch a falling tile.
 """
 
 import jax
