@@ -16,7 +16,7 @@ return. The console's RAM has the tiles, and the pictures of the last drawn numb
 on the stack show which screen was drawn, and whether the frame was even or odd. Tiles in the well
 fall after the drawing of even frames.
 
-Covered: all modes, klaxes, finished and lost waves, continued games, the demonstration.
+Covered: all modes, klaxes, finished and lost waves, continued games.
 
 Not exact: the following facts are only in the cartridge's RAM. The score, the number of dropped
 tiles below it, and the tiles that fall past the paddle are therefore no categories. REM reports
