@@ -76,8 +76,9 @@ class Checks:
         mirrored: by category, the largest fraction of pictures with the orientation of their mirror
             images, if above 0.01; None if no picture and its mirror image are recorded.
         saver_hides: the categories that the screen saver draws in the colour of their background.
-        terrain: the least fraction of states in which the terrain from RAM equals the terrain in the
-            pixels, if below 1. Edited states may show a part of another room.
+        terrain: the least fraction of states with the same terrain in RAM and pixels, if below 1.
+            Pictures of edited states may show a part of another room.
+        uncolored: the categories for which REM reports black, because the RAM lacks their colours.
     """
 
     agreement: Mapping[str, float] = field(default_factory=dict)
@@ -93,6 +94,7 @@ class Checks:
     mirrored: Mapping[str, float | None] = field(default_factory=dict)
     saver_hides: tuple[str, ...] = ()
     terrain: float = 1.0
+    uncolored: tuple[str, ...] = ()
 
     @property
     def names(self) -> set[str]:
@@ -105,7 +107,8 @@ class Checks:
             self.mirrored,
         )
         shown = (name for part in self.lives for name in part.categories)
-        return {*self.rare, *self.saver_hides, *shown, *(n for part in by_category for n in part)}
+        named = (*self.rare, *self.saver_hides, *self.uncolored)
+        return {*named, *shown, *(n for part in by_category for n in part)}
 
 
 USUAL = Checks()  # of a game without differences

@@ -11,6 +11,7 @@ Slots = tuple[int, int, int, int]
 
 KIB = 0x400
 LAST = 0xFFF  # of an address in the 4 KiB
+EXTRA = 0x80  # bytes of RAM in some cartridges: written at $1000, read at $1080
 DPC_ROM = 0x2000  # bytes of Pitfall II's program; the rest is data of the chip DPC
 SPLIT = 0x2000  # bit of an address that selects the bank of an FE cartridge
 
@@ -29,7 +30,7 @@ class Cartridge:
     """A cartridge.
 
     Args:
-        kind: "2K", "4K", "F8", "F6", "E0", "FE" or "DPC".
+        kind: "2K", "4K", "F8", "F8SC", "F6", "F6SC", "E0", "FE" or "DPC"; SC: with RAM of its own.
         start: what the processor sees after the reset.
         bank: bytes that are switched together.
         hotspots: by the low 12 bits of an address, the KiB slots that change, with their new
@@ -46,6 +47,16 @@ class Cartridge:
     def banks(self) -> int:
         """Number of banks."""
         return max(1, self.program // self.bank)
+
+    @property
+    def has_ram(self) -> bool:
+        """Whether the cartridge has RAM of its own."""
+        return self.kind.endswith("SC")
+
+    def extra(self, address: int) -> int | None:
+        """The byte of the cartridge's RAM at an address."""
+        inside = self.has_ram and address & 0x1000 and address & LAST < 2 * EXTRA
+        return address & (EXTRA - 1) if inside else None
 
     @property
     def program(self) -> int:
@@ -80,15 +91,22 @@ def read(data: bytes) -> Cartridge:
         slices = {0xFE0 + 8 * slot + i: {slot: KIB * i} for slot in range(3) for i in range(8)}
         return Cartridge("E0", data, (4 * KIB, 5 * KIB, 6 * KIB, 7 * KIB), KIB, slices)
     if size == 8 * KIB or DPC_ROM < size < 12 * KIB:
-        kind = "F8" if size == 8 * KIB else "DPC"
+        kind = "F8" + _extra_ram(data) if size == 8 * KIB else "DPC"
         return Cartridge(kind, data, _bank(1), 4 * KIB, _switches(0xFF8, 2))
     if size == 16 * KIB:
-        return Cartridge("F6", data, _bank(0), 4 * KIB, _switches(0xFF6, 4))
+        return Cartridge("F6" + _extra_ram(data), data, _bank(0), 4 * KIB, _switches(0xFF6, 4))
     raise ValueError(f"cartridges of {size:,} bytes are not supported")
 
 
 def _has(data: bytes, signs: tuple[str, ...]) -> bool:
     return any(bytes.fromhex(sign) in data for sign in signs)
+
+
+def _extra_ram(data: bytes) -> str:
+    """SC for RAM in the cartridge: the bytes at its addresses are twice the same in each bank."""
+    starts = range(0, len(data), 4 * KIB)
+    twice = all(data[i : i + EXTRA] == data[i + EXTRA : i + 2 * EXTRA] for i in starts)
+    return "SC" if twice else ""
 
 
 def _switches(first: int, banks: int) -> dict[int, dict[int, int]]:

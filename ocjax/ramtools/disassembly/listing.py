@@ -170,6 +170,9 @@ def _operand(p: Program, instruction: Instruction) -> str:
     if not address & 0x1000 and registers.is_ram(address):
         byte = address & 0x7F
         return p.fields.get(byte, f"byte{byte}")
+    extra = p.cartridge.extra(address)
+    if extra is not None:
+        return f"extra{extra}"
     register = registers.name(address, written=name in STORES or name in CHANGES)
     return register or f"${address:0{4 if len(instruction.data) > 2 else 2}X}"
 

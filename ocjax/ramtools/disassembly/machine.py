@@ -6,7 +6,7 @@ It draws nothing: collisions read as none, and the chip DPC of Pitfall II reads 
 from dataclasses import dataclass, field
 
 from ocjax.console.ram import RAM_SIZE
-from ocjax.ramtools.disassembly.cartridge import KIB, Cartridge
+from ocjax.ramtools.disassembly.cartridge import EXTRA, KIB, Cartridge
 from ocjax.ramtools.disassembly.processor import Processor, StopError
 from ocjax.ramtools.disassembly.registers import GRAPHICS, VBLANK, VSYNC, WSYNC
 
@@ -60,6 +60,7 @@ class Machine:
     def __init__(self, cartridge: Cartridge) -> None:
         self.cartridge, self.slots = cartridge, cartridge.start
         self.ram = bytearray(RAM_SIZE)
+        self.extra = bytearray(EXTRA)
         self.joysticks, self.button = IDLE, NOT_PRESSED
         self.visits: dict[int, Visit] = {}
         self._at = 0  # offset of the running instruction
@@ -70,7 +71,13 @@ class Machine:
         self.processor = Processor(self)
 
     def load(self, ram: bytes) -> None:
-        """Replace the RAM, except for the stack, which has the addresses of running subroutines."""
+        """Replace the RAM, except for the stack, which has the addresses of running subroutines.
+
+        Args:
+            ram: the console's 128 bytes, and then those of the cartridge, if it has RAM.
+        """
+        ram, extra = ram[:RAM_SIZE], ram[RAM_SIZE:]
+        self.extra[: len(extra)] = extra
         stack = self.processor.s + 1 - 0x80
         kept = self.ram[stack:] if stack >= STACK_TOP else b""
         self.ram[:] = ram[: len(ram) - len(kept)] + kept
@@ -112,6 +119,9 @@ class Machine:
 
     def _read_cartridge(self, address: int) -> int:
         cartridge = self.cartridge
+        extra = cartridge.extra(address)
+        if extra is not None:
+            return self.extra[extra]
         if address & 0xFFF in cartridge.hotspots:
             self.slots = cartridge.after(address, self.slots)
         if cartridge.kind == "FE":
@@ -141,6 +151,9 @@ class Machine:
         cycles = self.processor.cycles
         if address & 0x1000:
             self.slots = self.cartridge.after(address, self.slots)
+            extra = self.cartridge.extra(address)
+            if extra is not None and not address & EXTRA:
+                self.extra[extra] = value
         elif not address & 0x80:
             self._write_video(address & 0x3F, value, cycles)
         elif not address & 0x200:

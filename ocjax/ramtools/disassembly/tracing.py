@@ -42,11 +42,14 @@ class Trace:
 
 
 def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
-    """Run a program from its reset, then for one frame from each state of play, 128 bytes each.
+    """Run a program from its reset, then for one frame from each state of play.
 
     A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
     state replaces the machine's; its registers stay. If a program gets lost, the machine continues
     from the frames after its reset.
+
+    Args:
+        rams: the RAM of the states; see `Machine.load`.
     """
     machine, rng = Machine(cartridge), np.random.default_rng(seed)
     out = Trace(machine.visits, {}, 0, 0)

@@ -146,7 +146,7 @@ def test_names_of_games_without_a_decoder():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*ocjax.games(), "Klax", "Othello"])
+@pytest.mark.parametrize("name", [*ocjax.games(), "ElevatorAction", "Othello"])
 def test_every_game(name):
     found = disassembly.disassemble(name, states=4)
     assert found.trace.frames >= 3

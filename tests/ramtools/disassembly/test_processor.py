@@ -6,7 +6,7 @@ import pytest
 
 from ocjax.console.rom_files import rom_path
 from ocjax.emulators.start import log_errors_only
-from ocjax.ramtools.disassembly import cartridge
+from ocjax.ramtools.disassembly import all_ram, cartridge
 from ocjax.ramtools.disassembly.machine import Machine
 from ocjax.ramtools.disassembly.opcodes import LENGTHS, OPCODES
 from ocjax.ramtools.disassembly.processor import Processor, StopError
@@ -108,6 +108,8 @@ def test_unsupported_cartridge(size):
         ("montezuma_revenge", "E0", 8),
         ("robotank", "FE", 2),
         ("pitfall2", "DPC", 2),
+        ("elevator_action", "F8SC", 2),
+        ("klax", "F6SC", 4),
     ],
 )
 def test_kinds_of_cartridges(rom, kind, banks):
@@ -125,7 +127,9 @@ def test_hotspots():
     assert [slices.offset(0x1000 + 0x400 * i, after) // 0x400 for i in range(4)] == [4, 2, 6, 7]
 
 
-@pytest.mark.parametrize("rom", ["space_invaders", "montezuma_revenge", "robotank", "up_n_down"])
+@pytest.mark.parametrize(
+    "rom", ["space_invaders", "montezuma_revenge", "robotank", "up_n_down", "klax"]
+)
 def test_frames_as_in_the_emulator(rom):
     """The RAM after a frame equals ALE's. Other games also depend on collisions and paddles."""
     log_errors_only()
@@ -139,8 +143,10 @@ def test_frames_as_in_the_emulator(rom):
         machine.run_frame()
     same = []
     for _ in range(10):
-        machine.load(ale.getRAM().tobytes())
+        machine.load(all_ram(machine.cartridge, ale))
         machine.run_frame()
         ale.act(ale_py.Action.NOOP)
-        same.append(np.frombuffer(machine.ram, np.uint8) == ale.getRAM())
+        after = machine.ram + machine.extra if machine.cartridge.has_ram else machine.ram
+        expected = np.frombuffer(all_ram(machine.cartridge, ale), np.uint8)
+        same.append(np.frombuffer(after, np.uint8) == expected)
     assert np.mean(same) > 0.99

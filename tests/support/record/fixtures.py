@@ -237,12 +237,14 @@ def record_deciding(
 
     Raises:
         RomError: a wrong ROM.
-        ValueError: a recording has no frames, or no state shows anything new.
+        ValueError: a recording has no frames, rewards or lives, or no state shows anything new.
     """
     candidates = recordings.join([*more, _played(game, seed)])
     every = recordings.join([*known, candidates])
     if every.screens is None:
         raise ValueError("every recording needs frames")
+    if candidates.rewards is None or candidates.lives is None:
+        raise ValueError("every recording of play needs rewards and lives")
     shown, weights = deciding.shown(game, every.rams, every.screens)
     old, new = np.split(shown, [len(every) - len(candidates)], axis=1)
     unknown = ~old.any(axis=1)
