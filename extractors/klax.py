@@ -235,7 +235,7 @@ def _tops_as_drawn(m: Ram) -> jax.Array:
     """The rows of the well's tiles before those in the air fell on an even frame."""
     even_sound = (m.call == Call.OTHER_SOUND) & (m.sound != KLAX_SOUND)
     falls = among(m.call, (Call.EVEN, Call.SOUND)) | even_sound
-    return WELL_TOPS - when(falls & _is_in_the_air(m), STEP)
+    return jnp.asarray(WELL_TOPS) - when(falls & _is_in_the_air(m), STEP)
 
 
 def _is_in_the_air(m: Ram) -> jax.Array:
