@@ -1,10 +1,10 @@
 """All names that game files use.
 
 - The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`, `Variants` with
-  `meanings_of_bits` (what modes and difficulties mean), and `Checks` with `LivesAsIcons` and
-  `LivesAsNumber`: differences from what the tests of all games expect.
-- The terrain: `TerrainMap` with its `TerrainKind`, and `playfield` and `area_mask`, the
-  pixels of the console's playfield registers and of an area.
+  `meanings_of_bits` (modes and difficulties), and `Checks` with `LivesAsIcons` and `LivesAsNumber`
+  (exceptions for the tests of all games).
+- The terrain: `TerrainMap` with its `TerrainKind`, and the pixels of `playfield` registers and of
+  an `area_mask`.
 - The RAM: `RamMap` and its fields (`byte`, `bits`, `flag`, `low`, `high`, `signed`, `bcd`).
 - Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
 - Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
@@ -13,8 +13,7 @@
 - Numbers, icons, objects that never move, and pictures: `Digits`, `Font`, `NumberDisplay`,
   `IconRow`, `Icons`, `Static`, `Pictures`, ...
 - Rules that find objects in frames: `Bounds`, `Blobs`, `Cells`, `Runs`, with their options.
-- Filters before a search and steps after it, and operations on bitmaps (`bitmaps`) for filters and
-  steps of a game's own.
+- Filters before a search and steps after it, and operations on `bitmaps` to write others.
 """
 
 from ocjax._xla.kernels import materialize

@@ -104,11 +104,10 @@ class _Instance:
 class ObjectVecEnv(VecEnv):
     """A vector environment of ocjax with the interface of Stable-Baselines3.
 
-    The `infos` of a step contain the entries of `ObjectVectorEnv`'s `info`, except
-    `executed_action`, and `TimeLimit.truncated`. At the end of an episode they describe the
-    terminal state, and contain `terminal_observation`. At the end of a complete game they also
-    contain `episode`, as from Stable-Baselines3's `Monitor`: the unclipped return `r`, the number
-    of agent steps `l`, and the seconds `t` since the environments were made.
+    The `infos` of a step contain `ObjectVectorEnv`'s `info`, except `executed_action`, and
+    `TimeLimit.truncated`. At an episode's end they describe the terminal state, with
+    `terminal_observation`; at a game's end also `episode`, as from `Monitor`: the unclipped return
+    `r`, the agent steps `l`, and the seconds `t` since the environments were made.
 
     Args:
         envs: a vector environment with same-step autoreset.

@@ -21,9 +21,8 @@ from ocjax._xla.kernels import on_cpu, varying
 from ocjax._xla.sharding import by_device
 
 _NO_TRACE = get_opaque_trace_state()  # outside of `jit`, `vmap` and similar transformations
-# Sizes of batches between a number of chunks that is a power of two and the next power. More sizes
-# waste less computation, and fewer compile fewer programs. Row `shared sizes` of
-# benchmarks/tricks.py.
+# Sizes of batches from a power of two of chunks to the next: more waste less computation, fewer
+# compile fewer programs. Row `shared sizes` of benchmarks/tricks.py.
 SIZES_PER_DOUBLING = 8
 # Evidence: `jit`, and rows `compiler options` and following of benchmarks/tricks.py.
 COMPILER_OPTIONS = {
@@ -66,9 +65,9 @@ def jit(f: Callable[..., Any]) -> Callable[..., Any]:
 class AnyBatch:
     """A function of `[B, ...]`, B > 0, extended to any leading batch shape.
 
-    A single state and each batch size of `shared_size` has a separate compiled function. Batches of
-    other sizes and shapes are padded to the next such size, so that recordings of many lengths
-    share a few programs. `vmap` of the result is the function on a larger batch.
+    A single state and each size of `shared_size` has a compiled function. Other batches are padded
+    to the next size, so that recordings of many lengths share programs. `vmap` of the result is the
+    function on a larger batch.
 
     Args:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
@@ -192,9 +191,7 @@ def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
 def in_chunks(f: Callable[[Any], Any], x: Any, size: int) -> Any:
     """Apply `f` to `size` elements of a pytree at a time, to keep its results in the cache.
 
-    In one piece, VEM of 512 frames takes 95 us per frame instead of 34 for Pong. Chunks are written
-    in place: `lax.map` copies results once more, and REM of 65,536 states takes 1.8 us instead of
-    1.5 for Ms. Pac-Man.
+    Chunks are written in place: `lax.map` copies results once more.
     """
     n = jax.tree.leaves(x)[0].shape[0]
     if not on_cpu() or n <= size:

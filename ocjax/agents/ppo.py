@@ -119,8 +119,8 @@ def advantages(
 def compressed(reward: jax.Array) -> jax.Array:
     """sign(r) log(1 + |r|) (Hester et al., 2018), float32.
 
-    Rewards of one game can differ by orders of magnitude: in Skiing, each step gives -7 points, and
-    the last one down to -10,000. An agent would learn to delay the end of the game.
+    A game's rewards can differ by orders of magnitude: in Skiing, each step gives -7 points, and
+    the last one down to -10,000.
     """
     return jnp.sign(reward) * jnp.log1p(jnp.abs(reward))
 

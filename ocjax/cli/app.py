@@ -76,7 +76,7 @@ def _hide_types_of_flags(command: Any) -> None:
 class Commands(Interruptible):
     """The subcommands.
 
-    A subcommand is imported when it is called. Until then, only its line of help is known.
+    Each is imported when it is called.
     """
 
     def get_params(self, ctx: Any) -> list[Any]:

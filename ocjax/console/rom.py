@@ -1,8 +1,7 @@
 """Tables, fonts and the tight extents of pictures, read from the ROM that ale-py installs.
 
-Offsets count bytes from the beginning of the ROM file. In a ROM of 2 or 4 KiB, console address `a`
-is at offset `a & (size - 1)`. A ROM of 8 KiB has two banks of 4 KiB, and the address is at offset
-`4096 * bank + (a & 0xFFF)`.
+Offsets count bytes of the ROM file. Console address `a` is at offset `a & (size - 1)` in a ROM of 2
+or 4 KiB, and at `4096 * bank + (a & 0xFFF)` in one of 8 KiB, which has two banks.
 """
 
 import functools
@@ -53,10 +52,8 @@ class Rom:
 
         Args:
             offsets: offset of each picture.
-            step: bytes from one row of a picture to the next, if the ROM holds the first rows of
-                all pictures, then all second rows.
-            top_first: whether the first byte is the top row. Most games store the bottom row first,
-                because their drawing loops count down.
+            step: bytes from one row of a picture to the next.
+            top_first: whether the first byte is the top row; most games store the bottom row first.
         """
         at = np.asarray(offsets)[..., None] + step * np.arange(height)
         rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)
@@ -130,8 +127,8 @@ class Pictures:
     Args:
         packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first
             row (8) and the height (8).
-        axes: for pictures of all combinations of some properties, each property with its number of
-            values. The last property varies fastest.
+        axes: for pictures of all combinations of some properties, each with its number of values,
+            the last one fastest.
 
     Raises:
         ValueError: the number of pictures differs from the number of combinations.

@@ -31,10 +31,9 @@ CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 def export(folder: str | Path, out: str | Path, *, report: Progress | None = None) -> None:
     """Export a dataset, completely or not at all.
 
-    A `.csv` file has the columns of the OCAtari paper's dataset: `INDEX` (`episode_step`, five
-    digits each), `OBS` (a list of the `210 * 160 * 3` numbers of the RGB frame), and the objects
-    `HUD` and `RAM` (from REM) and `VIS` (from VEM) as sorted lists of the form `Player at (140,
-    100), (4, 16)`.
+    A `.csv` file has the OCAtari paper's columns: `INDEX` (`episode_step`, five digits each), `OBS`
+    (the `210 * 160 * 3` numbers of the RGB frame), and the objects `HUD` and `RAM` (REM) and `VIS`
+    (VEM) as sorted lists of the form `Player at (140, 100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
     indices), and the fields of `Objects` of both methods as infos. An episode with omitted

@@ -21,8 +21,8 @@ def generate(
 ) -> None:
     """Generate a dataset. Equal plans give equal bytes.
 
-    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and finally `README.md`
-    (the datasheet). After an interruption, a second call makes the missing files.
+    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and `README.md` (the
+    datasheet). A second call makes files that are missing.
 
     Args:
         plan: see `ocjax.datasets.plan`.
@@ -51,8 +51,8 @@ def generate(
 def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
     """Replace the objects and terrain of a dataset with the results of the present decoders.
 
-    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. After an
-    interruption, a second call relabels the remaining shards.
+    The datasheet is replaced, too; frames, RAM and sequences stay. After an interruption, a second
+    call continues.
 
     Args:
         folder: folder of a complete dataset.

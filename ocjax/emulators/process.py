@@ -138,9 +138,8 @@ class WorkerProcess:
 class Workers:
     """The worker processes of a pool, which all execute the same command at a time.
 
-    Ctrl-C may interrupt any call; `completed` then continues with the command. Commands are
-    numbered: workers record the executed ones in the shared memory, and ignore a command that is
-    sent again.
+    Ctrl-C may interrupt any call; `completed` then continues with the command. Workers record the
+    numbers of executed commands in the shared memory, and ignore a repeated one.
 
     Args:
         time_limit: seconds without a reply or other progress until an error, or None for no limit.

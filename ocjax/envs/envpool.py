@@ -41,9 +41,8 @@ XlaStep = Callable[
 class EnvpoolVectorEnv(ObjectVectorEnv):
     """N instances of a game on envpool; see `make_vec` with `backend="envpool"`.
 
-    With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
-    `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
-    environments in the results.
+    With `batch_size` below N, use `async_reset`, `recv` and `send` instead of `reset` and `step`,
+    as in envpool; `info["env_id"]` has the environments' indices.
     """
 
     pool: EnvpoolPool
@@ -160,8 +159,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next
             state and (observation, reward, terminated, truncated, info). `info` contains `lives`,
-            `ram` and `game_over`. `reset` and `step` control the same emulators, so do not mix them
-            with this function.
+            `ram` and `game_over`. `reset` and `step` control the same emulators: do not mix them.
         """
         self._require_synchronous()
         if self.pool.env is None:

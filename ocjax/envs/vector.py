@@ -46,23 +46,21 @@ _OVER = "over"  # the name in `States` of the flags of ended episodes
 class ObjectVectorEnv(Uncopied, VectorEnv):
     """N instances of a game whose observations are objects; `make_vec` makes them.
 
-    Everything that a step returns describes the step's last emulated frame. Later steps do not
-    overwrite returned arrays. `info` describes the current game: `lives`, `frame_number` (emulated
-    frames), `episode_return` (unclipped), `episode_length` (agent steps) and, with `ram_info`,
-    `ram`. It also describes the step:
+    Results describe the step's last emulated frame. Later steps do not overwrite them. `info` has
+    `lives`, `frame_number` (emulated frames) and `episode_return` (unclipped) of the game,
+    `episode_length` (agent steps), `ram` with `ram_info`, and of the step:
 
-    - `game_over`: whether the game ended or reached a limit. A lost life does not set it.
+    - `game_over`: whether the game, not just a life, ended or reached a limit.
     - `reward`: the game's unclipped reward, if rewards are clipped or computed from objects.
     - `executed_action`: with sticky actions, the action of the last emulated frame (not with
       envpool).
 
-    With same-step autoreset, `final_obs` and `final_info` follow Gymnasium's vector environments:
-    `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the terminal
-    states.
+    With same-step autoreset, `final_obs` and `final_info` are as in Gymnasium; `final_info` has
+    `game_over` and the terminal states' `objects`.
 
     Args:
         pool: the emulators.
-        mode: the methods that extract objects: "rem", "vem", "both" or "raw" (none).
+        mode: "rem", "vem", "both" or "raw" (no objects).
         obs: the observations; by default the objects, or in mode "raw" the RAM.
         autoreset_mode: the mode that the pool implements.
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
@@ -72,8 +70,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     Attributes:
         objects: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
-            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.objects.xywh)`
-            shares them with PyTorch.
+            both methods' objects. `torch.from_dlpack(envs.objects.xywh)` shares their JAX arrays
+            with PyTorch.
         pool: the emulators and their arrays.
     """
 
@@ -322,7 +320,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             )
 
     def step_async(self, actions: Any) -> None:
-        """Start a step without waiting for it, so that the emulators run while the caller computes.
+        """Start a step without waiting for it.
 
         Args:
             actions: integers `[N]`; floats `[N, 3]` if they are continuous.
@@ -396,9 +394,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         terminal: dict[str, Objects],
         ended: np.ndarray,
     ) -> np.ndarray:
-        """The reward function's rewards of a step; 0 if the step began an episode.
+        """The reward function's rewards; 0 if the step began an episode.
 
-        `terminal` are the objects of ended games.
+        `terminal`: ended games' objects.
         """
         name = "vem" if self.mode == "vem" else "rem"
         previous = concatenate_rows([shard.objects[name] for shard in self._shards])

@@ -85,8 +85,7 @@ class Parity:
 
     Args:
         seed: of the actions and of the simulator.
-        aligned: fields with an object that was moved in the real game to its place in the
-            simulator.
+        aligned: fields whose object was moved in the real game.
         real, simulated: the objects, with the simulator's fields as categories.
         rewards: float `[2, B]`, of the real game and of the simulator.
         screens: uint8 `[B, H, 160]`, the frames of the real game.
@@ -111,8 +110,8 @@ def compare(
         seed: of the actions and of the simulator.
         frames: largest number of emulated frames.
         align: whether to move objects in the real game, after its reset, to their places in the
-            simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
-            has separate bytes for its position.
+            simulator (see `ocjax.edit`): fields with one object on both sides that has separate
+            bytes for its position.
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.
@@ -205,11 +204,10 @@ class Errors(NamedTuple):
     """Differences of the two sides, by field (F fields)."""
 
     f1: np.ndarray  # float [F], F1 of objects within 5 pixels of each other
-    # float [F, 4], mean absolute difference of left, top, width and height of partners at any
-    # distance, in pixels
+    # float [F, 4], mean absolute difference of left, top, width and height of partners, in pixels
     off: np.ndarray
-    # int [F], the first frame with an object that is missing on one side or more than `TOLERANCE`
-    # off, or -1
+    # int [F], the first frame with an object missing on one side or more than `TOLERANCE` off, or
+    # -1
     first: np.ndarray
 
 

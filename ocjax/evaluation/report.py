@@ -36,8 +36,8 @@ class Evaluation:
     Args:
         source: origin of the samples, for display.
         episode: int `[frames]`, number of each sample's episode.
-        situations: bool `[frames]` by name: the samples at an episode's start or end, or with a
-            life just lost, if they are known.
+        situations: bool `[frames]` by name: samples at an episode's start or end, or with a life
+            just lost.
         flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each if
             recorded.
         single_frame: REM against VEM on the frame alone.

@@ -22,8 +22,7 @@ from ocjax.files.rows import InputError
 
 __all__ = ["Look", "TrialFrame", "looks", "object_at", "read_trial"]
 
-# Gaze within this many pixels of a box counts as on the object. Eye trackers have an error of about
-# half a degree.
+# Gaze within this many pixels of a box is on the object: eye trackers err by half a degree.
 RADIUS = 6.0
 _BATCH = 256  # frames per call of VEM
 _COLUMNS = (
@@ -64,8 +63,7 @@ class Look:
 
     Args:
         objects: VEM's objects of the frame.
-        slot: the object with most gaze positions, among all slots of the game. None if most
-            positions are on no object.
+        slot: the slot with most gaze positions; None if most are on no object.
         category, index: the object's category, and its slot in the category.
         share: the fraction of the gaze positions on the object.
     """

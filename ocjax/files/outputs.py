@@ -11,13 +11,11 @@
   `labels/000000.txt` per row, or with the name of the row's picture. A line per object has the
   category, counted from 0, and the centre, width and height relative to the screen's size.
 
-All formats except MOT's also name the game, the md5 of its ROM, the method and the version of
-ocjax. Equal objects give equal bytes.
-
-If rows have several dimensions, such as steps and environments, fields have them, too, and
-`.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows in C order. If
-the episodes are known, `.npz`, HDF5 and `.parquet` files also have `episode` int32, the episode
-number of each row.
+All formats except MOT's name the game, the md5 of its ROM, the method and the version of ocjax.
+Equal objects give equal bytes. If rows have several dimensions, such as steps and environments, so
+have fields, and `.parquet` has columns row_0, row_1, ... instead of row. Other formats count rows
+in C order. `.npz`, HDF5 and `.parquet` files have `episode` int32, the episode number of each row,
+if known.
 """
 
 import dataclasses
@@ -54,7 +52,7 @@ class Blocks:
         batch: the dimensions of the rows in all blocks.
         block_rows: rows of each block except the last.
         stem: gives the name of a row's picture, without its suffix.
-        episodes: the number of rows of each episode, if the episodes are known.
+        episodes: the number of rows of each episode, if known.
     """
 
     game: Game

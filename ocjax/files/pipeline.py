@@ -1,7 +1,4 @@
-"""Extract objects from an input to a file.
-
-The extraction works block by block, so it can be resumed after an interruption.
-"""
+"""Extract objects from an input to a file."""
 
 import dataclasses
 import functools
@@ -77,23 +74,19 @@ def extract(
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
     The work stays in the folder `OUT.parts` until the output is complete. After an interruption, a
-    second call resumes the extraction and writes the same output. Rows are extracted in batches on
-    all local devices.
+    second call resumes it and writes the same output.
 
     Args:
         source: the input; see `open_input`.
         out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt
             file in MOT's, or a new folder in YOLO's format after "yolo:"; see
-            `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset, `out` can
-            also be the ID of a new dataset after "minari:", a copy with the fields of `Objects` in
-            its infos.
-        game: the game's name. Required if the input's metadata and the file's name (`Pong.npy`)
-            name no game.
+            `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset also "minari:"
+            with the ID of a new dataset, a copy with the fields of `Objects` in its infos.
+        game: the game's name, unless the input's metadata or the file's name (`Pong.npy`) give it.
         array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
         ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
-        report: called at the beginning and after each block with the numbers of finished and of all
-            rows.
+        report: called after each block with the numbers of finished and of all rows.
 
     Raises:
         FileNotFoundError: the input does not exist.
@@ -229,7 +222,7 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 def check_indices(rows: Input, game: Game) -> None:
     """Check that pictures without colours show palette indices, not shades of grey.
 
-    It reads pictures until one has a number that no grey picture of the game has, mostly the first.
+    It reads pictures until one has a number that no grey picture has, mostly the first.
     """
     if not rows.pictures or len(rows.row_shape) != 2:
         return

@@ -60,9 +60,8 @@ def play(
 ) -> Played:
     """Play complete games, by default under the settings of a policy's training.
 
-    A game counts from its start to its end, even if the policy was trained with episodes of one
-    life. Instances play equally many games (plus or minus one), so that short games do not count
-    more often.
+    Games are complete even if the policy was trained with episodes of one life. Instances play
+    equally many games (plus or minus one), so that short games do not count more often.
 
     Args:
         policy: a name or path; see `ocjax.play.policies.make_policy`.

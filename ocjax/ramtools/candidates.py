@@ -181,8 +181,8 @@ class ByRem:
     ) -> tuple[int, int, int]:
         """The fewest objects that a byte's values leave, the address, and the chosen value.
 
-        Choice 0 is the best value that is most frequent in play. The others are the smallest to the
-        largest of the best values, evenly spaced.
+        Choice 0 is the best value that is most frequent in play, the others are evenly spaced best
+        values.
         """
         effects = self._effects(rams, category, address)
         left = np.where(effects.added | effects.foreign, np.iinfo(np.int32).max, effects.left)

@@ -97,8 +97,7 @@ def causes(
 ) -> Causes:
     """The causal map of a state that random play reaches.
 
-    If the game ends earlier, the state is shortly before its end: after the end, the emulator
-    ignores all changes.
+    If the game ends earlier, the state is shortly before its end.
 
     Args:
         steps: agent steps (of 4 emulated frames) before the state.

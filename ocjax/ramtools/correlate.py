@@ -82,9 +82,8 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
             chip).
 
     Yields:
-        The formulas for each field of each object if slots are identities. For other categories,
-        rows of objects at a regular pitch. Without rows, bytes that equal the coordinate of
-        one of their objects.
+        The formulas for each field of each object if slots are identities; otherwise rows of
+        objects at a regular pitch, or else bytes that equal an object's coordinate.
     """
     half = fits.halves(recording.episode)
     for t in from_vem(recording) if target == "vem" else from_chip(recording):

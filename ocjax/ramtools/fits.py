@@ -1,8 +1,7 @@
 """Searches over all RAM for the bytes, nibbles or bit fields that explain a number.
 
-Every search fits on one half of the samples and scores on the other. Numbers are compared modulo
-256, as the console computes. `rams` are uint8 `[n, 128]`, targets int `[n]`, and results are
-sorted, best first.
+A search fits on one half of the samples and scores on the other. Numbers are compared modulo 256.
+`rams` are uint8 `[n, 128]`, targets int `[n]`, and results are sorted, best first.
 """
 
 import dataclasses

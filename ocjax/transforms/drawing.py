@@ -80,12 +80,11 @@ def overlay(
         game: the objects' game.
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
         objects: of one state.
-        scale: vertical picture pixels per screen pixel; the horizontal scale is twice as large.
-        labels: whether to label the first object of each category, and every object with a value or
-            a known orientation.
+        scale: picture pixels per screen pixel, vertically; twice as many horizontally.
+        labels: whether to label each category's first object and all with a value or known
+            orientation.
         numbers: label every object with its number in `objects.to_list()` instead, counted from 1.
-        terrain: of the state, to be painted over the frame; see `tinted`. With `labels` each kind
-            gets one.
+            terrain: of the state, to paint over the frame; see `tinted`.
     """
     canvas = _Canvas(_rgb(game, frame) if terrain is None else tinted(game, frame, terrain), scale)
     colors, named = category_colors(game), set()
@@ -172,10 +171,7 @@ def tinted(game: Declaration, frame: np.ndarray, terrain: Terrain) -> np.ndarray
 def pixels(
     game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3
 ) -> Image.Image:
-    """Draw the own pixels of the valid objects of one state (`ocjax.segment`) over its dark frame.
-
-    The arguments are those of `overlay`.
-    """
+    """Draw the valid objects' own pixels (`ocjax.segment`) over the dark frame; see `overlay`."""
     colors = np.array(list(category_colors(game).values()), np.uint8)
     owners = np.asarray(segment(objects, frame))
     dark = _rgb(game, frame) // 3

@@ -15,13 +15,13 @@ __all__ = ["NOBODY", "masks", "segment"]
 def segment(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
     """Find the object that owns each pixel; a pure function that works under `jit` and `vmap`.
 
-    An object owns the pixels in its box that have a colour of its category. If boxes overlap, the
-    object with the smallest box owns the pixel, or the first slot among equal sizes. In games that
-    declare a `backdrop`, no object owns pixels in the background's present colour.
+    An object owns the pixels in its box that have a colour of its category; in overlaps, the
+    smallest box wins, or the first slot. In games with a `backdrop`, no object owns pixels in the
+    background's colour.
 
     Args:
-        objects: of batch shape `[...]`, from `Game.rem` or `Game.vem`. The objects of a category,
-            from `Objects.of`, own the pixels regardless of other categories.
+        objects: of batch shape `[...]`, from `Game.rem` or `Game.vem`. A category's, from
+            `Objects.of`, own pixels regardless of others.
         frames: the frames that show the objects, uint8 `[..., H, 160]` of ALE palette indices or
             `[..., H, 160, 3]` of RGB.
 

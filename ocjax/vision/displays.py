@@ -24,7 +24,7 @@ class NumberDisplay:
         right: right edge of the last digit's cell in pixels, exclusive.
         top: first row of the digits.
         digits: number of cells.
-        leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
+        leading_zeros: whether all cells show a digit.
     """
 
     font: Font

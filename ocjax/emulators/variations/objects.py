@@ -51,8 +51,8 @@ def names(game: str) -> tuple[str, ...]:
 def remove(game: str, category: str) -> Variation:
     """The variation without a category's objects on the screen.
 
-    Only the screen is certain to lack them. In some games, removed objects still exist, move and
-    collide, and REM still reports them; the page "Other projects" lists these.
+    In some games they still exist, collide, and are reported by REM; the page "Other projects"
+    lists these.
 
     Raises:
         ValueError: no bytes are known for it, or the game or category is unknown.

@@ -69,8 +69,7 @@ class EmulatorBlock:
         """Step all environments.
 
         An environment with an ended episode starts the next one instead, unless autoreset is
-        disabled. With same-step autoreset, this only happens after the end of an episode has been
-        restored.
+        disabled.
         """
         ended = [e.phase is not Phase.RUNNING for e in self.emulators]
         if self.autoreset == interface.DISABLED and any(ended):
@@ -128,7 +127,7 @@ class EmulatorBlock:
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
         """Begin the next games of environments with an ended game, until interrupted.
 
-        A new game costs as much as 16 steps. This runs while the pool does not wait for the worker.
+        A new game costs as much as 16 steps; the pool does not wait meanwhile.
         """
         for e in self.emulators:
             if e.phase is Phase.GAME_OVER:
@@ -234,8 +233,8 @@ def _attempt(action: Callable[..., None], *args: Any) -> bool:
 def _end_with(parent: int) -> None:
     """End this process when the parent has ended.
 
-    The socket stays open while a hook hangs, or while a forked child of the parent holds it. A
-    signal on the parent's death would come too early: at the end of the thread that made the pool.
+    A hanging hook or a forked child of the parent can keep the socket open. A signal on the
+    parent's death would already come at the end of the thread that made the pool.
     """
     while os.getppid() == parent:
         time.sleep(_PARENT_CHECK)

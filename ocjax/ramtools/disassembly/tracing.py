@@ -44,9 +44,9 @@ class Trace:
 def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
     """Run a program from its reset, then for one frame from each state of play, 128 bytes each.
 
-    A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
-    state replaces the machine's; its registers stay. If a program gets lost, the machine continues
-    from the frames after its reset.
+    A frame begins when the program ends the vertical sync, as in ALE; there, the RAM of a state
+    replaces the machine's. If a program gets lost, the machine continues from the frames after its
+    reset.
     """
     machine, rng = Machine(cartridge), np.random.default_rng(seed)
     out = Trace(machine.visits, {}, 0, 0)

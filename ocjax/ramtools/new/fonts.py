@@ -1,7 +1,6 @@
 """Find the pictures of the ten digits in a ROM by their holes.
 
-A 0 has one hole, an 8 has two, a 6 has one below the hole of the 9, and so on. Ten successive
-pictures with these holes are hardly anything but digits.
+A 0 has one hole, an 8 has two, a 6 has one below the hole of the 9, and so on.
 """
 
 from collections.abc import Iterator

@@ -6,19 +6,17 @@ file with the stage's name:
 
 1. `board`: masks -> board. Stack the masks, and bridge gaps within components.
 2. `candidates`: board -> `Index`, `Candidates`. Find pixels where components may begin: the first
-   pixel of a run that touches no pixel in the row above. Words are tested independently, so some
-   candidates are false positives, which stage 3 drops. `Index.locate` finds the k-th candidate by
-   mask, by frame, and in raster order.
-3. `measuring`: `Candidates` -> `Measured`. Cut out a small window around each candidate, fill its
-   component by sweeps down and up, and measure it. A component with two horns has two candidates;
-   only the first pixel of the component is kept.
+   pixel of a run that touches no pixel in the row above. Words are tested independently, so stage 3
+   drops some candidates. `Index.locate` finds the k-th candidate by mask, by frame, and in raster
+   order.
+3. `measuring`: `Candidates` -> `Measured`. Fill the component of each candidate in a small window
+   by sweeps down and up, and measure it. Drop candidates that are not its first pixel.
 4. `boxes`: `Measured` -> `Accepted`, boxes. Select the components within the limits of their
    search. `splitting` divides a component of touching objects by the objects' pictures.
 5. `slots`: boxes -> slots. Give each object the next free slot of its mask.
 
-Each round runs stages 2 to 5 for a fixed number of candidates, until no candidate is left. The
-result is exact for any mask. A component that leaves its window exceeds the shapes of its search,
-and is dropped.
+Rounds of stages 2 to 5 take a fixed number of candidates, until none is left, so the result is
+exact for any mask. A component that leaves its window exceeds its search's shapes, and is dropped.
 
 Terms:
 
@@ -29,10 +27,10 @@ Terms:
 - object: a component, or one part of a component that is split.
 - window: the pixels of the board around a candidate.
 
-Rejected alternatives, in microseconds per frame for a game's complete VEM on one core:
+Rejected alternatives, in microseconds per frame of VEM on one core:
 
-- Eight candidates of every frame at a time: 240 for Asteroids (now 29), 50 for Space Invaders (22).
-  One crowded frame keeps all others waiting.
+- Eight candidates of every frame at a time, so that a crowded frame keeps others waiting: 240 for
+  Asteroids (now 29), 50 for Space Invaders (22).
 - Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids.
 - One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each.
 - The words of a row stacked during filling: 46 instead of 33 for Asteroids.

@@ -18,8 +18,8 @@ from ocjax.vision.shapes import Shape, limits
 BLOCK_ROWS = 8
 # Candidates per frame and round, on average. Rows `candidates` of benchmarks/tricks.py.
 CANDIDATES_PER_FRAME = 8
-# Words of a window. For larger ones a round has half as many candidates: Pitfall takes 32 us per
-# frame instead of 38. Row `large windows` of benchmarks/tricks.py.
+# Words of a window. For larger ones a round has half as many candidates. Row `large windows` of
+# benchmarks/tricks.py.
 MAX_WORDS_OF_FULL_ROUND = 120
 # Candidates. The number per round is a multiple of this, because `slots` has one bit for each.
 CANDIDATES_MULTIPLE = 32
