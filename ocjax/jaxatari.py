@@ -343,7 +343,7 @@ class Environment:
     Args:
         game: its name in any usual spelling, or a `Game` with its display.
         frame_skip: emulated frames per step; 1 as in JAXAtari, whose wrappers skip frames.
-        noop_max: the largest number of random no-ops at the start of a game.
+        noop_max: at most this many random no-ops begin a game.
 
     Attributes:
         ACTION_SET: ale-py's number of each action, int32 `[A]`.

@@ -188,7 +188,7 @@ def _ocatari(objects: Objects, hud: bool | None) -> jax.Array:
 
 
 def blendrl(objects: Objects) -> jax.Array:
-    """BlendRL's logic state: visible, centre x, centre y, orientation, int32 `[..., n, 4]`.
+    """BlendRL's logic state: visible, centre x and y, orientation, int32 `[..., n, 4]`.
 
     The rows of Kangaroo (49) and Seaquest (43) match the published agents; other games have
     OCAtari's slots without the display. Visible objects of a category come first. Rows of

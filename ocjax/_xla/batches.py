@@ -47,12 +47,11 @@ def compiler_options() -> dict[str, Any] | None:
 def jit(f: Callable[..., Any]) -> Callable[..., Any]:
     """Apply `jax.jit` for concrete arrays, with XLA's older fusion emitters and in one piece.
 
-    - The newer emitters take about twice as long to compile, and their code is no faster.
+    - The newer emitters compile half as fast, and their code is no faster.
     - Code generation split over threads takes a tenth more.
     - Vectors of 512 bits make VEM take 5 % less on an Intel Xeon with AVX-512, and REM 2 % less.
 
-    LLVM's second optimization level compiles in three quarters of the time, but VEM takes 13 % and
-    REM 18 % longer. JAX accepts such options only for the outermost `jit`.
+     JAX accepts such options only for the outermost `jit`.
     """
 
     @functools.cache
@@ -72,8 +71,8 @@ class AnyBatch:
     Args:
         f: maps `[B, *tail]` to a pytree of arrays `[B, ...]`.
         rank: number of axes of `tail`.
-        chunk: elements that `f` processes at a time (`in_chunks`).
-        compiler: `jit`, or `jax.jit` for functions that are faster with XLA's newer emitters.
+        chunk: see `in_chunks`.
+        compiler: `jit`, or `jax.jit` for XLA's newer emitters.
     """
 
     def __init__(

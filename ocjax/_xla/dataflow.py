@@ -1,7 +1,7 @@
 """Flat list of the operations of a traced function, and the choice of results to store.
 
 XLA computes a result again in every kernel that reads it. `worth_storing` finds the results that
-are cheaper to write to memory once. The README beside this file has an example.
+are cheaper to store. The README has an example.
 """
 
 import functools

@@ -42,8 +42,8 @@ class Collector:
         seed: seed of the environments.
 
     Attributes:
-        games: the returns of the games that ended in the last rollout.
-        seconds: the time that the last rollout waited for the environments and for the policy.
+        games: returns of games that ended in the last rollout.
+        seconds: the last rollout's time for the environments and for the policy.
     """
 
     def __init__(

@@ -102,8 +102,8 @@ class Config:
     """The configuration of a training.
 
     Args:
-        game: the game's name in any of the usual spellings.
-        seed: seed of the environments, the network and the actions.
+        game: its name in any usual spelling.
+        seed: of the environments, the network and the actions.
         inputs: "objects" (from RAM, without the display) or "pixels" (the last four grey frames).
         preset: the settings of the environments. Rewards are scaled by the spread of the returns,
             not clipped.
@@ -114,8 +114,7 @@ class Config:
         history: number of states that the policy sees.
         network: "deep_sets" (the slots of a category share weights; it takes one state) or "mlp".
         variations: names of variations that apply together; see `ocjax.emulators.variations`.
-        game_mode: ale-py's number of the mode; by default the game's own.
-        game_difficulty: ale-py's number of the difficulty; by default the game's own.
+        game_mode, game_difficulty: see `ocjax.make_vec`.
         starts: values to write to the RAM when a game begins, by the name of a field of the game's
             `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
             environments use them in rotation; an empty start writes nothing.

@@ -139,7 +139,7 @@ def box(
 
     Args:
         x, y, w, h: scalars, or vectors with one entry per slot of the category.
-        valid: whether the game has the object in play.
+        valid: whether the object is in play.
         value: score, lives, time, ... of categories that declare it.
         orientation: compass point 0-15, clockwise from north, of categories that declare it.
         color: palette index of the drawn colour, if it changes; None: the category's colour.

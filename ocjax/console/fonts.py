@@ -25,8 +25,8 @@ class Font:
             rightmost dot.
         dots: width of a picture in dots.
         dot: (width, height) of a dot in pixels.
-        pitch: pixels from the left edge of a digit to the left edge of the next digit.
-        signs: pictures that may stand before a number, such as a $. VEM reads them as empty cells.
+        pitch: pixels from a digit's left edge to the next.
+        signs: pictures that may precede a number, such as a $; VEM reads them as empty cells.
     """
 
     glyphs: tuple[tuple[int, ...], ...]

@@ -1,4 +1,4 @@
-"""The palettes of the console: conversion of RGB to the emulator's palette index and back.
+"""The palettes of the console: from RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the
 upper three bits of the low nibble. PAL consoles set the lowest bit in frames after one with an odd
@@ -115,7 +115,7 @@ def _hashed_of(palette: bytes, own: tuple[int, ...]) -> _Hashed:
 def to_index(rgb: jax.Array, palette: np.ndarray = NTSC, own: tuple[int, ...] = ()) -> jax.Array:
     """Convert colours uint8 `[..., 3]` to palette indices uint8 `[...]`.
 
-    All colours must be in the palette; `check_rgb` checks this.
+    They must be in the palette; see `check_rgb`.
 
     Args:
         rgb: the colours.

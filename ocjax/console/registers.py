@@ -1,8 +1,8 @@
 """Features of the console that are the same in every game.
 
-Games often keep the values of registers of the video chip (TIA) in RAM, which give exact positions,
-copies and widths. Their meanings are from S. Wright, "Stella Programmer's Guide" (1979), sections
-on HMP0, RESP0 and NUSIZ0.
+Games often keep registers of the video chip (TIA) in RAM, which give exact positions, copies and
+widths. Their meanings are from S. Wright, "Stella Programmer's Guide" (1979), sections on HMP0,
+RESP0 and NUSIZ0.
 """
 
 from typing import TypeVar

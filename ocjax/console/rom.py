@@ -202,7 +202,7 @@ class Pictures:
             x, y: column and row of the pictures' top left dot.
             mirrored: whether they are drawn from right to left.
             zoom: pixels per dot, horizontally.
-            fields: `valid`, `value`, `orientation` and `color` of the box.
+            fields: see `ocjax.console.boxes.box`.
         """
         left, top, width, height = self.extent(index, mirrored=mirrored)
         return box(x + zoom * left, y + top, zoom * width, height, **fields)

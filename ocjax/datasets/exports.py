@@ -36,14 +36,13 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
     (VEM) as sorted lists of the form `Player at (140, 100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
-    indices), and the fields of `Objects` of both methods as infos. An episode with omitted
-    sequences becomes several episodes.
+    indices), and the fields of `Objects` of both methods as infos. Omitted sequences divide
+    episodes.
 
     Args:
         folder: folder of a complete dataset.
-        out: a path that ends in .csv, or the ID of a new Minari dataset after "minari:". An
-            existing .csv file is replaced.
-        report: called regularly with the numbers of finished and of all states.
+        out: a .csv file, which is replaced, or "minari:" with the ID of a new dataset.
+        report: called with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset.

@@ -27,9 +27,8 @@ def generate(
     Args:
         plan: see `ocjax.datasets.plan`.
         folder: created if necessary.
-        ray: the address of a Ray cluster whose machines share the folder; see
-            `ocjax.files.cluster`.
-        report: called after each shard with the numbers of finished and of all states.
+        ray: see `ocjax.files.cluster`.
+        report: called with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds another dataset or other files.
@@ -56,8 +55,7 @@ def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | No
 
     Args:
         folder: folder of a complete dataset.
-        ray: the address of a Ray cluster; see `generate`.
-        report: called after each shard with the numbers of finished and of all states.
+        ray, report: see `generate`.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset, or the dataset was made

@@ -203,9 +203,9 @@ class Workers:
         """Wait for the command: yield the index of each worker as soon as it has executed it.
 
         Args:
-            progress: called after `interval` seconds without a reply. A new number restarts the
+            progress: called after `interval` seconds without a reply; a new number restarts the
                 time limit.
-            interval: seconds, at most one and at most the time limit, which is the default.
+            interval: seconds, at most one and the time limit, the default.
         """
         if not self._sent:
             self._send()

@@ -92,17 +92,9 @@ def make_vec(
         preset: "v5" (Gymnasium's settings, the default), "v4", "deterministic-v4", "noframeskip",
             "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which have sticky
             actions.
-        frame_skip: see `Settings`. This option and the next eight override the preset.
-        repeat_action_probability: see `Settings`.
-        max_episode_frames: see `Settings`.
-        max_episode_steps: see `Settings`.
-        full_action_space: see `Settings`.
-        noop_max: see `Settings`.
-        fire_reset: see `Settings`.
-        clip_rewards: see `Settings`.
-        episodic_life: see `Settings`.
-        game_mode: ale-py's number of the game mode: one for all instances, or one for each.
-        game_difficulty: ale-py's number of the game difficulty, given in the same way.
+        frame_skip: see `Settings`. This option and those up to `episodic_life` override the preset.
+        game_mode: ale-py's number of the mode, or one for each instance; `game_difficulty` likewise
+            of the difficulty.
         continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
             deflection from 0 to 1 (also a paddle's speed), its angle from -pi to pi, and its button
             from 0 to 1.
@@ -136,8 +128,8 @@ def make_vec(
         TypeError: an option does not exist or is given under two names, a hook is not a function or
             a name, a hook cannot be sent to worker processes, `reward_fn` is not a function, or a
             game mode or difficulty is not an integer.
-        MemoryError: the instances do not fit into memory.
-        MissingExtraError: the extra `envpool` is not installed; a ModuleNotFoundError.
+        MemoryError: the instances do not fit into memory. MissingExtraError: envpool is not
+            installed; a ModuleNotFoundError.
         WorkerError: a worker process failed to start.
     """
     for name in unknown:

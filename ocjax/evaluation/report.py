@@ -42,12 +42,12 @@ class Evaluation:
             recorded.
         single_frame: REM against VEM on the frame alone.
         values: fractions of samples with the right score and lives, by category.
-        switches: identity switches and transitions, each `[categories]`, or None if samples are not
+        switches: identity switches and transitions, each `[categories]`; None if samples are not
             successive.
         overflow: objects that VEM detected without a slot for them, `[categories]`.
-        coverage: fraction of sprite pixels inside REM's boxes and fraction of boxes with drawn
-            pixels, or None without recorded pixels.
-        ocatari: results of OCAtari's methods, by "rem" and "vem"; empty if it did not run.
+        coverage: fractions of sprite pixels inside REM's boxes and of boxes with drawn pixels, or
+            None.
+        ocatari: results of OCAtari's methods, by "rem" and "vem".
         ocatari_agreement: OCAtari's REM against its VEM if both run, else None.
         worst_frames: pictures of the frames with the most disagreements.
     """

@@ -78,8 +78,8 @@ class Declaration:
             objects' colours. If they show a single colour in a row, no object owns the row's pixels
             of this colour (`ocjax.segment`).
         pal: whether the ROM is made for PAL consoles, which have their palette.
-        checks: how the game differs from what the tests of all games expect.
-        variants: what the game's modes and difficulties mean.
+        checks: exceptions for the tests of all games.
+        variants: the meanings of modes and difficulties.
         terrain: walls, ladders, water and scenery, or None. The attribute `terrain` is the tuple of
             its kinds, and `terrain_map` the declaration.
         hud: whether to include the display categories.

@@ -23,11 +23,11 @@ class TerrainKind:
     """A kind of terrain.
 
     Args:
-        name: the field's word in lower case: "wall", "ladder", "water", ...
+        name: "wall", "ladder", "water", ...
         doc: a description in one line.
         effect: "blocks", "carries" or "kills" the player; None for scenery.
         drawn: "playfield", "background" (the colour of the background register) or "sprites".
-        category: the category whose objects are the same thing, or None.
+        category: the category with the same objects, or None.
     """
 
     name: str

@@ -51,7 +51,7 @@ class Blocks:
         method: "rem" or "vem".
         batch: the dimensions of the rows in all blocks.
         block_rows: rows of each block except the last.
-        stem: gives the name of a row's picture, without its suffix.
+        stem: the name of a row's picture, without its suffix.
         episodes: the number of rows of each episode, if known.
     """
 

@@ -77,16 +77,16 @@ def extract(
     second call resumes it and writes the same output.
 
     Args:
-        source: the input; see `open_input`.
+        source: see `open_input`.
         out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt
             file in MOT's, or a new folder in YOLO's format after "yolo:"; see
             `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset also "minari:"
             with the ID of a new dataset, a copy with the fields of `Objects` in its infos.
         game: the game's name, unless the input's metadata or the file's name (`Pong.npy`) give it.
-        array: name of the input's array; see `open_input`.
+        array: see `open_input`.
         hud: whether display objects are included.
-        ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
-        report: called after each block with the numbers of finished and of all rows.
+        ray: see `ocjax.files.cluster`.
+        report: called with the numbers of finished and of all rows.
 
     Raises:
         FileNotFoundError: the input does not exist.

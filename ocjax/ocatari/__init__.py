@@ -88,11 +88,9 @@ class OCAtari(Uncopied, gym.Env):
         render_oc_overlay: whether `render` draws the objects over the enlarged frame ("human": with
             pygame).
         buffer_window_size: number of steps in the state buffers.
-        create_buffer_stacks: the state buffers to keep, besides the observation's: "ori", "dqn" or
-            "obj".
+        create_buffer_stacks: further state buffers to keep: "ori", "dqn" or "obj".
         hook: see `ocjax.make_vec`.
-        kwargs: options of ale-py's environments for `gymnasium.make`, such as `frameskip`,
-            `difficulty`, `repeat_action_probability` and `full_action_space`.
+        kwargs: options of ale-py's environments, such as `frameskip` and `full_action_space`.
 
     Raises:
         ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty,

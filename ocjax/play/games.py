@@ -61,14 +61,13 @@ def play(
     """Play complete games, by default under the settings of a policy's training.
 
     Games are complete even if the policy was trained with episodes of one life. Instances play
-    equally many games (plus or minus one), so that short games do not count more often.
+    equally many games, plus or minus one: short games do not count more often.
 
     Args:
-        policy: a name or path; see `ocjax.play.policies.make_policy`.
+        policy: see `ocjax.play.policies.make_policy`.
         pictures: whether to draw the first game.
         with_terrain: whether to paint the terrain into the pictures.
-        hook: a hook, such as the name of a variation; see `ocjax.make_vec`. The next three replace
-            the settings of the training.
+        hook: see `ocjax.make_vec`. The next three replace settings of the training.
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)

@@ -49,8 +49,7 @@ def rollout(
         whole_games: whether samples are drawn from all states of complete games, uniformly and
             without replacement, with each instance's last game's end. Otherwise they are successive
             states. By default True for saved policies.
-        game_mode: ale-py's number of the game mode; by default the game's own.
-        game_difficulty: ale-py's number of the difficulty; by default the game's own.
+        game_mode, game_difficulty: see `ocjax.make_vec`.
 
     Returns:
         A recording with frames, previous frames, returns, lives, resets, ends and settings,

@@ -46,7 +46,7 @@ Policy = Callable[[Seen], np.ndarray]  # -> int [N], indices into the action set
 
 @dataclasses.dataclass(frozen=True)
 class SavedPolicy:
-    """A network that computes a score for each action from objects in RAM or from pixels.
+    """A network that scores each action by objects in RAM or by pixels.
 
     Args:
         game: the game, with or without its display.

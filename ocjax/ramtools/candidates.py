@@ -37,8 +37,8 @@ class Control(NamedTuple):
 
     Args:
         kind: "remove", "freeze" or "recolor".
-        writes: the values to write before every emulated frame, by address. For "recolor", each is
-            the colour, a palette index.
+        writes: the values to write before every emulated frame, by address; for "recolor" a palette
+            index.
         also: other categories that are recoloured.
         moving: the fraction of a frozen category's objects that still move.
     """

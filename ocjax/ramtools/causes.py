@@ -63,7 +63,7 @@ class Causes:
         screen: uint8 `[H, 160]`, the frame without a change.
         ram: uint8 `[128]` of the state.
         played: emulated frames from the reset to the state.
-        shortened: whether the game ended before the wanted state, so that an earlier one was taken.
+        shortened: whether the game ended before the wanted state.
         pixels: float `[128, H, 160]`, fraction of each byte's values that change a pixel.
         tried: number of values of each byte.
         effective: int `[128]`, number of each byte's values that change any pixel.
@@ -101,11 +101,11 @@ def causes(
 
     Args:
         steps: agent steps (of 4 emulated frames) before the state.
-        frames: emulated frames after each change. At least 2, because many games draw objects
-            computed one frame ago.
+        frames: emulated frames after each change, at least 2: many games draw objects computed one
+            frame ago.
         values: number of values of each byte, 2 to 256, evenly spaced.
         num_envs: number of instances that share the changes.
-        game_mode: in ale-py's numbering; None for the game's default.
+        game_mode: see `ocjax.make_vec`.
     """
     if frames < 2 or not 2 <= values <= 256:
         raise ValueError(

@@ -77,7 +77,7 @@ def twins(
 
     Args:
         moment: "play", "life" (a life is lost) or "end" (of the game).
-        game_mode: in ale-py's numbering; None for the game's default.
+        game_mode: see `ocjax.make_vec`.
     """
     if moment not in MOMENTS:
         raise ValueError(f"moment must be one of {', '.join(MOMENTS)}, got {moment!r}")

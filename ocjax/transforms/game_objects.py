@@ -74,9 +74,9 @@ class GameObject:
         x, y, w, h: left, top, width and height in pixels.
         rgb: colour.
         hud: whether it belongs to the HUD (score, lives, ...).
-        prev_xy: top left corner one step before; the current one if the slot was empty then.
+        prev_xy: top left corner one step before, or the current one.
         value: score, lives, time, ... or None if unknown.
-        prev_value: the value one step before; the current one if the slot was empty then.
+        prev_value: the value one step before, or the current one.
         orientation: compass point, or None as for values.
         visible: False only for the `NoObject` of an empty slot.
     """

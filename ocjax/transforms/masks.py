@@ -158,8 +158,8 @@ def area_weights(n_in: int, n_out: int) -> np.ndarray:
 
     Returns:
         int64 `[n_out / g, n_in / g]`, the pattern that repeats g times, for the greatest common
-        divisor g. The unit is g / n_out of an input pixel. The weights of an output pixel add up to
-        n_in / g.
+        divisor g, in units of g / n_out of an input pixel. An output pixel's weights add up to n_in
+        / g.
     """
     common = math.gcd(n_in, n_out)
     n_in, n_out = n_in // common, n_out // common

@@ -20,10 +20,9 @@ def segment(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
     background's colour.
 
     Args:
-        objects: of batch shape `[...]`, from `Game.rem` or `Game.vem`. A category's, from
-            `Objects.of`, own pixels regardless of others.
-        frames: the frames that show the objects, uint8 `[..., H, 160]` of ALE palette indices or
-            `[..., H, 160, 3]` of RGB.
+        objects: of batch shape `[...]`. A category's, from `Objects.of`, own pixels regardless of
+            others.
+        frames: uint8 `[..., H, 160]` of ALE palette indices or `[..., H, 160, 3]` of RGB.
 
     Returns:
         int16 `[..., H, 160]`: the slot of the pixel's owner, or -1 (`NOBODY`).

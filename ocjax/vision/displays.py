@@ -87,11 +87,11 @@ class IconRow:
     """A value shown as a row of equal icons.
 
     Args:
-        left: first column of the first icon, which is the last one to disappear.
+        left: first column of the icon that disappears last.
         top: first row.
         width: of an icon, in pixels.
         height: of an icon.
-        pitch: columns from an icon to the next; negative if the row grows to the left.
+        pitch: columns to the next icon; negative if the row grows to the left.
     """
 
     left: int

@@ -342,10 +342,9 @@ class Run:
         colors: palette indices; pixels of different colours form one run.
         row: row of the screen.
         left: first column of the run: a number, or (minimum, maximum).
-        width: width of the run in pixels, given in the same way.
+        width: width of the run in pixels, likewise.
         height: rows of the object's box from `row` down.
-        before, above, after: columns on the left, rows above and columns on the right to add to the
-            box.
+        before, above, after: columns on the left, rows above and columns on the right to add.
     """
 
     colors: Colors
