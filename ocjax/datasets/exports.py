@@ -22,13 +22,13 @@ from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.files.inputs import MINARI
+from ocjax.files.jobs import Report, silent
 from ocjax.files.minari import new_dataset
-from ocjax.files.pipeline import Progress
 
 CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 
 
-def export(folder: str | Path, out: str | Path, *, report: Progress | None = None) -> None:
+def export(folder: str | Path, out: str | Path, *, report: Report = silent) -> None:
     """Export a dataset, completely or not at all.
 
     A `.csv` file has the OCAtari paper's columns: `INDEX` (`episode_step`, five digits each), `OBS`
@@ -63,7 +63,7 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
         raise ValueError(f"the output must end in .csv or be {MINARI}ID, got {out}")
 
 
-def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO) -> None:
+def _write_csv(folder: Path, plan: Plan, report: Report, file: BinaryIO) -> None:
     out = io.TextIOWrapper(file, "utf-8", newline="", write_through=True)
     writer, game = csv.writer(out, lineterminator="\n"), registry.load(plan.game)
     colors = np.array([f"{r}, {g}, {b}" for r, g, b in np.asarray(game.palette)], object)
@@ -83,8 +83,7 @@ def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO
                 listed = (_listed(row[name]) for name in ("hud", "rem", "vem"))
                 writer.writerow((f"{number:05}_{row['step']:05}", f"[{pixels}]", *listed))
         done += shard.states
-        if report is not None:
-            report(done, plan.states)
+        report(done, plan.states)
     out.detach()
 
 
@@ -95,7 +94,7 @@ def _listed(objects: list[dict[str, Any]]) -> str:
     return f"[{', '.join(texts)}]"
 
 
-def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> None:
+def _to_minari(folder: Path, plan: Plan, name: str, report: Report) -> None:
     game = registry.load(plan.game)
     height, width = game.screen
     boxes: dict[str, spaces.Space] = {
@@ -120,8 +119,7 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
                     fields = _to_episode(episode, game, len(actions))
                 add(**fields)
             done += shard.states
-            if report is not None:
-                report(done, plan.states)
+            report(done, plan.states)
 
 
 def _episodes(path: Path) -> Iterator[Any]:

@@ -11,13 +11,13 @@ from ocjax.datasets.plans import DATA, DatasetError, Plan, code, versions
 from ocjax.emulators import ram_starts
 from ocjax.extraction import registry
 from ocjax.files import cluster, jobs, writing
-from ocjax.files.pipeline import Progress
+from ocjax.files.jobs import Report, silent
 
 PLAN, SHEET = "dataset.json", "README.md"
 
 
 def generate(
-    plan: Plan, folder: str | Path, *, ray: str | None = None, report: Progress | None = None
+    plan: Plan, folder: str | Path, *, ray: str | None = None, report: Report = silent
 ) -> None:
     """Generate a dataset. Equal plans give equal bytes.
 
@@ -47,7 +47,7 @@ def generate(
     _finish(folder, plan)
 
 
-def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
+def relabel(folder: str | Path, *, ray: str | None = None, report: Report = silent) -> None:
     """Replace the objects and terrain of a dataset with the results of the present decoders.
 
     The datasheet is replaced, too; frames, RAM and sequences stay. After an interruption, a second
@@ -126,16 +126,14 @@ def _run(
     numbers: list[int],
     plan: Plan,
     ray: str | None,
-    report: Progress | None,
+    report: Report,
 ) -> None:
     states = [shard.states for shard in plan.shards]
     done = plan.states - sum(states[k] for k in numbers)
-    if report is not None:
-        report(done, plan.states)
+    report(done, plan.states)
     for k in cluster.completed(task, numbers, ray):
         done += states[k]
-        if report is not None:
-            report(done, plan.states)
+        report(done, plan.states)
 
 
 def _finish(folder: Path, plan: Plan) -> None:

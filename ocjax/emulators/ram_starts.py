@@ -1,6 +1,5 @@
 """Game starts: values that are written to the RAM after the console's reset."""
 
-import difflib
 from collections.abc import Mapping
 
 import jax.numpy as jnp
@@ -9,6 +8,7 @@ import numpy as np
 from ocjax.console.ram import RAM_SIZE, Field, byte
 from ocjax.emulators.variations import Variation
 from ocjax.extraction.game import Game
+from ocjax.extraction.names import did_you_mean
 
 # Values by the name of a field in the game's `Ram`, or by the number of a byte.
 Start = Mapping[str, int]
@@ -63,12 +63,9 @@ def _field(game: Game, name: str) -> Field:
         return fields[name]
     if name.isdecimal() and int(name) < RAM_SIZE:
         return byte(int(name))
-    close = difflib.get_close_matches(name, fields, cutoff=0.5)
-    hint = f"did you mean {' or '.join(close)}? " if close else ""
     raise ValueError(
-        f"the RAM of {game.name} has no field {name!r}: {hint}`ocjax ram map {game.name}` lists "
-        "the fields; a byte is a number up to "
-        f"{RAM_SIZE - 1}"
+        f"the RAM of {game.name} has no field {name!r} (`ocjax ram map {game.name}` lists the "
+        f"fields; a byte is a number up to {RAM_SIZE - 1}){did_you_mean(name, fields)}"
     )
 
 

@@ -93,8 +93,8 @@ def make_vec(
             "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which have sticky
             actions.
         frame_skip: see `Settings`. This option and those up to `episodic_life` override the preset.
-        game_mode: ale-py's number of the mode, or one for each instance; `game_difficulty` likewise
-            of the difficulty.
+        game_mode, game_difficulty: ale-py's number of the mode or difficulty, or one for each
+            instance.
         continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
             deflection from 0 to 1 (also a paddle's speed), its angle from -pi to pi, and its button
             from 0 to 1.
@@ -128,8 +128,8 @@ def make_vec(
         TypeError: an option does not exist or is given under two names, a hook is not a function or
             a name, a hook cannot be sent to worker processes, `reward_fn` is not a function, or a
             game mode or difficulty is not an integer.
-        MemoryError: the instances do not fit into memory. MissingExtraError: envpool is not
-            installed; a ModuleNotFoundError.
+        MemoryError: the instances do not fit into memory.
+        MissingExtraError: envpool is not installed; a ModuleNotFoundError.
         WorkerError: a worker process failed to start.
     """
     for name in unknown:

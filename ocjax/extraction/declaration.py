@@ -3,7 +3,6 @@
 The decoder is validated before its first use, everything else on construction.
 """
 
-import difflib
 import functools
 import inspect
 import itertools
@@ -21,6 +20,7 @@ from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.console.rom import Rom
 from ocjax.extraction.categories import ATTRIBUTES, ROLES, Category, names_by_alias
 from ocjax.extraction.checks import EXCERPTS, USUAL, Checks
+from ocjax.extraction.names import did_you_mean
 from ocjax.extraction.terrain import TerrainKind, TerrainMap
 from ocjax.extraction.variants import UNEXPLAINED, Variants
 from ocjax.vision.colors import EVEN
@@ -206,10 +206,7 @@ class Declaration:
 
     def suggestion(self, name: str) -> str:
         """The names of the categories, with the most similar one, for an error about `name`."""
-        known = {own.lower(): own for own in self.slices}
-        close = difflib.get_close_matches(name.lower(), known, n=1)
-        hint = f"; did you mean {known[close[0]]!r}?" if close else ""
-        return f"{', '.join(self.slices)}{hint}"
+        return ", ".join(self.slices) + did_you_mean(name, self.slices)
 
     def replaced(self, **changes: Any) -> Self:
         """Return the same game with other arguments."""

@@ -4,20 +4,38 @@ Every file and folder in `ocjax/extractors` is a game. This module imports none 
 ale-py, which takes seconds.
 """
 
+import difflib
 import functools
 import importlib
 import pkgutil
+from collections.abc import Iterable
 
 from ocjax.console.rom_files import game_name, rom_names
 from ocjax.extraction.suites import SUITES, Suite
 
-__all__ = ["ENDINGS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
+__all__ = [
+    "ENDINGS",
+    "TITLES",
+    "did_you_mean",
+    "env_id",
+    "games",
+    "modules",
+    "register",
+    "suite_of",
+]
 
 TITLES = {  # modules of games by their other titles
     "jamesbond007": "jamesbond",
     "montezumasrevenge": "montezumarevenge",
     "pitfallii": "pitfall2",
 }
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The end of an error about a name, ": did you mean Ball?"; empty without a similar name."""
+    spelled = {own.lower(): own for own in known}
+    close = difflib.get_close_matches(name.lower(), spelled, cutoff=0.5)
+    return f": did you mean {' or '.join(spelled[key] for key in close)}?" if close else ""
 
 
 @functools.cache

@@ -7,7 +7,7 @@ A trial is a folder of PNG frames and a text file. After a header, the file has 
 """
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import jax
@@ -17,6 +17,7 @@ import numpy as np
 from ocjax.console import palette
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
+from ocjax.files.jobs import Report, silent
 from ocjax.files.pictures import PictureFolder
 from ocjax.files.rows import InputError
 
@@ -122,7 +123,7 @@ def looks(
     game: Game,
     trial: str | Path,
     frames: str | Path,
-    report: Callable[[int, int], object] | None = None,
+    report: Report = silent,
 ) -> Iterator[Look]:
     """Yield the object that a person looks at on each frame.
 
@@ -149,8 +150,7 @@ def looks(
         palette.check_rgb(rgb)
         objects = jax.tree.map(np.asarray, game.vem(jnp.asarray(rgb)))
         yield from (_look(game, frame, objects[k]) for k, frame in enumerate(part))
-        if report is not None:
-            report(start + len(part), len(chosen))
+        report(start + len(part), len(chosen))
 
 
 def _look(game: Game, frame: TrialFrame, objects: Objects) -> Look:

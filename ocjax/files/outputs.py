@@ -256,38 +256,38 @@ def new_folder(name: str) -> Path:
 
 def write_yolo(blocks: Blocks, folder: Path) -> None:
     """Write a new folder, completely or not at all."""
-    unfinished = folder.with_name(f".{folder.name}.tmp")
-    writing.new_folder(unfinished)
-    (unfinished / "labels").mkdir()
     facts = ", ".join(f"{name} {value}" for name, value in blocks.facts.items())
-    names = "".join(f"  {i}: {json.dumps(c.name)}\n" for i, c in enumerate(blocks.game.categories))
-    (unfinished / "data.yaml").write_text(
-        f"# {facts}\ntrain: images\nval: images\nnames:\n{names}", encoding="utf-8"
-    )
-    for first, rows, block in blocks:
-        ends = np.searchsorted(block.row, np.arange(rows + 1))
-        lines = _yolo_lines(block, blocks.game)
-        for i in range(rows):
-            path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
-            # fails if two pictures differ only in their suffixes
-            with path.open("x", encoding="utf-8") as file:
-                file.writelines(lines[ends[i] : ends[i + 1]])
-    unfinished.replace(folder)
+    names = yolo_names(c.name for c in blocks.game.categories)
+    height, width = blocks.game.screen
+    with writing.complete_folder(folder) as unfinished:
+        (unfinished / "labels").mkdir()
+        (unfinished / "data.yaml").write_text(
+            f"# {facts}\ntrain: images\nval: images\n{names}", encoding="utf-8"
+        )
+        for first, rows, block in blocks:
+            ends = np.searchsorted(block.row, np.arange(rows + 1))
+            categories = blocks.game.slot_category[block.slot].tolist()
+            lines = [
+                yolo_line(category, box, (width, height))
+                for category, box in zip(categories, block.xywh.tolist(), strict=True)
+            ]
+            for i in range(rows):
+                path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
+                # fails if two pictures differ only in their suffixes
+                with path.open("x", encoding="utf-8") as file:
+                    file.writelines(lines[ends[i] : ends[i + 1]])
 
 
-def _yolo_lines(block: Block, game: Game) -> list[str]:
-    (height, width), (x, y, w, h) = game.screen, block.xywh.T.astype(np.float64)
-    columns = (
-        game.slot_category[block.slot],
-        (x + w / 2) / width,
-        (y + h / 2) / height,
-        w / width,
-        h / height,
-    )
-    return [
-        f"{c} {x:.6f} {y:.6f} {w:.6f} {h:.6f}\n"
-        for c, x, y, w, h in zip(*(a.tolist() for a in columns), strict=True)
-    ]
+def yolo_names(names: Iterable[str]) -> str:
+    """The names of the categories in YOLO's `data.yaml`."""
+    return "names:\n" + "".join(f"  {i}: {json.dumps(name)}\n" for i, name in enumerate(names))
+
+
+def yolo_line(category: int, box: Sequence[int], size: tuple[int, int]) -> str:
+    """An object in YOLO's format, given its box (x, y, w, h) and the size (width, height)."""
+    (x, y, w, h), (width, height) = box, size
+    numbers = ((x + w / 2) / width, (y + h / 2) / height, w / width, h / height)
+    return f"{category} {' '.join(f'{n:.6f}' for n in numbers)}\n"
 
 
 Writer = Callable[[Blocks, BinaryIO], None]

@@ -27,13 +27,11 @@ from ocjax.files import cluster, jobs, minari, outputs
 from ocjax.files import writing as output
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import MINARI, Input, InputError, open_input
+from ocjax.files.jobs import Report, silent
 
 BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # per file of the work folder
 BATCH = {"rem": 4_096, "vem": 256}  # rows per call and device; larger batches take longer per row
 PLAN = "plan.json"
-
-# called with the numbers of finished and of all rows
-Progress = Callable[[int, int], object]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -69,7 +67,7 @@ def extract(
     array: str | None = None,
     hud: bool = True,
     ray: str | None = None,
-    report: Progress | None = None,
+    report: Report = silent,
 ) -> None:
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
@@ -112,8 +110,7 @@ def extract(
             else _blocks_on_cluster(plan, target.folder, ray)
         )
         for done in itertools.chain([0], blocks):
-            if report is not None:
-                report(done, rows.rows)
+            report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
     found = outputs.Blocks(
         spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes

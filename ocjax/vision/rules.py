@@ -342,7 +342,7 @@ class Run:
         colors: palette indices; pixels of different colours form one run.
         row: row of the screen.
         left: first column of the run: a number, or (minimum, maximum).
-        width: width of the run in pixels, likewise.
+        width: width of the run in pixels: a number or a range.
         height: rows of the object's box from `row` down.
         before, above, after: columns on the left, rows above and columns on the right to add.
     """

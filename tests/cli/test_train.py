@@ -105,7 +105,7 @@ def test_experiments(configured):
     [
         (("--preset", "v4"), "fixed frame skip"),
         (("--preset", "v9"), "no preset 'v9'"),
-        (("--variation", "lazy"), "Did you mean 'lazy_enemy'"),
+        (("--variation", "lazy"), "did you mean lazy_enemy"),
         (("--game-mode", 7), "has no game_mode 7; it has [0, 1]"),
         (("--game-difficulty", 9), "it has [0, 1, 2, 3]"),
         (("--start", "ball_x"), "NAME=VALUE"),

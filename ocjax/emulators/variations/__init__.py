@@ -12,7 +12,6 @@ Names also remove, freeze and recolour categories: `hook="Pong:remove Enemy"`, `
 Player red"`, or `hook=variations.freeze("Freeway", "Car")`. `variations.names(game)` lists them.
 """
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -20,6 +19,7 @@ from types import MappingProxyType
 from ocjax.emulators.variations.games import GAMES
 from ocjax.emulators.variations.mechanism import Variation
 from ocjax.emulators.variations.objects import by_name, freeze, names, recolor, remove
+from ocjax.extraction.names import did_you_mean
 from ocjax.extraction.registry import load
 
 __all__ = [
@@ -74,8 +74,5 @@ def find(name: str, game: str | None = None) -> Variation:
     known = of(title)
     if own in known:
         return known[own]
-    close = difflib.get_close_matches(own, known, cutoff=0.5)
-    hint = f" Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
-    raise ValueError(
-        f"{title} has no variation {own!r}; it has {', '.join(sorted(known)) or 'none'}.{hint}"
-    )
+    names = ", ".join(sorted(known)) or "none"
+    raise ValueError(f"{title} has no variation {own!r}; it has {names}{did_you_mean(own, known)}")
