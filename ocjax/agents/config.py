@@ -153,7 +153,7 @@ class Config:
             else _names("grid_features", self.grid_features),
             "history": integer("history", self.history, 1, MOST_HISTORY),
             "variations": _variations(game, self.variations),
-            "starts": _starts(game, self.starts),
+            "starts": ram_starts.checked(game, self.starts),
             **_variant(game, self.game_mode, self.game_difficulty),
         }
         for name, value in checked.items():
@@ -243,18 +243,6 @@ def _variations(game: Game, value: Any) -> tuple[str, ...]:
     names = _names("variations", value)
     named_hooks(names, game.name)
     return tuple(name.rpartition(":")[2] for name in names)
-
-
-def _starts(game: Game, value: Any) -> tuple[Start, ...]:
-    if not isinstance(value, Sequence) or not all(isinstance(start, Mapping) for start in value):
-        raise ValueError(
-            f"starts must be a sequence of mappings from names to values, such as [{{'level': "
-            f"2}}], got {value!r}"
-        )
-    starts = tuple({str(name): number for name, number in start.items()} for start in value)
-    for start in starts:
-        ram_starts.variation(game, start)
-    return starts
 
 
 # Experiments by name, with the fields of `Config` that differ from its defaults. The paper is

@@ -90,9 +90,7 @@ def open_dataset(folder: str | Path) -> Plan:
     fields = jobs.read(folder / PLAN, error=DatasetError)
     try:
         plan = Plan.from_fields(fields)
-        for start in plan.starts:
-            ram_starts.variation(registry.load(plan.game), start)
-        registry.load(plan.game)
+        ram_starts.checked(registry.load(plan.game), plan.starts)
     except ValueError as error:
         raise DatasetError(
             f"{folder / PLAN} is damaged, or of another version of ocjax: {error}"

@@ -255,9 +255,6 @@ def plan(
             f"the percentages of the policies must be multiples of {100 // ENVS} that add up to "
             f"100, got {dict(chosen)}"
         )
-    begin = tuple({str(name): value for name, value in start.items()} for start in starts)
-    for start in begin:
-        ram_starts.variation(game, start)
     played = {name: _settings_of_policy(name, game) for name in chosen}
     return Plan(
         game=game.name,
@@ -276,7 +273,7 @@ def plan(
         settings=whole_games(None).to_dict(),
         versions=versions(),
         code=code(),
-        starts=begin,
+        starts=ram_starts.checked(game, starts),
         policy_settings={
             name: own.to_dict() for name, own in played.items() if own != whole_games(None)
         },

@@ -1,6 +1,7 @@
 """Game starts: values that are written to the RAM after the console's reset."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -35,6 +36,19 @@ def parse(text: str) -> dict[str, int]:
 def describe(start: Start) -> str:
     """The inverse of `parse`."""
     return ",".join(f"{name}={value}" for name, value in start.items()) or NONE
+
+
+def checked(game: Game, starts: Any) -> tuple[dict[str, int], ...]:
+    """Starts with names as strings; raises ValueError unless the game has them."""
+    if not isinstance(starts, Sequence) or not all(isinstance(start, Mapping) for start in starts):
+        raise ValueError(
+            "starts must be a sequence of mappings from names to values, such as [{'level': 2}], "
+            f"got {starts!r}"
+        )
+    named = tuple({str(name): value for name, value in start.items()} for start in starts)
+    for start in named:
+        variation(game, start)
+    return named
 
 
 def variation(game: Game, start: Start) -> Variation:

@@ -26,7 +26,7 @@ from ocjax.emulators.settings import Settings
 from ocjax.envs.continuous import ContinuousActions
 from ocjax.envs.observations import Computed
 from ocjax.envs.requests import Kind, Mode, Request, requested_kinds, required_screens
-from ocjax.envs.shards import Observed, make_observer
+from ocjax.envs.shards import Observed, at_rows, make_observer
 from ocjax.envs.vector import ObjectVectorEnv
 from ocjax.extraction.game import Game
 
@@ -120,10 +120,10 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         self.pool.wait()
         pool, ids, shard = self.pool, self.pool.ids, self._shards[0]
         arrays = {name: array[ids] for name, array in shard.arrays.items()}
-        observed = self._observe(arrays, _rows(shard.memory, ids))
+        observed = self._observe(arrays, at_rows(shard.memory, ids))
         memory = self._scatter(ids, observed.memory, shard.memory)
         previous = (
-            self._scatter(ids, _rows(shard.objects, ids), shard.previous) if shard.objects else {}
+            self._scatter(ids, at_rows(shard.objects, ids), shard.previous) if shard.objects else {}
         )
         objects = self._scatter(ids, observed.objects, shard.objects)
         self._shards = [replace(shard, memory=memory, previous=previous, objects=objects)]
@@ -248,7 +248,3 @@ def _one_for_all(name: str, value: Any) -> int:
     if not is_integer(value):
         raise TypeError(f"{name} must be an integer, got {value!r}")
     return int(value)
-
-
-def _rows(tree: Any, ids: np.ndarray) -> Any:
-    return jax.tree.map(lambda a: np.asarray(a)[ids], tree)

@@ -117,6 +117,6 @@ def select_rows(mask: np.ndarray, new: Any, old: Any) -> Any:
     return jax.tree.map(select, new, old)
 
 
-def row(tree: Any, i: int) -> Any:
-    """Row i of a pytree of arrays `[n, ...]`, as NumPy arrays."""
-    return jax.tree.map(lambda a: np.asarray(a)[i], tree)
+def at_rows(tree: Any, rows: int | np.ndarray) -> Any:
+    """A row, or rows `[m]`, of a pytree of arrays `[n, ...]`, as NumPy arrays."""
+    return jax.tree.map(lambda a: np.asarray(a)[rows], tree)

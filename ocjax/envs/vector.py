@@ -27,9 +27,9 @@ from ocjax.envs.shards import (
     FRAMES,
     EnvShard,
     Observed,
+    at_rows,
     concatenate_rows,
     make_observer,
-    row,
     select_rows,
 )
 from ocjax.extraction.objects import Objects
@@ -188,7 +188,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         k, previous = i - shard.rows.start, shard.previous.get(name)
         continued = previous is not None and not self.pool.started[i]
         return game_objects.views(
-            row(shard.objects[name], k), row(previous, k) if continued else None
+            at_rows(shard.objects[name], k), at_rows(previous, k) if continued else None
         )
 
     @property
@@ -456,7 +456,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         previous = concatenate_rows([shard.objects[name] for shard in self._shards])
         out = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(ended).tolist():
-            out[i] = game_objects.views(row(objects[name], i), row(previous, i))
+            out[i] = game_objects.views(at_rows(objects[name], i), at_rows(previous, i))
         return {"objects": out, "_objects": ended.copy()}
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:

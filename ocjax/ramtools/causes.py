@@ -119,11 +119,7 @@ def causes(
         wanted = steps * FRAME_SKIP // frames
         played = play_alike(pool, seed, wanted)
         state, saved = pool.ram[0].copy(), pool.clone_state()
-        # the reference frame also follows a restored state, without a change
-        pool.restore_state(saved)
-        pool.step(np.zeros(num_envs, int))
-        screen = pool.screen[0, 1].copy()
-        before = jax.tree.map(np.asarray, game.vem(screen))
+        screen, before = after_steps(pool, saved)
         changed, found = _change_every_byte(pool, saved, tried, screen)
     effects = {}
     for address in range(128):
@@ -166,6 +162,15 @@ def _play(pool: AlePool, seed: int, steps: int) -> int:
         if pool.terminated.any():
             return played
     return steps
+
+
+def after_steps(pool: AlePool, saved: States, times: int = 1) -> tuple[np.ndarray, Objects]:
+    """The frame and VEM's objects after a restored state and steps without a change."""
+    pool.restore_state(saved)
+    for _ in range(times):
+        pool.step(np.zeros(pool.num_envs, int))
+    screen = pool.screen[0, 1].copy()
+    return screen, jax.tree.map(np.asarray, pool.game.vem(screen))
 
 
 def _change_every_byte(

@@ -121,14 +121,10 @@ class _Canvas:
         if not dashed:
             self._draw.rectangle((left, top, right, bottom), outline=color, width=width)
             return
-        for x in range(left, right + 1, 2 * _DASH):
-            end = min(x + _DASH, right)
-            self._draw.line(((x, top), (end, top)), color, width)
-            self._draw.line(((x, bottom), (end, bottom)), color, width)
-        for y in range(top, bottom + 1, 2 * _DASH):
-            end = min(y + _DASH, bottom)
-            self._draw.line(((left, y), (left, end)), color, width)
-            self._draw.line(((right, y), (right, end)), color, width)
+        across = [((x, y), (x2, y)) for x, x2 in _dashes(left, right) for y in (top, bottom)]
+        down = [((x, y), (x, y2)) for y, y2 in _dashes(top, bottom) for x in (left, right)]
+        for line in (*across, *down):
+            self._draw.line(line, color, width)
 
     def label(self, text: str, box: Box, color: Color) -> None:
         """Write text on black above a box, or below it if the space above is too small."""
@@ -143,6 +139,10 @@ class _Canvas:
             (x + left - 1, y + top - 1, x + right + 1, y + bottom + 1), fill=(0, 0, 0)
         )
         self._draw.text((x, y), text, font=self._font, fill=color)
+
+
+def _dashes(start: int, stop: int) -> list[tuple[int, int]]:
+    return [(i, min(i + _DASH, stop)) for i in range(start, stop + 1, 2 * _DASH)]
 
 
 def _rgb(game: Declaration, frame: np.ndarray) -> np.ndarray:
