@@ -42,7 +42,7 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
         ram: uint8 `[..., 128]`, a NumPy or JAX array.
 
     Returns:
-        The value of each label by its name in AtariARI, uint8 `[...]`, of the type of `ram`.
+        The value of each label, uint8 `[...]`, of the type of `ram`.
 
     Raises:
         ValueError: AtariARI has no labels for the game, or the last dimension of `ram` is not 128.

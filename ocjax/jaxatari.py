@@ -5,8 +5,8 @@
     observation, state, reward, done, info = env.step(state, action)
 
 `reset` and `step` are pure functions: the state contains the emulator as bytes, which runs on the
-host in `jax.pure_callback`. A step takes 0.3 ms to restore and save it and 0.05 ms per emulated
-frame, in one thread: use `ocjax.make_vec` for speed.
+host in `jax.pure_callback`. A step takes 0.3 ms and 0.05 ms per emulated frame, in one thread: use
+`ocjax.make_vec` for speed.
 """
 
 import contextlib

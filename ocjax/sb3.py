@@ -35,9 +35,9 @@ def make_vec_env(
     """Make environments for Stable-Baselines3.
 
     Args:
-        game: the game's name in any of the usual spellings, or a `Game`.
+        game: its name in any usual spelling, or a `Game`.
         n_envs: number of instances.
-        seed: instance i gets `seed + i` at the first reset; by default a random seed.
+        seed: instance i gets `seed + i` at the first reset.
         options: of `ocjax.make_vec`, except `autoreset_mode` and `batch_size`; `obs` is "vector" by
             default.
 

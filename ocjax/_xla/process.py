@@ -64,9 +64,9 @@ def retain_freed_memory() -> bool:
     By default glibc returns large results, always those above 32 MiB, to the system, and clears new
     pages for the next call (`benchmarks/memory.py`).
 
-    The `ocjax` command and the benchmarks call this function. Other programs may set
-    `OCJAX_RETAIN_MEMORY=1` before they import ocjax. `MALLOC_TRIM_THRESHOLD_`,
-    `MALLOC_MMAP_THRESHOLD_`, `MALLOC_MMAP_MAX_` and `MALLOC_ARENA_MAX` take precedence.
+    The `ocjax` command calls this function. Other programs may set `OCJAX_RETAIN_MEMORY=1` before
+    they import ocjax. `MALLOC_TRIM_THRESHOLD_`, `MALLOC_MMAP_THRESHOLD_`, `MALLOC_MMAP_MAX_` and
+    `MALLOC_ARENA_MAX` take precedence.
 
     Returns:
         True if it took effect; False without glibc or if one of those variables is set.

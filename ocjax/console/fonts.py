@@ -190,7 +190,7 @@ def score_box(
         right: right edge of the last digit's cell in pixels, exclusive.
         top: first row of the digits.
         digits: number of cells.
-        leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
+        leading_zeros: whether all cells show a digit.
         fields: `valid`, `value` and `color` of the box.
     """
     first = right - font.width - font.pitch * (digits - 1)

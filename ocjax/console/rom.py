@@ -77,9 +77,9 @@ class Rom:
         Args:
             offsets: offset of the 0, or of each of the ten pictures.
             rows: rows of a picture.
-            stride: bytes from one picture to the next; by default pictures are adjacent.
+            stride: bytes from one picture to the next, if they are not adjacent.
             step: bytes from one row to the next, see `rows`.
-            dots, shift: width of a picture, and its distance from the lowest bit of a row's byte.
+            dots, shift: width of a picture, and its distance from a byte's lowest bit.
             dot, pitch: see `Font`.
             top_first: see `rows`.
         """

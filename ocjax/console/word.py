@@ -18,7 +18,7 @@ class Word:
     One word costs less than several numbers.
 
     Args:
-        bits: the number of bits of each field, from the lowest bit of the word up.
+        bits: the number of bits of each field, lowest first.
 
     Raises:
         ValueError: the fields need more than 32 bits, or one has none.

@@ -45,7 +45,7 @@ class EmulatorPool(Uncopied, ABC):
         """Start new episodes, and wait until they have started.
 
         Args:
-            seeds: one per emulator, not negative. With None, the current random state continues.
+            seeds: one per emulator, not negative; None: the random state continues.
             mask: bool `[N]`, the emulators to reset; by default all.
             report: called during a long start with the number of started emulators.
 

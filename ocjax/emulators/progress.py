@@ -60,7 +60,7 @@ def progress_bar(
         transient: whether the bar disappears at its end.
 
     Yields:
-        A function of the numbers of finished and of all units, and of further numbers by name.
+        A function of the numbers of finished and of all units, and others by name.
     """
     console = console or Console()
     if console.is_jupyter:

@@ -1,8 +1,8 @@
-"""Environments of the `envpool` backend, which extract objects from the RAM that envpool returns.
+"""Environments of the `envpool` backend, with objects from envpool's RAM.
 
-Unsupported options and calls raise an error with the reason. envpool does not support
+These options and calls raise an error:
 
-- frames with a frame skip (it returns the maximum of the last two) or other than 210 rows,
+- frames with a frame skip (envpool returns the maximum of two) or other than 210 rows,
 - saved states, writing RAM, and hooks,
 - new seeds after the first reset, and resets of single environments,
 - autoreset modes other than next-step.

@@ -194,7 +194,7 @@ class Masks(Computed):
         size: (height, width), or None for the size of the screen.
         draw: "output", "screen" or "pixels".
         pixels: whether the grey frame is appended as a plane.
-        stack: number of steps, the latest last; all are the same at the start of an episode.
+        stack: see `Dqn`.
 
     Raises:
         ValueError: the kind or `draw` is unknown, or the stack is below 1.
@@ -257,12 +257,12 @@ class Masks(Computed):
 class TerrainCells(Computed):
     """The cells that contain each kind of terrain, uint8 0 or 1 `[kinds, rows, columns]`.
 
-    The kinds are `game.terrain`, read from RAM in every mode.
+    They are read from RAM in every mode.
 
     Args:
         cell: height and width of a cell in pixels.
-        around: rows and columns of cells around the middle of the player, or None for the screen.
-            Cells beyond the screen, or without a player, are 0.
+        around: rows and columns of cells around the player's middle, or None for the screen. Cells
+            beyond the screen, or without a player, are 0.
 
     Raises:
         ValueError: a number is below 1.

@@ -50,7 +50,7 @@ class ObjectEnv(Uncopied, gym.Env):
         """Start an episode.
 
         Args:
-            seed: a number >= 0; with None, the current random state continues.
+            seed: a number >= 0; None: the random state continues.
             options: None; a single environment has no options.
 
         Returns:

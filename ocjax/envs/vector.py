@@ -271,9 +271,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """Reset all environments.
 
         Args:
-            seed: environment i gets `seed + i`, or the i-th of a sequence; with None, the current
-                random state continues.
-            options: may contain `reset_mask`, bool `[N]`, the environments to reset.
+            seed: environment i gets `seed + i`, or the i-th of a sequence; None: the random state
+                continues.
+            options: `reset_mask`, bool `[N]`, the environments to reset.
 
         Returns:
             The observation and `info`.
@@ -320,7 +320,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             )
 
     def step_async(self, actions: Any) -> None:
-        """Start a step without waiting for it.
+        """Start a step.
 
         Args:
             actions: integers `[N]`; floats `[N, 3]` if they are continuous.

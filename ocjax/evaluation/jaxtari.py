@@ -20,7 +20,7 @@ __all__ = ["Jaxtari"]
 
 
 class Jaxtari:
-    """A game of JAXtari (`pip install jaxtari`) without rendering, so it needs no sprites.
+    """A game of JAXtari (`pip install jaxtari`) without rendering.
 
     Attributes:
         fields: the categories of each field of JAXtari's observation.

@@ -7,9 +7,8 @@ They also score your own detector:
     evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
     numpy.nanmean(evaluation.average_precision(mine, truth))  # mAP
 
-The records are a list for each frame. Two objects match if they have the same category and their
-centres are within 5 pixels. Matches are one to one, nearest first, as in the OCAtari paper
-(Delfosse et al., 2024).
+The records are a list for each frame. Objects of a category match one to one, nearest first, if
+their centres are within 5 pixels, as in the OCAtari paper (Delfosse et al., 2024).
 """
 
 import dataclasses
@@ -325,8 +324,7 @@ def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[s
     """Fractions of samples with the right score and lives in REM, by category with a value.
 
     The score's first slot, minus an opponent's score, is right if it equals the sum of rewards, and
-    lives if they equal the emulator's. Icons of lives, and samples without displayed lives, are
-    ignored.
+    lives if they equal the emulator's. Icons, and samples without displayed lives, are ignored.
 
     Args:
         rem: REM's objects, batch shape `[B]`.
@@ -362,12 +360,11 @@ def coverage(boxes: Detections, sprites: np.ndarray, drawn: np.ndarray) -> tuple
 
     Args:
         boxes: detections on `B` frames.
-        sprites: bool `[B, H, W]`, pixels of moving graphics objects on the frame.
-        drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the frame before.
+        sprites: bool `[B, H, W]`, pixels of moving graphics objects.
+        drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the one before.
 
     Returns:
-        Fraction of sprite pixels inside boxes, and fraction of boxes with drawn pixels; nan without
-        sprite pixels or boxes.
+        Fractions of sprite pixels inside boxes, and of boxes with drawn pixels; nan without any.
     """
     inside, with_pixels = np.zeros(sprites.shape, bool), []
     for frame, i in np.argwhere(boxes.label >= 0).tolist():

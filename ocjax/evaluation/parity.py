@@ -79,9 +79,7 @@ class Simulator(Protocol):
 
 @dataclasses.dataclass(frozen=True)
 class Parity:
-    """Two runs with the same actions, on the real ROM and in a simulator.
-
-    A run has B frames; the first one follows the reset.
+    """Runs with the same actions on the real ROM and in a simulator, of B frames from the reset.
 
     Args:
         seed: of the actions and of the simulator.

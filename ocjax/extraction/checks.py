@@ -11,13 +11,13 @@ EXCERPTS = ("samples", "modes", "last", "lost")  # keys of `Checks.agreement`
 
 @dataclass(frozen=True)
 class LivesAsIcons:
-    """Categories that show one object for each life, such as houses to defend.
+    """Categories with an object for each life, such as houses to defend.
 
     Args:
         categories: their names; the objects of all of them count together.
         hidden: number of lives without an object; -1 if the last object is no life.
         between_lives: whether they are shown only before a life begins.
-        early: number of samples that show a change of the lives before the emulator counts it.
+        early: number of samples that show a change before the emulator counts it.
     """
 
     categories: tuple[str, ...]

@@ -1,9 +1,9 @@
 """Trials of Atari-HEAD (Zhang et al., 2020), and the objects that the players look at.
 
-A trial is a folder of PNG frames and a text file. After a header, the file has one line per frame:
-`frame_id` (the picture's name), `episode_id`, `score`, `duration(ms)`, `unclipped_reward`,
-`action`, and the gaze positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are
-"null". The dataset is at https://zenodo.org/records/3451402.
+A trial is a folder of PNG frames and a text file with a header and a line per frame: `frame_id`
+(the picture's name), `episode_id`, `score`, `duration(ms)`, `unclipped_reward`, `action`, and the
+gaze positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are "null". The dataset
+is at https://zenodo.org/records/3451402.
 """
 
 import dataclasses
@@ -133,7 +133,7 @@ def looks(
         report: called with the numbers of finished and of all frames.
 
     Yields:
-        A `Look` for each line of the file whose picture is in the folder.
+        A `Look` for each line with a picture.
 
     Raises:
         InputError: the file has another layout, or no picture has the name of a line.

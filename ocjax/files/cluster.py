@@ -10,7 +10,7 @@ from ocjax._extras import extras
 def completed(
     function: Callable[[Any], object], tasks: Sequence[Any], ray: str | None = None
 ) -> Iterator[Any]:
-    """Execute a function for each task, and yield each task when it is done.
+    """Execute a function for each task; yield finished tasks.
 
     Tasks of a machine that disappears are executed again: a second execution must have no further
     effect. Tasks read and write files that all machines share.

@@ -49,7 +49,7 @@ class Blocks:
 
     Args:
         method: "rem" or "vem".
-        batch: the dimensions of the rows in all blocks.
+        batch: the dimensions of all rows.
         block_rows: rows of each block except the last.
         stem: the name of a row's picture, without its suffix.
         episodes: the number of rows of each episode, if known.

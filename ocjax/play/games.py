@@ -36,7 +36,7 @@ class Played:
         returns: float64 `[n]`, the sums of the emulator's rewards.
         frames: int64 `[n]`, emulated frames.
         settings: the settings of the emulators.
-        pictures: the first steps of the first game with the objects drawn; empty unless requested.
+        pictures: the first game's first steps with the objects drawn, if requested.
     """
 
     returns: np.ndarray

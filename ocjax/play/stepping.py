@@ -25,7 +25,7 @@ def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
         act: the policy, a function of `seen(pool)`.
 
     Yields:
-        First None, for the state after the reset, then the actions of each step, int `[N]`.
+        None after the reset, then the actions of each step, int `[N]`.
     """
     yield None
     start = np.array(pool.start_actions, int)

@@ -66,7 +66,7 @@ class Source:
 
 @dataclasses.dataclass(frozen=True)
 class Fit:
-    """A formula for a number, and its accuracy on samples that were not used to fit it.
+    """A formula for a number, and its accuracy on other samples.
 
     Args:
         exact, near: fractions of samples with an error of 0, and of at most 1.

@@ -84,7 +84,7 @@ def overlay(
         labels: whether to label each category's first object and all with a value or known
             orientation.
         numbers: label every object with its number in `objects.to_list()` instead, counted from 1.
-            terrain: of the state, to paint over the frame; see `tinted`.
+        terrain: of the state, to paint over the frame; see `tinted`.
     """
     canvas = _Canvas(_rgb(game, frame) if terrain is None else tinted(game, frame, terrain), scale)
     colors, named = category_colors(game), set()

@@ -25,8 +25,7 @@ def perturb(
     """Move, drop, swap and invent objects at random, without changing `objects`, the truth.
 
     Every slot is drawn independently: objects swap slots, some are dropped, empty slots receive
-    invented objects, and true objects are moved. This is a pure function that works under `jit`,
-    `vmap` and `scan`.
+    invented objects, and true objects are moved. It works under `jit`, `vmap` and `scan`.
 
         noisy = ocjax.perturb(key, envs.objects, jitter=2, drop=0.1)
 

@@ -36,8 +36,8 @@ class Gauge:
         side: the number of the box that is the length: "x", "y", "w" or "h".
         full: length of a full display, which may hide larger values: the value is unknown.
         worth: value of one step.
-        of: a rule for a single box to measure instead of the object's own, such as the filling of a
-            bar; the length is 0 without it.
+        of: a rule for a box to measure instead, such as the filling of a bar; the length is 0
+            without it.
     """
 
     unit: int

@@ -43,8 +43,8 @@ class Scene:
         shades: the rules' colours that change from level to level.
 
     Attributes:
-        found: the objects of the categories that have been searched.
-        height: rows of the masks, down to the last row that a rule reads.
+        found: the objects of searched categories.
+        height: rows of the masks, down to the last that a rule reads.
     """
 
     def __init__(self, rules: Mapping[str, Rule], frames: jax.Array, shades: Shades | None) -> None:

@@ -15,7 +15,7 @@ class Instruction(NamedTuple):
 
     Args:
         offset: of its first byte in the file.
-        slots: what the processor sees of the cartridge when it reads the instruction.
+        slots: what the processor sees of the cartridge then.
         operand: the number behind the first byte; the target's address of branches; 0 without one.
     """
 

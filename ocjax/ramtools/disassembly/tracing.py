@@ -29,10 +29,9 @@ class Trace:
 
     Args:
         visits: the executed instructions by their offsets in the file.
-        writes: by byte of RAM, offset of the instruction and one of `TIMES`, relative to the
-            drawing.
+        writes: by byte of RAM, offset of the instruction and one of `TIMES`.
         frames: number of frames of play that were run.
-        failed: number of states from which the program could not be followed for a frame.
+        failed: number of states from which the program got lost.
     """
 
     visits: dict[int, Visit]

@@ -1,8 +1,7 @@
 """Split components of touching objects by their pictures.
 
-A component's first pixel in raster order is the first pixel of the picture drawn there, so pictures
-are tried only at this position. A picture fits if its pixels are in the component, or beyond an
-edge of the region.
+A component's first pixel in raster order is a picture's first pixel, so pictures are tried only
+there. A picture fits if its pixels are in the component, or beyond an edge of the region.
 
 Windows are uint32 `[words, rows, n]` for `n` components. The first pixel of each component is in
 the first row, in column `reach`.
