@@ -476,8 +476,8 @@ class GymnaxParams:
 class GymnaxEnvironment(Environment):
     """A game with the interface of gymnax 1.0, for its wrappers.
 
-    A game that ends begins again in the same step, and observations are flat. Programs for gymnax
-    0.0.9 or older, such as PureJaxRL, need `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
+    A game that ends begins again in the same step, and observations are flat. Older programs need
+    `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
     """
 
     @property

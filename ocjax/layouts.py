@@ -114,8 +114,7 @@ def blendrl_slots(game: Declaration | str) -> dict[str, int]:
     """The number of rows of each category in `blendrl`, in order (BlendRL's `MAX_NB_OBJECTS`).
 
     Raises:
-        ValueError: the game is unknown, or OCAtari declares no slots for it.
-        TypeError: `game` is not a game or a name.
+        ValueError, TypeError: see `ocatari_slots`.
     """
     game = as_game(game)
     return dict(_BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False))
@@ -154,8 +153,8 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
 
     Args:
         hud: whether OCAtari's display objects are included; by default if the game includes its
-            display. OCAtari counts some display objects as part of the scene, such as Seaquest's
-            OxygenBar: load these games with their display even for `hud=False`.
+            display. OCAtari counts some display objects as others, such as Seaquest's OxygenBar:
+            load these games with their display.
 
     Raises:
         TypeError: `objects` is not of type `Objects`.
@@ -196,8 +195,7 @@ def blendrl(objects: Objects) -> jax.Array:
     as Lives are. Centres are rounded down.
 
     Raises:
-        TypeError: `objects` is not of type `Objects`.
-        ValueError: OCAtari declares no slots for the game, or the objects do not know their game.
+        TypeError, ValueError: see `ocatari`.
     """
     whose(objects)
     return _blendrl(objects)

@@ -140,9 +140,9 @@ def read(path: str | Path, game: str | None = None) -> Recording:
 
     Args:
         path: an .npz file with `rams` and any of the other arrays of `Recording`. `previous` and
-            `previous_shown` are stored as their exclusive or with `screens` and `shown`, `drawn` as
-            bits packed along rows, and `settings` as JSON. The file may also contain `game` and the
-            `md5` of the ROM.
+            `previous_shown` are stored as exclusive or with `screens` and `shown`, `drawn` as
+            packed bits, and `settings` as JSON. The file may also contain `game` and the `md5` of
+            the ROM.
         game: its name, if the file's contents and name (`Pong.npz`) do not give it.
 
     Raises:

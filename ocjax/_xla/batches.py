@@ -175,7 +175,7 @@ def _cut_off(tree: Any, batch: tuple[int, ...]) -> Any:
 def by_chunks(f: Callable[[np.ndarray], Any], x: np.ndarray, size: int) -> Any:
     """Apply `f` to `[n, ...]`, n > 0, in chunks of one size; return NumPy arrays `[n, ...]`.
 
-    The last chunk is padded with its first row, so `f` is compiled once.
+    The last chunk is padded, so `f` is compiled once.
     """
     parts = []
     for start in range(0, len(x), size):

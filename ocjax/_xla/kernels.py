@@ -1,7 +1,7 @@
 """Workarounds that make XLA's CPU code fast; the README beside this file has measurements.
 
 On other platforms every function here is the plain operation. To "materialize" a result means to
-compute it once and store it, instead of again at each use.
+store it instead of computing it at each use.
 """
 
 from collections.abc import Callable

@@ -33,8 +33,8 @@ class Collector:
 
     Episodes end as in Gymnasium's next-step autoreset.
 
-    Each of the first rollouts begins with a new episode in one more environment: otherwise, games
-    of a fixed length, such as Freeway, would run in step.
+    Each of the first rollouts begins an episode in one more environment, because games of a fixed
+    length, such as Freeway, would run in step.
 
     Args:
         first: half of the environments.

@@ -42,7 +42,7 @@ def _hyperparameter(default: float, meaning: str) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class Hyperparameters:
-    """Hyperparameters of PPO, the same for all games; the metadata entry `help` explains each one.
+    """Hyperparameters of PPO, the same for all games; the metadata `help` explains each.
 
     After 1.3 million frames of Pong, they reach -17.0 points, and the OCAtari paper's
     (`EXPERIMENTS["paper"]`) -18.4. Learning rate, clipping range and entropy coefficient fall
@@ -246,8 +246,7 @@ def _variations(game: Game, value: Any) -> tuple[str, ...]:
 
 
 # Experiments by name, with the fields of `Config` that differ from its defaults. The paper is
-# Delfosse et al. (2024). Its table of hyperparameters has all values except `max_grad_norm`, which
-# is 0.5 as in CleanRL's ppo_atari.py.
+# Delfosse et al. (2024). It lacks `max_grad_norm`, which is 0.5 as in CleanRL's ppo_atari.py.
 EXPERIMENTS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {
         "default": {},

@@ -56,7 +56,7 @@ class Box:
         Boxes outside become invalid.
 
         Raises:
-            ValueError: an edge is a number beyond the screen, where every box is clipped anyway.
+            ValueError: an edge is beyond the screen, where boxes are clipped anyway.
         """
         if isinstance(left, int) and isinstance(right, int) and not 0 <= left < right <= WIDTH:
             raise ValueError(
@@ -202,8 +202,7 @@ class BoxTable:
         Args:
             index: int32, a scalar or one entry per slot.
             x, y: columns and rows to add to the boxes' positions.
-            valid: see `box`.
-            fields: `value`, `orientation` and `color` of `box`.
+            valid, fields: see `edges`.
         """
         packed = lookup(self._packed, index)
         left, top, width, height = (packed >> int(shift) & _MOST for shift in _SHIFTS)

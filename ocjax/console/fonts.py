@@ -125,7 +125,7 @@ class Digits:
         weights: value of a 1 in each cell; powers of ten by default.
         base: value of a display of zeros.
         required: whether the object is valid only if the last cell matches a picture, and the cells
-            of `free` are empty, for places that also show other things.
+            of `free` are empty.
         free: left columns of cells that must be empty, or else the value is unknown.
         centered: whether shorter numbers leave cells on the right empty, too.
         step: a divisor of the number, or else the value is unknown.

@@ -1,10 +1,10 @@
 """The palettes of the console: from RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the
-upper three bits of the low nibble. PAL consoles set the lowest bit in frames after one with an odd
-number of lines, and show each colour as a grey of the same brightness, like a television. RGB
-values of NTSC consoles are from ale-py 0.12.1's screens, those of PAL consoles from Stella, checked
-against ale-py's Pac-Man and Air Raid.
+upper three bits of the low nibble. On PAL consoles, a frame after one with an odd number of lines
+has the lowest bit set, and shows each colour as a grey of the same brightness. RGB values of NTSC
+consoles are from ale-py 0.12.1's screens, those of PAL consoles from Stella, checked against
+ale-py's Pac-Man and Air Raid.
 """
 
 import functools

@@ -1,4 +1,4 @@
-"""Features of the console that are the same in every game.
+"""Features of the console.
 
 Games often keep registers of the video chip (TIA) in RAM, which give exact positions, copies and
 widths. Their meanings are from S. Wright, "Stella Programmer's Guide" (1979), sections on HMP0,

@@ -96,8 +96,8 @@ class Rom:
         """Read the tight extents of players' pictures, eight dots wide.
 
         Args:
-            offsets: offset of each picture. For a pointer in RAM, all offsets in the page of the
-                pointer: `range(0xF00, 0x1000)`.
+            offsets: offset of each picture; for a pointer in RAM, its whole page: `range(0xF00,
+                0x1000)`.
             height: number of rows of all pictures, or of each.
             top_first: see `rows`.
         """

@@ -60,8 +60,7 @@ def relabel(folder: str | Path, *, ray: str | None = None, report: Report = sile
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset, or the dataset was made
             with another ROM.
-        ValueError: the cluster cannot be reached.
-        OSError: a file cannot be written.
+        ValueError, OSError: see `generate`.
     """
     folder = Path(folder).resolve()
     _check_data(folder)

@@ -1,4 +1,4 @@
-"""The plan of a dataset: everything that determines its bytes, and its division into shards."""
+"""The plan of a dataset, and its division into shards."""
 
 import dataclasses
 import functools
@@ -238,7 +238,7 @@ def plan(
         seeds: each plays an equal fraction of the states.
         policies: percentage of the states by policy; see `ocjax.play.policies.make_policy`. By
             default, 30 % random actions, and 70 % the game's trained policy or held random actions.
-        least_f1: sequences with a lower F1 of REM against VEM are dropped.
+        least_f1: see `Plan`.
         starts: see `ocjax.agents.Config`.
 
     Raises:

@@ -233,7 +233,7 @@ class AlePool(EmulatorPool):
         """Start new episodes; see `EmulatorPool.reset`.
 
         Equal seeds give the episodes of ale-py's Gymnasium environments. A seed, or the first
-        reset, makes a new emulator, which takes about 0.1 s of its worker's time.
+        reset, makes a new emulator (0.1 s).
         """
         seed = (
             [-1] * self.num_envs

@@ -139,7 +139,7 @@ class EmulatorPool(Uncopied, ABC):
         self._refuse("states")
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write the RAM of emulators. `self.ram` changes at once; frames change with the next step.
+        """Write the RAM of emulators. `self.ram` changes at once, frames with the next step.
 
         Args:
             ram: uint8 `[N, 128]`, or `[128]` for all emulators.

@@ -110,8 +110,8 @@ def _frame_skip(value: Any) -> int | tuple[int, int]:
 
 
 # "v5", "v4", "deterministic-v4" and "noframeskip" are named after Gymnasium's IDs. "dqn" is Mnih et
-# al. (2015) as in the usual wrappers; evaluations turn clip_rewards and episodic_life off.
-# "machado" is Machado et al. (2018), with frame skip 5 and episodes of five minutes.
+# al. (2015) as in the usual wrappers. "machado" is Machado et al. (2018), with frame skip 5 and
+# episodes of five minutes.
 PRESETS: Mapping[str, Settings] = MappingProxyType(
     {
         "v5": Settings(),

@@ -35,8 +35,7 @@ class Vector(Computed):
 
     nx, ny, mx and my are positions relative to the first slot, the player in most games. With the
     distance d in pixels between the centres, nx and ny are tanh(d / 8), and mx and my are tanh(d /
-    32); zero while the player is invalid. nx and ny resolve positions next to the player; beyond 20
-    pixels, only mx and my change.
+    32); zero while the player is invalid. Beyond 20 pixels, only mx and my change.
 
     In mode "vem", `ocjax.track` keeps objects in their slots.
 

@@ -76,11 +76,8 @@ def make_vec(
 ) -> ObjectVectorEnv:
     """Make a vector environment: many instances of a game whose observations are objects.
 
-    The options have three groups:
-
-    - the game's behaviour: `preset` to `reward_fn`
-    - the observation: `mode` to `render_mode`
-    - the execution: `backend` to `autoreset_mode`
+    `preset` to `reward_fn` are the game's behaviour, `mode` to `render_mode` the observation, and
+    the others the execution.
 
     ale-py's names `frameskip`, `difficulty` and `max_num_frames_per_episode`, an integer as `mode`,
     and OCAtari's modes "ram" and "vision" also work.

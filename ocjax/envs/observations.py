@@ -146,7 +146,7 @@ class Dqn(Computed):
     resized by area.
 
     Args:
-        stack: number of steps, the latest last; all are the same at the start of an episode.
+        stack: number of steps, the latest last; at first all the same.
         max_pool: False takes the last frame only, as OCAtari does.
         size: (height, width).
 

@@ -25,7 +25,7 @@ class PerturbObjects(VectorWrapper):
     Every observation, also in `final_obs`, gets new errors; `info` and rewards are unchanged.
 
     Args:
-        env: a vector environment with the observation "objects" and one extraction method.
+        env: with the observation "objects" and one extraction method.
         key: a key of `jax.random`.
         errors: `jitter`, `drop`, `swap` and `invent` of `ocjax.perturb`.
 

@@ -358,7 +358,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
         Raises:
             NoAsyncCallError: no step is pending.
-            WorkerError: a worker failed, died or did not reply in time.
+            WorkerError: see `EmulatorPool.reset`.
         """
         pool, final, terminal = self.pool, {}, {}
         pool.require_open()
@@ -479,11 +479,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
         """Write RAM; see `EmulatorPool.set_ram`.
 
-        REM's objects change at once; observations change with the next step.
+        REM's objects change at once, observations with the next step.
 
         Raises:
-            TypeError: `ram` is not a uint8 array.
-            ValueError: `ram` has the wrong shape, or the backend cannot write RAM.
+            TypeError, ValueError: see `EmulatorPool.set_ram`.
         """
         self.pool.set_ram(ram, mask)
         self._shards = [self._with_new_ram(shard) for shard in self._shards]

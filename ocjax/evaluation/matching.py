@@ -1,7 +1,4 @@
-"""Detections as padded arrays, and the one-to-one matching of two sets of detections.
-
-The functions use NumPy and process whole batches.
-"""
+"""Detections as padded arrays, and the one-to-one matching of two sets of detections."""
 
 import dataclasses
 import math
@@ -199,8 +196,8 @@ def common_labels(*sides: Detections | None) -> tuple[tuple[str, ...], list[np.n
     """Translate labels into one list of categories.
 
     Returns:
-        The names of all categories in order of first appearance, and the labels of each side that
-        is not None as indices into them.
+        The names of all categories in order of appearance, and the labels of each given side as
+        indices into them.
     """
     given = [side for side in sides if side is not None]
     _require_detections(*given)

@@ -127,8 +127,7 @@ def agreement(
         Counts of shape `[B, categories]`: the categories of `left`, then further ones.
 
     Raises:
-        TypeError: an argument is no `Detections`.
-        ValueError: the numbers of frames differ.
+        TypeError, ValueError: see `match`.
     """
     names, (mine, theirs, *_) = matching.common_labels(left, right, before)
     pairs = match(left, right, radius) if pairs is None else pairs
@@ -216,8 +215,7 @@ def average_precision(
         without a box in `truth`.
 
     Raises:
-        TypeError: an argument is no `Detections`.
-        ValueError: the numbers of frames differ.
+        TypeError, ValueError: see `match`.
     """
     matching.require_same_frames(detected, truth)
     _, (theirs, mine) = matching.common_labels(truth, detected)
@@ -247,7 +245,7 @@ def _hits(overlap: np.ndarray, limits: np.ndarray) -> np.ndarray:
         limits: least IoU of a hit, float `[thresholds]`.
 
     Returns:
-        bool `[boxes, thresholds]`, whether a box hits.
+        bool `[boxes, thresholds]`, the hits.
     """
     hits = np.zeros((len(overlap), len(limits)), bool)
     if not overlap.size:

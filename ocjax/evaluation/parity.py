@@ -59,9 +59,8 @@ class Simulator(Protocol):
 
     Attributes:
         name: for tables and pictures.
-        fields: for each field of its observation, by name, the categories of ocjax with the same
-            objects.
-        actions: names of its actions, as ALE has them, such as "UPFIRE".
+        fields: by field of its observation, the categories of ocjax with the same objects.
+        actions: ALE's names, such as "UPFIRE".
     """
 
     name: str

@@ -1,7 +1,4 @@
-"""Evaluate a game on a recording, and make tables of the result.
-
-`ocjax.evaluation.formats` writes them to files.
-"""
+"""Evaluate a game on a recording, and make tables of the result."""
 
 import dataclasses
 import functools
@@ -77,7 +74,7 @@ def evaluate(
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: the samples. The result omits the evaluations that need missing arrays.
+        recording: the result omits evaluations that need missing arrays.
         ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
     """
     if recording.screens is None or not len(recording):

@@ -51,8 +51,7 @@ class Category:
             flicker.
         aliases: other names for the category in `game.slices`, `Objects.of` and
             `evaluation.from_records`.
-        needs: names of categories. VEM reports objects only on frames with an object of one of
-            these, for screens that replace the playfield.
+        needs: VEM reports objects only on frames with an object of one of these categories.
         otherwise: the rule for frames on which `rule` finds nothing.
         colors: the palette indices of the objects' pixels (`ocjax.segment`), or a tuple with one
             entry per slot; the rules' colours by default.

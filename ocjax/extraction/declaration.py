@@ -74,9 +74,8 @@ class Declaration:
         screen: (height, width) in pixels.
         shades: colours that change from level to level.
         saver: the game's screen saver, if it changes the colours.
-        backdrop: columns that objects rarely reach, for games whose background may have the
-            objects' colours. If they show a single colour in a row, no object owns the row's pixels
-            of this colour (`ocjax.segment`).
+        backdrop: columns that objects rarely reach. If they show a single colour in a row, no
+            object owns the row's pixels of this colour (`ocjax.segment`).
         pal: whether the ROM is made for PAL consoles, which have their palette.
         checks: exceptions for the tests of all games.
         variants: the meanings of modes and difficulties.

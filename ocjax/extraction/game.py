@@ -95,7 +95,7 @@ class Game(Declaration):
             TypeError: `frames` is not uint8.
             ValueError: the shape differs from the game's screen, or the channels of RGB frames come
                 first.
-            RuntimeError: this process was forked from one that had already computed with JAX.
+            RuntimeError: see `rem`.
         """
         frames = self._checked_frames(frames)
         if isinstance(frames, np.ndarray) and "_checked" not in self.__dict__:
@@ -157,7 +157,7 @@ class Game(Declaration):
             frames: see `vem`.
 
         Returns:
-            The terrain, with masks bool `[..., kinds, H, 160]`; the kinds are `game.terrain`.
+            See `terrain_of`.
 
         Raises:
             TypeError, ValueError: see `vem`; or the game has no terrain.

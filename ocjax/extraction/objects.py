@@ -219,7 +219,7 @@ class Objects:
         return jax.tree.map(one, dataclasses.replace(self, game=None))
 
     def save(self, path: str | Path) -> None:
-        """Write an .npz file, which `Objects.load` reads, completely or not at all.
+        """Write an .npz file for `Objects.load`, completely or not at all.
 
         It holds the fields, the game's name and the md5 of its ROM.
 
@@ -231,7 +231,7 @@ class Objects:
 
     @classmethod
     def load(cls, path: str | Path) -> "Objects":
-        """Read a file that `save` wrote, to objects with NumPy arrays as fields.
+        """Read a file that `save` wrote, to NumPy arrays.
 
         Raises:
             FileNotFoundError: the file does not exist.

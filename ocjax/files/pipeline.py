@@ -239,7 +239,7 @@ def check_indices(rows: Input, game: Game) -> None:
 
 
 def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
-    """Check that frames have only colours of the console. RAM is not checked.
+    """Check that frames, unlike RAM, have only colours of the console.
 
     Args:
         frames: uint8 `[n, H, 160, 3]` of RGB, `[n, H, 160]` of palette indices, or other rows.

@@ -46,7 +46,7 @@ class RandomPolicy:
         num_envs: number of instances.
         rng: the source of randomness.
         hold: the largest number of steps.
-        idle: the fraction of choices with the first action of the set, NOOP.
+        idle: the fraction of NOOP, the first action, in the choices.
     """
 
     num_actions: int

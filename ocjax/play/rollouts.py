@@ -52,9 +52,8 @@ def rollout(
         game_mode, game_difficulty: see `ocjax.make_vec`.
 
     Returns:
-        A recording with frames, previous frames, returns, lives, resets, ends and settings,
-        instance by instance. With `whole_games`, its frame skip is None, and `resets` marks the
-        first sample of a game.
+        A recording, instance by instance. With `whole_games`, its frame skip is None, and `resets`
+        marks a game's first sample.
     """
     if samples < num_envs:
         raise ValueError(

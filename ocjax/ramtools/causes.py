@@ -141,10 +141,10 @@ def causes(
 
 
 def play_alike(pool: AlePool, seed: int, steps: int) -> int:
-    """Play random actions, the same in all instances, and return the number of steps to the state.
+    """Play the same random actions in all instances; return the number of steps to the state.
 
     If the game ends during `steps`, the state is `BEFORE_END` frames before its end, or in its
-    middle if it is shorter than twice that.
+    middle.
     """
     played = _play(pool, seed, steps)
     if not pool.terminated.any():

@@ -257,10 +257,10 @@ def _digits_of_base(
 
 
 def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[tuple[Fit, float]]:
-    """Bytes that, scaled by 1 or -1 and shifted, are the coordinate of some object of a category.
+    """Bytes that, shifted and perhaps mirrored, are the coordinate of some object.
 
     Args:
-        present: bool `[n, 256]`, the coordinates that objects have in each sample.
+        present: bool `[n, 256]`, the objects' coordinates in each sample.
 
     Returns:
         Formulas, each with its accuracy by chance.

@@ -54,7 +54,7 @@ def rows(rams: np.ndarray, present: np.ndarray, half: Halves) -> list[Row]:
 
     Args:
         rams: uint8 `[n, 128]`.
-        present: bool `[n, 256]`, the coordinates that objects have in each sample.
+        present: bool `[n, 256]`, the objects' coordinates in each sample.
         half: samples to fit and to score on, from `fits.halves`.
 
     Returns:

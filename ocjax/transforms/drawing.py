@@ -193,7 +193,7 @@ def boxes_over(
         rgb: uint8 `[H, 160, 3]`.
         xywh: `[N, 4]`, left, top, width and height in screen pixels.
         label: int `[N]`, index into `categories`, or -1 for no box.
-        categories: names of the labels, each written above its first box.
+        categories: names of the labels.
         scale: see `overlay`.
     """
     canvas, colors = _Canvas(rgb, scale), _bright_colors(categories)

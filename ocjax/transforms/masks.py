@@ -172,8 +172,8 @@ def area_weights(n_in: int, n_out: int) -> np.ndarray:
 def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
     """Resize uint8 `[..., h, w]` to `[..., *size]` by averaging areas, like OpenCV's INTER_AREA.
 
-    Means are exact and rounded to the nearest integer, halves to the even one. Few rows are summed
-    as slices of 16 bits, three times as fast as a matrix product.
+    Means are rounded to the nearest integer, halves to the even one. Few rows are summed as slices
+    of 16 bits, three times as fast as a matrix product.
     """
     if images.shape[-2:] == size:
         return images

@@ -1,4 +1,4 @@
-"""Relate the objects of successive frames: merge flickering objects, and keep slots stable.
+"""Merge flickering objects of successive frames, and keep slots stable.
 
 Objects are matched greedily within a category, nearest centres first. Distances are integers
 (squared, in half pixels). Ties go to the lower slot in the first frame, then in the second.
@@ -177,10 +177,10 @@ def _by_runs(
     move: Callable[[Objects, Objects], Objects],
     stay: Callable[[Objects, Objects], Objects],
 ) -> Objects:
-    """Combine the slots of two states, flattened to batch shape `[B]`, category by category.
+    """Combine the slots of two states, flattened to batch shape `[B]`.
 
-    `move` combines a category whose objects may change slots: `Blobs` with several slots. `stay`
-    combines adjacent other categories at once.
+    `move` combines a category of `Blobs` with several slots, `stay` adjacent other categories at
+    once.
     """
     batch = second.valid.shape[:-1]
 
@@ -313,8 +313,7 @@ def track(
             unchanged.
 
     Raises:
-        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius
-            is negative or nan.
+        ValueError: see `merge_frames`.
         TypeError: `is_first` is not bool.
     """
     game, batch = check_states(previous=previous, current=current)

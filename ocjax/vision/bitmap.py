@@ -27,7 +27,7 @@ Bitmap = jax.Array
 def planes(frames: jax.Array) -> jax.Array:
     """Split palette indices into bitmaps, lowest bit first.
 
-    The lowest bit of an index is dropped: an odd index shows the colour of the even one below it.
+    The lowest bit of an index, which has no effect, is dropped.
 
     Args:
         frames: uint8 `[B, H, 160]`.
@@ -58,8 +58,7 @@ def planes(frames: jax.Array) -> jax.Array:
 def color_mask(planes: jax.Array, colors: Iterable[int]) -> Bitmap:
     """Select the pixels that have one of the colours, as a bitmap `[5, H, B]`.
 
-    The mask follows the decision diagram of the colours over the bits of `planes`: 0.1 to 0.5 us
-    per frame.
+    The mask follows the decision diagram of the colours over the bits of `planes`.
     """
 
     @functools.cache

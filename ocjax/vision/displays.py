@@ -48,8 +48,7 @@ class NumberDisplay:
         """Return the tight box around a number.
 
         Args:
-            shown: the number on the screen, int32, not negative; also the value, unless `fields`
-                sets one.
+            shown: the number, int32, not negative; also the value, unless `fields` sets one.
             fields: `valid`, `value` and `color` of the box.
         """
         return score_box(
@@ -75,7 +74,7 @@ class NumberDisplay:
         Args:
             colors: of the digits.
             region: area to search; by default the cells.
-            filters: applied to the pixels before the digits are read.
+            filters: applied before the digits are read.
             options: of `Digits`.
         """
         digits = Digits(self.font, self.lefts, self.top, **options)
@@ -173,7 +172,7 @@ class Static:
         y: first row.
         w: width in pixels.
         h: height.
-        colors: VEM finds the object if pixels of these colours reach all its edges.
+        colors: of pixels that must reach all its edges for VEM.
     """
 
     x: int

@@ -55,8 +55,8 @@ class Saver:
         mask: bits of a colour that the saver keeps.
         taken: the colours that VEM chooses among those that differ only in other bits; by default
             the first that a rule names.
-        beside: (x, y) of a second pixel, for games that change all colours in play, too. The saver
-            is on if both pixels lack the bits that `mask` drops.
+        beside: (x, y) of a second pixel, if play changes all colours, too. The saver is on if both
+            lack the bits that `mask` drops.
     """
 
     key: Callable[[Any], jax.Array]

@@ -5,8 +5,7 @@
 
 A variation is a hook that writes bytes before every emulated frame. Addresses and values come from
 HackAtari 0.0.6 and the games' decoders. Variations with HackAtari's effect have its name; its
-changes in every fifth, sixth or tenth frame happen in every fourth or eighth frame of the game's
-counter.
+changes in every fifth, sixth or tenth frame happen in every fourth or eighth.
 
 Names also remove, freeze and recolour categories: `hook="Pong:remove Enemy"`, `hook="Boxing:recolor
 Player red"`, or `hook=variations.freeze("Freeway", "Car")`. `variations.names(game)` lists them.

@@ -1,6 +1,6 @@
 """ALE's saved states: a check of every field, and the facts for restoring.
 
-ALE trusts lengths, banks and positions, so a forged state could make it write outside its memory.
+ALE trusts lengths, banks and positions: a forged state could write outside its memory.
 """
 
 import struct

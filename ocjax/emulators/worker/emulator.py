@@ -77,7 +77,7 @@ class Emulator:
         i: its row in the arrays.
         shown: arrays for the results.
         commands: arguments of the commands.
-        hooks: names and functions, called in order with the RAM before every emulated frame.
+        hooks: names and functions, called before every emulated frame.
         starts: names and functions, called at the start of every game.
     """
 

@@ -99,8 +99,7 @@ class EmulatorBlock:
         """Write a step's results to the arrays.
 
         Args:
-            ended: bool, episodes that ended before the step; they ignore the step and do not count
-                it.
+            ended: bool, episodes that ended before the step, which they ignore.
 
         Returns:
             Two bool arrays: the games that ended, and the episodes that ended with a life.
@@ -233,8 +232,8 @@ def _attempt(action: Callable[..., None], *args: Any) -> bool:
 def _end_with(parent: int) -> None:
     """End this process when the parent has ended.
 
-    A hanging hook or a forked child of the parent can keep the socket open. A signal on the
-    parent's death would already come at the end of the thread that made the pool.
+    A hanging hook or a forked child can keep the socket open, and a signal on the parent's death
+    would come at the end of the thread that made the pool.
     """
     while os.getppid() == parent:
         time.sleep(_PARENT_CHECK)

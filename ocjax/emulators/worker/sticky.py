@@ -1,4 +1,4 @@
-"""The action that each frame executes, under sticky actions.
+"""The action that each frame executes with sticky actions.
 
 This module draws ALE's random numbers: two in [0, 1) for each emulated frame. If the first is below
 the probability, the frame repeats the previous action. The second is for the other player.
@@ -17,7 +17,7 @@ class ExecutedAction:
     """The action that the last emulated frame executed. ALE's own state lacks it.
 
     Args:
-        probability: the probability that a frame repeats the action of the previous frame.
+        probability: that a frame repeats the previous action.
 
     Attributes:
         action: ale-py's number of the action.

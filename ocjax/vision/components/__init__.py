@@ -15,8 +15,8 @@ file with the stage's name:
    search. `splitting` divides a component of touching objects by the objects' pictures.
 5. `slots`: boxes -> slots. Give each object the next free slot of its mask.
 
-Rounds of stages 2 to 5 take a fixed number of candidates, until none is left, so the result is
-exact for any mask. A component that leaves its window exceeds its search's shapes, and is dropped.
+Rounds of stages 2 to 5 take a fixed number of candidates, until none is left. A component that
+leaves its window exceeds its search's shapes, and is dropped.
 
 Terms:
 
@@ -31,8 +31,7 @@ Rejected alternatives, in microseconds per frame of VEM on one core:
 
 - Eight candidates of every frame at a time, so that a crowded frame keeps others waiting: 240 for
   Asteroids (now 29), 50 for Space Invaders (22).
-- Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids.
-- One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each.
+- One search per category: 5 each before it finds anything.
 - The words of a row stacked during filling: 46 instead of 33 for Asteroids.
 """
 
