@@ -20,10 +20,7 @@ PICTURE = "Picture: "  # before the path of a picture in the repository
 
 
 def describe(game: Game) -> dict[str, Any]:
-    """Describe a game in JSON values.
-
-    Everything from its file, its accuracy, modes and variations.
-    """
+    """Describe a game in JSON values."""
     notes_of = comments(game)
     title, *notes = PARAGRAPH.split(inspect.getdoc(inspect.getmodule(game.decode)) or game.name)
     return {

@@ -46,9 +46,9 @@ def rollout(
         after: emulated frames that each instance plays before its first sample, rounded up to
             steps.
         repeat_action_probability: see `Settings`.
-        whole_games: whether samples are drawn from all states of complete games, uniformly and
-            without replacement, with each instance's last game's end. Otherwise they are successive
-            states. By default True for saved policies.
+        whole_games: whether samples are drawn from complete games, uniformly and without
+            replacement, and end with the last game. Otherwise they are successive states. By
+            default True for saved policies.
         game_mode, game_difficulty: see `ocjax.make_vec`.
 
     Returns:

@@ -48,7 +48,7 @@ class Variation:
         replaces: the new values of a byte by its old values.
         keeps: addresses of bytes that the last frame must not change.
         draws: the values to choose from at random in every frame.
-        choices: variations to choose from at random in every frame.
+        choices: variations to choose from, too; one that is given twice is twice as likely.
         when: the values of bytes that enable this variation.
         before: the values of bytes before the last frame that enable this variation.
         changed: addresses of bytes that the last frame must have changed.
