@@ -1,8 +1,7 @@
 """The setuptools command that collects the packages of a wheel or an editable install.
 
-In the repository, `ocjax/extractors` is a symbolic link to the folder `extractors`. Zip archives of
-code hosts, pip and `python -m zipfile` turn the link into a text file, and setuptools then finds no
-games. The build restores the link.
+In the repository, `ocjax/extractors` is a symbolic link to `extractors`. Zip archives of code
+hosts, pip and `python -m zipfile` turn it into a text file; the build restores the link.
 """
 
 from pathlib import Path

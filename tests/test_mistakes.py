@@ -100,7 +100,7 @@ MISTAKES = (
         ValueError,
         "objects of Pong have no category 'Bal'; they have Player, Enemy, Ball, PlayerScore, Enemy",
     ),
-    ("objects.of('ball')", ValueError, "PlayerScore, EnemyScore; did you mean 'Ball'?"),
+    ("objects.of('ball')", ValueError, "PlayerScore, EnemyScore: did you mean Ball?"),
     ("objects.Ball", AttributeError, "objects.of('Ball') selects a category"),
     (
         "ocjax.evaluation.agreement(objects, objects)",
@@ -112,8 +112,8 @@ MISTAKES = (
         TypeError,
         "expected Detections, got list: convert objects with evaluation.detections(objects)",
     ),
-    ("ocjax.envs.variations.find('remove enemy', 'Pong')", ValueError, "did you mean 'Enemy'?"),
-    ("ocjax.edit(game, ram, 'ball', x=3)", ValueError, "did you mean 'Ball'?"),
+    ("ocjax.envs.variations.find('remove enemy', 'Pong')", ValueError, "did you mean Enemy"),
+    ("ocjax.edit(game, ram, 'ball', x=3)", ValueError, "did you mean Ball?"),
     ("objects.of('Ball', breakout)", ValueError, "these are objects of Pong, not of Breakout"),
     (
         "ocjax.velocity(one, others)",

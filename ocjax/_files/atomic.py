@@ -10,9 +10,8 @@ def write(path: Path, to_file: Callable[[BinaryIO], object], *, follow: bool = T
     """Write a file, completely or not at all. If writing fails, an existing file stays unchanged.
 
     Args:
-        follow: whether the user named the path. If so, the target of a link is written, and special
-            files, such as /dev/null, are written to directly. Otherwise the new file replaces
-            links, devices and pipes.
+        follow: whether the user named the path: then the target of a link, or a special file such
+            as /dev/null, is written. Otherwise the file replaces links, devices and pipes.
     """
     target = Path(os.path.realpath(path)) if follow else path
     if follow and not is_replaced(target):

@@ -19,8 +19,8 @@ COMMANDS = {  # the module of each subcommand in this package
     "games": "games",
     "demo": "demo",
     "render": "render",
-    "train": "agents",
-    "play": "agents",
+    "train": "train",
+    "play": "play",
     "extract": "extract",
     "gaze": "gaze",
     "dataset": "datasets",
@@ -76,7 +76,7 @@ def _hide_types_of_flags(command: Any) -> None:
 class Commands(Interruptible):
     """The subcommands.
 
-    A subcommand is imported when it is called. Until then, only its line of help is known.
+    Each is imported when it is called.
     """
 
     def get_params(self, ctx: Any) -> list[Any]:

@@ -65,9 +65,9 @@ class Demonstration:
 
     Args:
         seconds: float `[steps]` for "step" (all emulators), "REM" and "VEM" (whole batch).
-        first_call: seconds of each method's first call, including compilation.
-        frames, rams: uint8 `[instances, H, 160]` and `[instances, 128]`, the last ones.
-        objects: the last objects of each method, batch shape `[instances]`.
+        first_call: seconds of each method's first call.
+        frames, rams: the last ones, uint8 `[instances, H, 160]` and `[instances, 128]`.
+        objects: each method's last ones, batch shape `[instances]`.
     """
 
     game: Game

@@ -20,10 +20,7 @@ PICTURE = "Picture: "  # before the path of a picture in the repository
 
 
 def describe(game: Game) -> dict[str, Any]:
-    """Describe a game in JSON values.
-
-    Everything from its file, its accuracy, modes and variations.
-    """
+    """Describe a game in JSON values."""
     notes_of = comments(game)
     title, *notes = PARAGRAPH.split(inspect.getdoc(inspect.getmodule(game.decode)) or game.name)
     return {
@@ -53,9 +50,8 @@ def describe(game: Game) -> dict[str, Any]:
 def accuracy() -> dict[str, dict[str, float | None]]:
     """Percentages of each game as measured by `benchmarks/table.py`; None means not measured.
 
-    `f1`, `iou` and `exact` compare REM with VEM on random play. `drawn_f1` is measured on
-    recordings of the objects that the video chip drew, `score` and `lives` on values equal to the
-    emulator's.
+    `f1`, `iou` and `exact` compare REM with VEM on random play, `drawn_f1` with the objects that
+    the video chip drew, `score` and `lives` with the emulator's values.
     """
     return json.loads(
         importlib.resources.files("ocjax.cli").joinpath("accuracy.json").read_text("utf-8")

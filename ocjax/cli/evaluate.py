@@ -87,39 +87,26 @@ def evaluate(
     ] = None,
 ) -> None:
     """Measure how well REM and VEM agree, and how often scores and lives are right."""
-    tapes = _read_with_frames(w for w in what if w.endswith(".npz"))
-    specs = {w: load_playable(w) for w in what if w not in tapes}
-    writing.check(markdown, csv, latex, html, reads=[*tapes, policies.file_of(policy)])
+    recorded = _read_with_frames(w for w in what if w.endswith(".npz"))
+    games = {w: load_playable(w) for w in what if w not in recorded}
+    writing.check(markdown, csv, latex, html, reads=[*recorded, policies.file_of(policy)])
     with console.status("looking for OCAtari"):
         python = ocatari_peer.interpreter(ocatari_env) if ocatari else None
+    choices = {
+        "seed": seed or [SEED],
+        "game_mode": game_mode or [None],
+        "game_difficulty": game_difficulty or [None],
+    }
+    options = {"policy": policy, "num_envs": num_envs, "frame_skip": frame_skip, "after": after}
     done = []
     for w in dict.fromkeys(what):
-        if w in tapes:
-            tape, source = tapes[w], f"{len(tapes[w]):,} samples of {w}"
+        if w in recorded:
+            tape = recorded[w]
+            source = f"{len(tape):,} samples of {w}"
         else:
-            choices = {
-                "seed": seed or [SEED],
-                "game_mode": game_mode or [None],
-                "game_difficulty": game_difficulty or [None],
-            }
-            tape = _play_all(
-                specs[w],
-                choices,
-                samples=samples,
-                policy=policy,
-                num_envs=num_envs,
-                frame_skip=frame_skip,
-                after=after,
-            )
+            tape = _play_all(games[w], choices, samples, **options)
             source = _describe(tape, policy, choices, after)
-        with console.status(f"evaluating {tape.game.name}"):
-            done.append(
-                report.evaluate(tape, source, ocatari_peer.run(tape, python) if python else None)
-            )
-        for table in report.tables_of(done[-1]):
-            tables.show(table, console)
-        for note in report.notes(done[-1]):
-            console.print(note, markup=False, soft_wrap=True)
+        done.append(_evaluate(tape, source, python))
     tables.show(report.overview(done), console)
     if not (markdown or csv):
         console.print("--markdown and --csv write more columns.")
@@ -136,12 +123,24 @@ def _read_with_frames(paths: Iterator[str]) -> dict[str, Recording]:
     return tapes
 
 
-def _play_all(game: Game, choices: dict[str, list], *, samples: int, **options: Any) -> Recording:
+def _play_all(game: Game, choices: dict[str, list], samples: int, **options: Any) -> Recording:
     """Play every combination of seeds, modes and difficulties."""
     runs = [
         dict(zip(choices, values, strict=True)) for values in itertools.product(*choices.values())
     ]
     return recordings.join([rollout(game, samples, **options, **run) for run in runs])
+
+
+def _evaluate(tape: Recording, source: str, python: Path | None) -> report.Evaluation:
+    """Evaluate a recording, with OCAtari if there is an interpreter for it, and show the result."""
+    with console.status(f"evaluating {tape.game.name}"):
+        ocatari = None if python is None else ocatari_peer.run(tape, python)
+        evaluation = report.evaluate(tape, source, ocatari)
+    for table in report.tables_of(evaluation):
+        tables.show(table, console)
+    for note in report.notes(evaluation):
+        console.print(note, markup=False, soft_wrap=True)
+    return evaluation
 
 
 def _describe(tape: Recording, policy: str, choices: dict[str, list], after: int) -> str:
@@ -151,10 +150,8 @@ def _describe(tape: Recording, policy: str, choices: dict[str, list], after: int
         f"{len(tape):,} samples of {policy} play{late}, {skip} emulated frames per step, seeds "
         f"{choices['seed']}"
     )
-    for name, values in (
-        ("modes", choices["game_mode"]),
-        ("difficulties", choices["game_difficulty"]),
-    ):
+    named = {"modes": choices["game_mode"], "difficulties": choices["game_difficulty"]}
+    for name, values in named.items():
         text += f", {name} {values}" * (values != [None])
     return text
 
@@ -169,10 +166,7 @@ def _write_reports(
     if markdown is not None:
         of_games = (table for e in done for table in report.tables_of(e))
         write_markdown(markdown, [report.overview(done), *of_games])
-    for path, to_text in (
-        (csv, formats.to_csv),
-        (latex, formats.to_latex),
-        (html, formats.to_html),
-    ):
+    others = {formats.to_csv: csv, formats.to_latex: latex, formats.to_html: html}
+    for to_text, path in others.items():
         if path is not None:
             write_text(path, to_text(done))

@@ -19,7 +19,7 @@ EVERY = 10  # agent steps between the states to compare
 def richest(game: Game, objects: Objects, frames: np.ndarray, count: int) -> np.ndarray:
     """The indices of `count` states with objects of most categories on the frame, best first.
 
-    Among equal states, fewer hidden objects come first, then later states.
+    Fewer hidden objects, then later states, break ties.
 
     Args:
         objects: of batch shape `[B]`.

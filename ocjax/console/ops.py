@@ -1,7 +1,6 @@
 """Operations for decoders: look-ups and divisions that XLA compiles to vector code.
 
-All except `only` and `extremes` are elementwise: they take scalars or vectors of int32 and keep the
-shape.
+All except `only` and `extremes` are elementwise on int32.
 """
 
 from collections.abc import Sequence

@@ -12,7 +12,7 @@ from ocjax.evaluation import tables
 from ocjax.evaluation.tables import Table
 from ocjax.extraction import registry
 from ocjax.files import writing
-from ocjax.files.pipeline import Progress
+from ocjax.files.jobs import Report, silent
 
 CHECKSUMS = "checksums.txt"
 FEW = 20  # objects of a category
@@ -31,12 +31,12 @@ def generate_all(
     folder: str | Path,
     *,
     ray: str | None = None,
-    report: Progress | None = None,
+    report: Report = silent,
 ) -> None:
     """Generate a dataset of each game in a subfolder. Equal plans give equal bytes.
 
-    Then `README.md` gets a table of the datasets, and `checksums.txt` the SHA-256 of each file, for
-    `sha256sum --check`. After an interruption, a second call makes the missing files.
+    `README.md` gets a table of the datasets, and `checksums.txt` the SHA-256 of each file
+    (`sha256sum --check`). A second call makes missing files.
 
     Args:
         plans: of different games; see `plan_of`.
@@ -54,7 +54,9 @@ def generate_all(
     for one in plans:
         own = folder / one.game
         if not is_complete(one, own):
-            generate(one, own, ray=ray, report=_shifted(report, before, total))
+            generate(
+                one, own, ray=ray, report=lambda done, _, start=before: report(start + done, total)
+            )
         before += one.states
     writing.write_text(folder / CHECKSUMS, "".join(_checksums(plans, folder)), follow=False)
     writing.write_text(folder / SHEET, _text(plans, folder), follow=False)
@@ -65,12 +67,6 @@ def is_complete(plan: Plan, folder: Path) -> bool:
     own = folder / PLAN
     same = own.exists() and own.read_text("utf-8") == plan.to_json()
     return same and (folder / SHEET).exists() and not missing(plan, folder)
-
-
-def _shifted(report: Progress | None, before: int, total: int) -> Progress | None:
-    if report is None:
-        return None
-    return lambda done, _: report(before + done, total)
 
 
 def _files(plan: Plan) -> list[Path]:

@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,8 +18,8 @@ from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
 from ocjax.files import outputs, writing
+from ocjax.files.jobs import Report, silent
 from ocjax.files.outputs import YOLO
-from ocjax.files.pipeline import Progress
 from ocjax.transforms.segmentation import NOBODY, segment
 
 COCO = "coco:"  # before the folder of an export
@@ -43,20 +42,18 @@ class Example(NamedTuple):
     owners: np.ndarray | None
 
 
-def export_boxes(
-    folders: Sequence[str | Path], out: str, *, report: Progress | None = None
-) -> None:
+def export_boxes(folders: Sequence[str | Path], out: str, *, report: Report = silent) -> None:
     """Export datasets of any games to one new folder in COCO's or YOLO's format.
 
-    The boxes are those of VEM, the objects on the picture. Categories with the same name are one
-    category. Every tenth episode of a dataset is for validation, beginning with the second. COCO's
-    folder has `images/train`, `images/val` and `annotations/train.json`, `annotations/val.json`,
-    with the mask of each object as run lengths; YOLO's has `labels/` instead, and `data.yaml`.
+    The boxes are VEM's. Categories with the same name are one category. Every tenth episode of a
+    dataset, from the second, is for validation. COCO's folder has `images/train`, `images/val` and
+    `annotations/train.json`, `annotations/val.json`, with objects' masks as run lengths; YOLO's has
+    `labels/` instead, and `data.yaml`.
 
     Args:
         folders: folders of complete datasets.
         out: a new folder after "coco:" or "yolo:".
-        report: called regularly with the numbers of finished and of all states.
+        report: called with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; a folder holds no complete dataset.
@@ -71,21 +68,16 @@ def export_boxes(
     if not out.startswith((COCO, YOLO)):
         raise ValueError(f"the output must be {COCO}FOLDER or {YOLO}FOLDER, got {out}")
     path = outputs.new_folder(out)
-    unfinished = path.with_name(f".{path.name}.tmp")
-    writing.new_folder(unfinished)
     known = dict.fromkeys(c.name for game in games for c in registry.load(game).categories)
     names = {name: number for number, name in enumerate(known)}
     masks = out.startswith(COCO)
     write = _write_coco if masks else _write_yolo
-    try:
+    with writing.complete_folder(path) as unfinished:
         write(unfinished, names, _examples(plans, report, masks=masks))
-        unfinished.replace(path)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def _examples(
-    plans: Sequence[tuple[Path, Plan]], report: Progress | None, *, masks: bool
+    plans: Sequence[tuple[Path, Plan]], report: Report, *, masks: bool
 ) -> Iterator[Example]:
     total, done = sum(plan.states for _, plan in plans), 0
     for folder, plan in plans:
@@ -99,8 +91,7 @@ def _examples(
             picture = row["image"]["bytes"]
             yield Example(split, name, picture, (width, height), row["vem"], row["owners"])
             done += 1
-            if report is not None:
-                report(done, total)
+            report(done, total)
 
 
 def _rows(folder: Path, plan: Plan, *, masks: bool) -> Iterator[dict[str, Any]]:
@@ -184,19 +175,13 @@ def _write_coco(folder: Path, names: dict[str, int], examples: Iterator[Example]
 
 def _write_yolo(folder: Path, names: dict[str, int], examples: Iterator[Example]) -> None:
     _make_folders(folder, "images", "labels")
-    listed = "".join(f"  {number}: {json.dumps(name)}\n" for name, number in names.items())
-    (folder / "data.yaml").write_text(
-        f"train: images/{TRAINING}\nval: images/{VALIDATION}\nnames:\n{listed}", "utf-8"
-    )
+    sets = f"train: images/{TRAINING}\nval: images/{VALIDATION}\n"
+    (folder / "data.yaml").write_text(sets + outputs.yolo_names(names), "utf-8")
     for example in examples:
         _write_picture(folder, example)
-        lines = (_yolo_line(names[o["category"]], o, example.size) for o in example.objects)
+        lines = (
+            outputs.yolo_line(names[o["category"]], [o[side] for side in "xywh"], example.size)
+            for o in example.objects
+        )
         label = folder / "labels" / example.split / Path(example.name).with_suffix(".txt")
         label.write_text("".join(lines), "utf-8")
-
-
-def _yolo_line(number: int, o: dict[str, Any], size: tuple[int, int]) -> str:
-    """A category's number, and the centre and the size of a box as fractions of the picture."""
-    corner, extent = np.array([o["x"], o["y"]]), np.array([o["w"], o["h"]])
-    fractions = np.concatenate([corner + extent / 2, extent]) / (*size, *size)
-    return f"{number} " + " ".join(f"{fraction:.6f}" for fraction in fractions) + "\n"

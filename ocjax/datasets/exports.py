@@ -22,29 +22,27 @@ from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.files.inputs import MINARI
+from ocjax.files.jobs import Report, silent
 from ocjax.files.minari import new_dataset
-from ocjax.files.pipeline import Progress
 
 CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 
 
-def export(folder: str | Path, out: str | Path, *, report: Progress | None = None) -> None:
+def export(folder: str | Path, out: str | Path, *, report: Report = silent) -> None:
     """Export a dataset, completely or not at all.
 
-    A `.csv` file has the columns of the OCAtari paper's dataset: `INDEX` (`episode_step`, five
-    digits each), `OBS` (a list of the `210 * 160 * 3` numbers of the RGB frame), and the objects
-    `HUD` and `RAM` (from REM) and `VIS` (from VEM) as sorted lists of the form `Player at (140,
-    100), (4, 16)`.
+    A `.csv` file has the OCAtari paper's columns: `INDEX` (`episode_step`, five digits each), `OBS`
+    (the `210 * 160 * 3` numbers of the RGB frame), and the objects `HUD` and `RAM` (REM) and `VIS`
+    (VEM) as sorted lists of the form `Player at (140, 100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
-    indices), and the fields of `Objects` of both methods as infos. An episode with omitted
-    sequences becomes several episodes.
+    indices), and the fields of `Objects` of both methods as infos. Omitted sequences divide
+    episodes.
 
     Args:
         folder: folder of a complete dataset.
-        out: a path that ends in .csv, or the ID of a new Minari dataset after "minari:". An
-            existing .csv file is replaced.
-        report: called regularly with the numbers of finished and of all states.
+        out: a .csv file, which is replaced, or "minari:" with the ID of a new dataset.
+        report: called with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset.
@@ -65,7 +63,7 @@ def export(folder: str | Path, out: str | Path, *, report: Progress | None = Non
         raise ValueError(f"the output must end in .csv or be {MINARI}ID, got {out}")
 
 
-def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO) -> None:
+def _write_csv(folder: Path, plan: Plan, report: Report, file: BinaryIO) -> None:
     out = io.TextIOWrapper(file, "utf-8", newline="", write_through=True)
     writer, game = csv.writer(out, lineterminator="\n"), registry.load(plan.game)
     colors = np.array([f"{r}, {g}, {b}" for r, g, b in np.asarray(game.palette)], object)
@@ -85,8 +83,7 @@ def _write_csv(folder: Path, plan: Plan, report: Progress | None, file: BinaryIO
                 listed = (_listed(row[name]) for name in ("hud", "rem", "vem"))
                 writer.writerow((f"{number:05}_{row['step']:05}", f"[{pixels}]", *listed))
         done += shard.states
-        if report is not None:
-            report(done, plan.states)
+        report(done, plan.states)
     out.detach()
 
 
@@ -97,7 +94,7 @@ def _listed(objects: list[dict[str, Any]]) -> str:
     return f"[{', '.join(texts)}]"
 
 
-def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> None:
+def _to_minari(folder: Path, plan: Plan, name: str, report: Report) -> None:
     game = registry.load(plan.game)
     height, width = game.screen
     boxes: dict[str, spaces.Space] = {
@@ -122,8 +119,7 @@ def _to_minari(folder: Path, plan: Plan, name: str, report: Progress | None) -> 
                     fields = _to_episode(episode, game, len(actions))
                 add(**fields)
             done += shard.states
-            if report is not None:
-                report(done, plan.states)
+            report(done, plan.states)
 
 
 def _episodes(path: Path) -> Iterator[Any]:

@@ -11,25 +11,24 @@ from ocjax.datasets.plans import DATA, DatasetError, Plan, code, versions
 from ocjax.emulators import ram_starts
 from ocjax.extraction import registry
 from ocjax.files import cluster, jobs, writing
-from ocjax.files.pipeline import Progress
+from ocjax.files.jobs import Report, silent
 
 PLAN, SHEET = "dataset.json", "README.md"
 
 
 def generate(
-    plan: Plan, folder: str | Path, *, ray: str | None = None, report: Progress | None = None
+    plan: Plan, folder: str | Path, *, ray: str | None = None, report: Report = silent
 ) -> None:
     """Generate a dataset. Equal plans give equal bytes.
 
-    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and finally `README.md`
-    (the datasheet). After an interruption, a second call makes the missing files.
+    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and `README.md` (the
+    datasheet). A second call makes files that are missing.
 
     Args:
         plan: see `ocjax.datasets.plan`.
         folder: created if necessary.
-        ray: the address of a Ray cluster whose machines share the folder; see
-            `ocjax.files.cluster`.
-        report: called after each shard with the numbers of finished and of all states.
+        ray: see `ocjax.files.cluster`.
+        report: called with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds another dataset or other files.
@@ -48,22 +47,20 @@ def generate(
     _finish(folder, plan)
 
 
-def relabel(folder: str | Path, *, ray: str | None = None, report: Progress | None = None) -> None:
+def relabel(folder: str | Path, *, ray: str | None = None, report: Report = silent) -> None:
     """Replace the objects and terrain of a dataset with the results of the present decoders.
 
-    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. After an
-    interruption, a second call relabels the remaining shards.
+    The datasheet is replaced, too; frames, RAM and sequences stay. After an interruption, a second
+    call continues.
 
     Args:
         folder: folder of a complete dataset.
-        ray: the address of a Ray cluster; see `generate`.
-        report: called after each shard with the numbers of finished and of all states.
+        ray, report: see `generate`.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset, or the dataset was made
             with another ROM.
-        ValueError: the cluster cannot be reached.
-        OSError: a file cannot be written.
+        ValueError, OSError: see `generate`.
     """
     folder = Path(folder).resolve()
     _check_data(folder)
@@ -92,9 +89,7 @@ def open_dataset(folder: str | Path) -> Plan:
     fields = jobs.read(folder / PLAN, error=DatasetError)
     try:
         plan = Plan.from_fields(fields)
-        for start in plan.starts:
-            ram_starts.variation(registry.load(plan.game), start)
-        registry.load(plan.game)
+        ram_starts.checked(registry.load(plan.game), plan.starts)
     except ValueError as error:
         raise DatasetError(
             f"{folder / PLAN} is damaged, or of another version of ocjax: {error}"
@@ -128,16 +123,14 @@ def _run(
     numbers: list[int],
     plan: Plan,
     ray: str | None,
-    report: Progress | None,
+    report: Report,
 ) -> None:
     states = [shard.states for shard in plan.shards]
     done = plan.states - sum(states[k] for k in numbers)
-    if report is not None:
-        report(done, plan.states)
+    report(done, plan.states)
     for k in cluster.completed(task, numbers, ray):
         done += states[k]
-        if report is not None:
-            report(done, plan.states)
+        report(done, plan.states)
 
 
 def _finish(folder: Path, plan: Plan) -> None:

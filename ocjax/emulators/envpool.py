@@ -1,9 +1,8 @@
 """The `envpool` backend: envpool's threads step the emulators.
 
-Envpool crops screens to 210 rows and returns the maximum of the last two frames. It cannot save
-states, write RAM, take new seeds after the first reset, or reset single emulators. It plays at
-least one no-op when a game begins, so `noop_max` 0 means 1; it presses FIRE once if `fire_reset` is
-on; and it truncates episodes only after whole steps.
+Envpool crops screens to 210 rows and returns the maximum of the last two frames. A game begins with
+at least one no-op, so `noop_max` 0 means 1, and with one FIRE if `fire_reset` is on. Episodes are
+truncated only after whole steps.
 """
 
 from collections.abc import Iterator, Sequence

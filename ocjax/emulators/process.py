@@ -138,9 +138,8 @@ class WorkerProcess:
 class Workers:
     """The worker processes of a pool, which all execute the same command at a time.
 
-    Ctrl-C may interrupt any call; `completed` then continues with the command. Commands are
-    numbered: workers record the executed ones in the shared memory, and ignore a command that is
-    sent again.
+    Ctrl-C may interrupt any call; `completed` then continues with the command. Workers record the
+    numbers of executed commands in the shared memory, and ignore a repeated one.
 
     Args:
         time_limit: seconds without a reply or other progress until an error, or None for no limit.
@@ -204,9 +203,9 @@ class Workers:
         """Wait for the command: yield the index of each worker as soon as it has executed it.
 
         Args:
-            progress: called after `interval` seconds without a reply. A new number restarts the
+            progress: called after `interval` seconds without a reply; a new number restarts the
                 time limit.
-            interval: seconds, at most one and at most the time limit, which is the default.
+            interval: seconds, at most one and the time limit, the default.
         """
         if not self._sent:
             self._send()

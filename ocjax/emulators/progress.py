@@ -25,8 +25,8 @@ def _takes_bars(stream: TextIO | None) -> bool:
 def progress(items: Iterable[_Item], action: str, total: int | None = None) -> Iterator[_Item]:
     """Yield the items, and show the progress.
 
-    On a terminal this is a bar on the standard output. Otherwise, and in notebooks, it is a line on
-    the standard error every `SECONDS`.
+    This is a bar on a terminal; otherwise, and in notebooks, a line on the standard error every
+    `SECONDS`.
 
     Args:
         action: the activity, such as "changing Pong's RAM".
@@ -54,13 +54,13 @@ def progress_bar(
 
     Args:
         action: the activity, such as "extracting".
-        unit: the unit of the count, such as "rows". It may contain further numbers of the reports,
-            in rich's format: "games, {task.fields[frames]:,} frames".
+        unit: the unit of the count, such as "rows". It may contain further numbers: "games,
+            {task.fields[frames]:,} frames".
         console: shows the bar; by default the standard output.
         transient: whether the bar disappears at its end.
 
     Yields:
-        A function of the numbers of finished and of all units, and of further numbers by name.
+        A function of the numbers of finished and of all units, and others by name.
     """
     console = console or Console()
     if console.is_jupyter:

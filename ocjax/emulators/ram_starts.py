@@ -1,7 +1,7 @@
 """Game starts: values that are written to the RAM after the console's reset."""
 
-import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -9,6 +9,7 @@ import numpy as np
 from ocjax.console.ram import RAM_SIZE, Field, byte
 from ocjax.emulators.variations import Variation
 from ocjax.extraction.game import Game
+from ocjax.extraction.names import did_you_mean
 
 # Values by the name of a field in the game's `Ram`, or by the number of a byte.
 Start = Mapping[str, int]
@@ -37,6 +38,19 @@ def describe(start: Start) -> str:
     return ",".join(f"{name}={value}" for name, value in start.items()) or NONE
 
 
+def checked(game: Game, starts: Any) -> tuple[dict[str, int], ...]:
+    """Starts with names as strings; raises ValueError unless the game has them."""
+    if not isinstance(starts, Sequence) or not all(isinstance(start, Mapping) for start in starts):
+        raise ValueError(
+            "starts must be a sequence of mappings from names to values, such as [{'level': 2}], "
+            f"got {starts!r}"
+        )
+    named = tuple({str(name): value for name, value in start.items()} for start in starts)
+    for start in named:
+        variation(game, start)
+    return named
+
+
 def variation(game: Game, start: Start) -> Variation:
     """A start as a variation; it writes only a field's bits, at each of its addresses."""
     writes: dict[int, int] = {}
@@ -63,12 +77,9 @@ def _field(game: Game, name: str) -> Field:
         return fields[name]
     if name.isdecimal() and int(name) < RAM_SIZE:
         return byte(int(name))
-    close = difflib.get_close_matches(name, fields, cutoff=0.5)
-    hint = f"did you mean {' or '.join(close)}? " if close else ""
     raise ValueError(
-        f"the RAM of {game.name} has no field {name!r}: {hint}`ocjax ram map {game.name}` lists "
-        "the fields; a byte is a number up to "
-        f"{RAM_SIZE - 1}"
+        f"the RAM of {game.name} has no field {name!r} (`ocjax ram map {game.name}` lists the "
+        f"fields; a byte is a number up to {RAM_SIZE - 1}){did_you_mean(name, fields)}"
     )
 
 

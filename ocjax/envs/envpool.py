@@ -1,8 +1,8 @@
-"""Environments of the `envpool` backend, which extract objects from the RAM that envpool returns.
+"""Environments of the `envpool` backend, with objects from envpool's RAM.
 
-Unsupported options and calls raise an error with the reason. envpool does not support
+These options and calls raise an error:
 
-- frames with a frame skip (it returns the maximum of the last two) or other than 210 rows,
+- frames with a frame skip (envpool returns the maximum of two) or other than 210 rows,
 - saved states, writing RAM, and hooks,
 - new seeds after the first reset, and resets of single environments,
 - autoreset modes other than next-step.
@@ -26,7 +26,7 @@ from ocjax.emulators.settings import Settings
 from ocjax.envs.continuous import ContinuousActions
 from ocjax.envs.observations import Computed
 from ocjax.envs.requests import Kind, Mode, Request, requested_kinds, required_screens
-from ocjax.envs.shards import Observed, make_observer
+from ocjax.envs.shards import Observed, at_rows, make_observer
 from ocjax.envs.vector import ObjectVectorEnv
 from ocjax.extraction.game import Game
 
@@ -41,9 +41,8 @@ XlaStep = Callable[
 class EnvpoolVectorEnv(ObjectVectorEnv):
     """N instances of a game on envpool; see `make_vec` with `backend="envpool"`.
 
-    With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
-    `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
-    environments in the results.
+    With `batch_size` below N, use `async_reset`, `recv` and `send` instead of `reset` and `step`,
+    as in envpool; `info["env_id"]` has the environments' indices.
     """
 
     pool: EnvpoolPool
@@ -121,10 +120,10 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         self.pool.wait()
         pool, ids, shard = self.pool, self.pool.ids, self._shards[0]
         arrays = {name: array[ids] for name, array in shard.arrays.items()}
-        observed = self._observe(arrays, _rows(shard.memory, ids))
+        observed = self._observe(arrays, at_rows(shard.memory, ids))
         memory = self._scatter(ids, observed.memory, shard.memory)
         previous = (
-            self._scatter(ids, _rows(shard.objects, ids), shard.previous) if shard.objects else {}
+            self._scatter(ids, at_rows(shard.objects, ids), shard.previous) if shard.objects else {}
         )
         objects = self._scatter(ids, observed.objects, shard.objects)
         self._shards = [replace(shard, memory=memory, previous=previous, objects=objects)]
@@ -160,8 +159,7 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next
             state and (observation, reward, terminated, truncated, info). `info` contains `lives`,
-            `ram` and `game_over`. `reset` and `step` control the same emulators, so do not mix them
-            with this function.
+            `ram` and `game_over`. `reset` and `step` control the same emulators: do not mix them.
         """
         self._require_synchronous()
         if self.pool.env is None:
@@ -250,7 +248,3 @@ def _one_for_all(name: str, value: Any) -> int:
     if not is_integer(value):
         raise TypeError(f"{name} must be an integer, got {value!r}")
     return int(value)
-
-
-def _rows(tree: Any, ids: np.ndarray) -> Any:
-    return jax.tree.map(lambda a: np.asarray(a)[ids], tree)

@@ -22,11 +22,10 @@ class PerturbObjects(VectorWrapper):
         )
         envs.unwrapped.objects  # the true objects
 
-    Every observation gets new errors, including the terminal ones in `final_obs`. `info` and
-    rewards are unchanged.
+    Every observation, also in `final_obs`, gets new errors; `info` and rewards are unchanged.
 
     Args:
-        env: a vector environment with the observation "objects" and one extraction method.
+        env: with the observation "objects" and one extraction method.
         key: a key of `jax.random`.
         errors: `jitter`, `drop`, `swap` and `invent` of `ocjax.perturb`.
 

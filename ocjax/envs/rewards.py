@@ -9,8 +9,8 @@ import numpy as np
 
 from ocjax.extraction.objects import Objects
 
-# (objects before a step, objects after it, action) -> reward, for one environment. The objects have
-# fields [N, ...], the action is an int32 or float32 [3], the reward is a number.
+# (objects before a step, objects after it, action) -> reward, for one environment: fields [N, ...],
+# int32 or float32 [3], a number.
 RewardFunction = Callable[[Objects, Objects, jax.Array], Any]
 BatchedReward = Callable[[Objects, Objects, np.ndarray], np.ndarray]
 

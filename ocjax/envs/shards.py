@@ -60,8 +60,7 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
     def observe(arrays: Mapping[str, Any], memory: dict[str, Any]) -> Observed:
         if compiles or mode == "vem":
             require_threads()
-        # VEM is a separate program: with its own compiler options it compiles twice as fast. The
-        # call returns before VEM has finished.
+        # VEM is a separate program: with its compiler options it compiles twice as fast.
         vem = game.vem(jnp.asarray(arrays["screen"])) if mode in ("vem", "both") else None
         return compiled({name: a for name, a in arrays.items() if name in used}, vem, memory)
 
@@ -72,8 +71,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 class EnvShard:
     """The state of one block of environments.
 
-    Extraction for a block starts as soon as its workers have finished the step. A step makes new
-    shards, which replace all old ones at once, so an interrupted step can be repeated.
+    Extraction for a block starts when its workers have finished the step. A step replaces all
+    shards at once, so it can be repeated after an interrupt.
     """
 
     rows: slice  # the block's environments
@@ -118,6 +117,6 @@ def select_rows(mask: np.ndarray, new: Any, old: Any) -> Any:
     return jax.tree.map(select, new, old)
 
 
-def row(tree: Any, i: int) -> Any:
-    """Row i of a pytree of arrays `[n, ...]`, as NumPy arrays."""
-    return jax.tree.map(lambda a: np.asarray(a)[i], tree)
+def at_rows(tree: Any, rows: int | np.ndarray) -> Any:
+    """A row, or rows `[m]`, of a pytree of arrays `[n, ...]`, as NumPy arrays."""
+    return jax.tree.map(lambda a: np.asarray(a)[rows], tree)

@@ -1,11 +1,11 @@
 """Option names of other projects."""
 
-import difflib
 import functools
 from collections.abc import Callable, Iterable
 from typing import Any, ParamSpec, TypeVar
 
 from ocjax.emulators.checks import is_integer
+from ocjax.extraction.names import did_you_mean
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -62,8 +62,6 @@ def _move(options: dict[str, Any], theirs: str, ours: str) -> None:
 
 def no_option(name: str, options: Iterable[str]) -> TypeError:
     """The error for an unknown option, with a hint at the right one."""
-    close = difflib.get_close_matches(name, list(options), n=1)
-    hint = _INSTEAD.get(name) or (
-        f"did you mean {close[0]}?" if close else "help(ocjax.make_vec) explains all options"
-    )
-    return TypeError(f"environments of ocjax have no option {name}: {hint}")
+    hint = f": {_INSTEAD[name]}" if name in _INSTEAD else did_you_mean(name, options)
+    hint = hint or ": help(ocjax.make_vec) explains all options"
+    return TypeError(f"environments of ocjax have no option {name}{hint}")

@@ -27,9 +27,9 @@ from ocjax.envs.shards import (
     FRAMES,
     EnvShard,
     Observed,
+    at_rows,
     concatenate_rows,
     make_observer,
-    row,
     select_rows,
 )
 from ocjax.extraction.objects import Objects
@@ -46,23 +46,21 @@ _OVER = "over"  # the name in `States` of the flags of ended episodes
 class ObjectVectorEnv(Uncopied, VectorEnv):
     """N instances of a game whose observations are objects; `make_vec` makes them.
 
-    Everything that a step returns describes the step's last emulated frame. Later steps do not
-    overwrite returned arrays. `info` describes the current game: `lives`, `frame_number` (emulated
-    frames), `episode_return` (unclipped), `episode_length` (agent steps) and, with `ram_info`,
-    `ram`. It also describes the step:
+    Results describe the step's last emulated frame. Later steps do not overwrite them. `info` has
+    `lives`, `frame_number` (emulated frames) and `episode_return` (unclipped) of the game,
+    `episode_length` (agent steps), `ram` with `ram_info`, and of the step:
 
-    - `game_over`: whether the game ended or reached a limit. A lost life does not set it.
+    - `game_over`: whether the game, not just a life, ended or reached a limit.
     - `reward`: the game's unclipped reward, if rewards are clipped or computed from objects.
     - `executed_action`: with sticky actions, the action of the last emulated frame (not with
       envpool).
 
-    With same-step autoreset, `final_obs` and `final_info` follow Gymnasium's vector environments:
-    `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the terminal
-    states.
+    With same-step autoreset, `final_obs` and `final_info` are as in Gymnasium; `final_info` has
+    `game_over` and the terminal states' `objects`.
 
     Args:
         pool: the emulators.
-        mode: the methods that extract objects: "rem", "vem", "both" or "raw" (none).
+        mode: "rem", "vem", "both" or "raw" (no objects).
         obs: the observations; by default the objects, or in mode "raw" the RAM.
         autoreset_mode: the mode that the pool implements.
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
@@ -72,8 +70,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     Attributes:
         objects: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
-            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.objects.xywh)`
-            shares them with PyTorch.
+            both methods' objects. `torch.from_dlpack(envs.objects.xywh)` shares their JAX arrays
+            with PyTorch.
         pool: the emulators and their arrays.
     """
 
@@ -190,7 +188,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         k, previous = i - shard.rows.start, shard.previous.get(name)
         continued = previous is not None and not self.pool.started[i]
         return game_objects.views(
-            row(shard.objects[name], k), row(previous, k) if continued else None
+            at_rows(shard.objects[name], k), at_rows(previous, k) if continued else None
         )
 
     @property
@@ -273,9 +271,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """Reset all environments.
 
         Args:
-            seed: environment i gets `seed + i`, or the i-th of a sequence; with None, the current
-                random state continues.
-            options: may contain `reset_mask`, bool `[N]`, the environments to reset.
+            seed: environment i gets `seed + i`, or the i-th of a sequence; None: the random state
+                continues.
+            options: `reset_mask`, bool `[N]`, the environments to reset.
 
         Returns:
             The observation and `info`.
@@ -322,7 +320,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             )
 
     def step_async(self, actions: Any) -> None:
-        """Start a step without waiting for it, so that the emulators run while the caller computes.
+        """Start a step.
 
         Args:
             actions: integers `[N]`; floats `[N, 3]` if they are continuous.
@@ -360,7 +358,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
         Raises:
             NoAsyncCallError: no step is pending.
-            WorkerError: a worker failed, died or did not reply in time.
+            WorkerError: see `EmulatorPool.reset`.
         """
         pool, final, terminal = self.pool, {}, {}
         pool.require_open()
@@ -396,9 +394,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         terminal: dict[str, Objects],
         ended: np.ndarray,
     ) -> np.ndarray:
-        """The reward function's rewards of a step; 0 if the step began an episode.
+        """The reward function's rewards; 0 if the step began an episode.
 
-        `terminal` are the objects of ended games.
+        `terminal`: ended games' objects.
         """
         name = "vem" if self.mode == "vem" else "rem"
         previous = concatenate_rows([shard.objects[name] for shard in self._shards])
@@ -458,7 +456,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         previous = concatenate_rows([shard.objects[name] for shard in self._shards])
         out = np.full(self.num_envs, None, object)
         for i in np.flatnonzero(ended).tolist():
-            out[i] = game_objects.views(row(objects[name], i), row(previous, i))
+            out[i] = game_objects.views(at_rows(objects[name], i), at_rows(previous, i))
         return {"objects": out, "_objects": ended.copy()}
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
@@ -481,11 +479,10 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
         """Write RAM; see `EmulatorPool.set_ram`.
 
-        REM's objects change at once; observations change with the next step.
+        REM's objects change at once, observations with the next step.
 
         Raises:
-            TypeError: `ram` is not a uint8 array.
-            ValueError: `ram` has the wrong shape, or the backend cannot write RAM.
+            TypeError, ValueError: see `EmulatorPool.set_ram`.
         """
         self.pool.set_ram(ram, mask)
         self._shards = [self._with_new_ram(shard) for shard in self._shards]

@@ -59,9 +59,8 @@ class Simulator(Protocol):
 
     Attributes:
         name: for tables and pictures.
-        fields: for each field of its observation, by name, the categories of ocjax with the same
-            objects.
-        actions: names of its actions, as ALE has them, such as "UPFIRE".
+        fields: by field of its observation, the categories of ocjax with the same objects.
+        actions: ALE's names, such as "UPFIRE".
     """
 
     name: str
@@ -79,14 +78,11 @@ class Simulator(Protocol):
 
 @dataclasses.dataclass(frozen=True)
 class Parity:
-    """Two runs with the same actions, on the real ROM and in a simulator.
-
-    A run has B frames; the first one follows the reset.
+    """Runs with the same actions on the real ROM and in a simulator, of B frames from the reset.
 
     Args:
         seed: of the actions and of the simulator.
-        aligned: fields with an object that was moved in the real game to its place in the
-            simulator.
+        aligned: fields whose object was moved in the real game.
         real, simulated: the objects, with the simulator's fields as categories.
         rewards: float `[2, B]`, of the real game and of the simulator.
         screens: uint8 `[B, H, 160]`, the frames of the real game.
@@ -111,8 +107,8 @@ def compare(
         seed: of the actions and of the simulator.
         frames: largest number of emulated frames.
         align: whether to move objects in the real game, after its reset, to their places in the
-            simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
-            has separate bytes for its position.
+            simulator (see `ocjax.edit`): fields with one object on both sides that has separate
+            bytes for its position.
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.
@@ -205,11 +201,10 @@ class Errors(NamedTuple):
     """Differences of the two sides, by field (F fields)."""
 
     f1: np.ndarray  # float [F], F1 of objects within 5 pixels of each other
-    # float [F, 4], mean absolute difference of left, top, width and height of partners at any
-    # distance, in pixels
+    # float [F, 4], mean absolute difference of left, top, width and height of partners, in pixels
     off: np.ndarray
-    # int [F], the first frame with an object that is missing on one side or more than `TOLERANCE`
-    # off, or -1
+    # int [F], the first frame with an object missing on one side or more than `TOLERANCE` off, or
+    # -1
     first: np.ndarray
 
 

@@ -12,8 +12,7 @@ from ocjax.recordings import Recording
 
 COUNT = 6  # pictures
 DISTANCE = 20  # minimum number of samples between two of them
-# Picture pixels per screen pixel vertically; twice this number horizontally, because the console's
-# pixels are wide.
+# Picture pixels per screen pixel, vertically; twice as many horizontally.
 SCALE = 2
 MISSED, FALSE, AGREED = (255, 40, 40), (255, 220, 0), (150, 150, 150)
 COLORS_IN_FILE = 64

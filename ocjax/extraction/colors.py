@@ -98,10 +98,7 @@ def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
 
 
 def _row(found: Detected, offset: np.ndarray | np.int32) -> jax.Array:
-    """Return a row of each box.
-
-    A negative offset counts from the bottom; an offset beyond the box means the last row.
-    """
+    """Return a row of each box."""
     inside = jnp.where(
         offset < 0,
         jnp.maximum(found.h + offset, 0),

@@ -3,7 +3,6 @@
 The decoder is validated before its first use, everything else on construction.
 """
 
-import difflib
 import functools
 import inspect
 import itertools
@@ -23,6 +22,7 @@ from ocjax.console.ram import RAM_SIZE, RamMap
 from ocjax.console.rom import Rom
 from ocjax.extraction.categories import ATTRIBUTES, ROLES, Category, names_by_alias
 from ocjax.extraction.checks import EXCERPTS, USUAL, Checks
+from ocjax.extraction.names import did_you_mean
 from ocjax.extraction.terrain import TerrainKind, TerrainMap
 from ocjax.extraction.variants import UNEXPLAINED, Variants
 from ocjax.vision.colors import EVEN
@@ -71,18 +71,16 @@ class Declaration:
         rom: the ROM for which the decoder was written. The attribute `rom` is ALE's name of it, and
             `md5` its MD5 checksum.
         ram: the address map.
-        decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for
-            every category.
+        decode: function from the address map of one state to a `Box` for every category.
         categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
         shades: colours that change from level to level.
         saver: the game's screen saver, if it changes the colours.
-        backdrop: columns that objects rarely reach, for games whose background may have the
-            objects' colours. If all of these columns show one colour in a row, no object owns the
-            pixels of this colour in the row (`ocjax.segment`).
-        pal: whether the ROM is made for PAL consoles, which have another palette.
-        checks: how the game differs from what the tests of all games expect.
-        variants: what the game's modes and difficulties mean.
+        backdrop: columns that objects rarely reach. If they show a single colour in a row, no
+            object owns the row's pixels of this colour (`ocjax.segment`).
+        pal: whether the ROM is made for PAL consoles, which have their palette.
+        checks: exceptions for the tests of all games.
+        variants: the meanings of modes and difficulties.
         terrain: walls, ladders, water and scenery, or None. The attribute `terrain` is the tuple of
             its kinds, and `terrain_map` the declaration.
         hud: whether to include the display categories.
@@ -200,7 +198,7 @@ class Declaration:
     def part(self, name: str) -> "Declaration":
         """Return the declaration of one category: its slots alone, in the same game.
 
-        The same category gives the same object, so that objects of `Objects.of` are one pytree.
+        It is cached, so that objects of `Objects.of` are one pytree.
         """
         if len(self.categories) == 1:
             return self
@@ -209,10 +207,7 @@ class Declaration:
 
     def suggestion(self, name: str) -> str:
         """The names of the categories, with the most similar one, for an error about `name`."""
-        known = {own.lower(): own for own in self.slices}
-        close = difflib.get_close_matches(name.lower(), known, n=1)
-        hint = f"; did you mean {known[close[0]]!r}?" if close else ""
-        return f"{', '.join(self.slices)}{hint}"
+        return ", ".join(self.slices) + did_you_mean(name, self.slices)
 
     def replaced(self, **changes: Any) -> Self:
         """Return the same game with other arguments."""

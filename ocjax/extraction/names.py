@@ -1,22 +1,41 @@
-"""The names of the games. Every file and folder in `ocjax/extractors` is a game.
+"""The names of the games.
 
-This module imports no game, JAX or ale-py, so `import ocjax` and `ocjax --help` stay fast.
+Every file and folder in `ocjax/extractors` is a game. This module imports none of them, nor JAX or
+ale-py, which takes seconds.
 """
 
+import difflib
 import functools
 import importlib
 import pkgutil
+from collections.abc import Iterable
 
 from ocjax.console.rom_files import game_name, rom_names
 from ocjax.extraction.suites import SUITES, Suite
 
-__all__ = ["ENDINGS", "TITLES", "env_id", "games", "modules", "register", "suite_of"]
+__all__ = [
+    "ENDINGS",
+    "TITLES",
+    "did_you_mean",
+    "env_id",
+    "games",
+    "modules",
+    "register",
+    "suite_of",
+]
 
 TITLES = {  # modules of games by their other titles
     "jamesbond007": "jamesbond",
     "montezumasrevenge": "montezumarevenge",
     "pitfallii": "pitfall2",
 }
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """The end of an error about a name, ": did you mean Ball?"; empty without a similar name."""
+    spelled = {own.lower(): own for own in known}
+    close = difflib.get_close_matches(name.lower(), spelled, cutoff=0.5)
+    return f": did you mean {' or '.join(spelled[key] for key in close)}?" if close else ""
 
 
 @functools.cache
@@ -35,8 +54,8 @@ def games(suite: str | None = None) -> tuple[str, ...]:
     """Return the sorted names of the supported games, as in Gymnasium's "ALE/<Name>-v5".
 
     Args:
-        suite: return only the games of a suite: "atari100k", "atari5", "atari10", "atari57" or
-            "ocatari". `ocjax.extraction.suites` has the complete lists.
+        suite: only the games of "atari100k", "atari5", "atari10", "atari57" or "ocatari"
+            (`ocjax.extraction.suites`).
 
     Raises:
         ValueError: the suite does not exist.
@@ -74,8 +93,8 @@ def env_id(name: str) -> str:
 def register() -> None:
     """Register every game's environments with Gymnasium, with the same endings as ale-py.
 
-    Gymnasium 1.0 has no plugins, so importing ocjax registers ids such as "ocjax/Pong-v5".
-    `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
+    Importing ocjax registers ids such as "ocjax/Pong-v5"; `gymnasium.make("ocjax:ocjax/Pong-v5")`
+    imports it first.
     """
     import gymnasium
 

@@ -22,8 +22,7 @@ __all__ = ["NOBODY", "owners_of"]
 
 _NO_COLOR = 1  # an odd palette index, which `pixels` never have
 NOBODY = -1  # instead of a slot: no object owns the pixel
-# Each pass paints one object in each tile: three or four passes in most games. Wider tiles need
-# fewer instructions, but more passes.
+# Each pass paints one object in each tile; wider tiles need more passes.
 _MOST_ROWS = 16
 _TILE_WIDTH = 32
 _CHUNK = 16  # frames whose tiles and pixels fit in the cache
@@ -123,7 +122,7 @@ def _edges(xywh: jax.Array, screen: tuple[int, int]) -> Iterator[jax.Array]:
 def _keys(boxes: _Boxes, valid: jax.Array) -> jax.Array:
     """The order in which objects are painted, uint32 `[B, N]`; 0: not at all.
 
-    The larger key belongs to the object behind: with the larger box, or the later slot.
+    Objects behind have larger keys: those with larger boxes, or later slots.
     """
     size = (boxes.right - boxes.left) * (boxes.bottom - boxes.top)
     slot = np.arange(valid.shape[-1], dtype=np.uint32)
@@ -197,10 +196,7 @@ def _next(in_tiles: jax.Array, last: jax.Array) -> jax.Array:
 
 
 def _inside(boxes: _Boxes, used: jax.Array, tiles: _Tiles) -> jax.Array:
-    """Whether pixels lie in the box of their tile's object, bool `[B, *tiles]`.
-
-    A row of a tile has a first column and a width, which keeps the comparison of each pixel short.
-    """
+    """Whether pixels lie in the box of their tile's object, bool `[B, *tiles]`."""
     left, top, right, bottom = (edge.reshape(-1, *tiles.each) for edge in boxes)
     y = np.arange(tiles.down * tiles.rows, dtype=np.int32).reshape(1, tiles.down, tiles.rows, 1, 1)
     x = np.arange(WIDTH, dtype=np.uint8).reshape(1, 1, 1, tiles.across, tiles.columns)

@@ -1,7 +1,6 @@
 """Games by their names."""
 
 import copyreg
-import difflib
 import functools
 import importlib
 import re
@@ -41,9 +40,9 @@ def load(name: str, *, hud: bool = True) -> Game:
     """Load a game by name.
 
     Args:
-        name: as in `ocjax.games()`; case, spaces, underscores and punctuation are ignored
-            ("space_invaders", "Ms. Pac-Man"). The name of ALE's ROM and an environment's id
-            ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4") also work.
+        name: as in `ocjax.games()`, without regard to case, spaces and punctuation
+            ("space_invaders", "Ms. Pac-Man"), the name of ALE's ROM, or an id ("ALE/Pong-v5",
+            "ale_py:ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4").
         hud: whether to include the display categories (score, lives, ...).
 
     Raises:
@@ -57,23 +56,18 @@ def load(name: str, *, hud: bool = True) -> Game:
     letters = re.sub(r"[\W_]", "", short).lower()
     key = names.TITLES.get(letters, letters)
     if key not in names.modules():
-        raise UnknownGameError(f"no game {name!r}: {_hint(key)}")
+        raise UnknownGameError(f"no game {name!r}{_hint(key)}")
     return _load_module(key) if hud else _without_hud(key)
 
 
 def _hint(key: str) -> str:
     if key in {rom.replace("_", "") for rom in rom_names()}:
         return (
-            "ALE has this game, but ocjax does not support it; `ocjax.games()` lists the games "
+            ": ALE has this game, but ocjax does not support it; `ocjax.games()` lists the games "
             "that it supports"
         )
-    known = {n.lower(): n for n in names.games()}
-    close = difflib.get_close_matches(key, known, n=3, cutoff=0.5)
-    return (
-        f"did you mean {' or '.join(known[m] for m in close)}?"
-        if close
-        else f"there are {', '.join(known.values())}"
-    )
+    known = names.games()
+    return names.did_you_mean(key, known) or f": there are {', '.join(known)}"
 
 
 @overload

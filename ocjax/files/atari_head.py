@@ -1,13 +1,13 @@
 """Trials of Atari-HEAD (Zhang et al., 2020), and the objects that the players look at.
 
-A trial is a folder of PNG frames and a text file. After a header, the file has one line per frame:
-`frame_id` (the picture's name), `episode_id`, `score`, `duration(ms)`, `unclipped_reward`,
-`action`, and the gaze positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are
-"null". The dataset is at https://zenodo.org/records/3451402.
+A trial is a folder of PNG frames and a text file with a header and a line per frame: `frame_id`
+(the picture's name), `episode_id`, `score`, `duration(ms)`, `unclipped_reward`, `action`, and the
+gaze positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are "null". The dataset
+is at https://zenodo.org/records/3451402.
 """
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import jax
@@ -17,13 +17,13 @@ import numpy as np
 from ocjax.console import palette
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
+from ocjax.files.jobs import Report, silent
 from ocjax.files.pictures import PictureFolder
 from ocjax.files.rows import InputError
 
 __all__ = ["Look", "TrialFrame", "looks", "object_at", "read_trial"]
 
-# Gaze within this many pixels of a box counts as on the object. Eye trackers have an error of about
-# half a degree.
+# Gaze within this many pixels of a box is on the object: eye trackers err by half a degree.
 RADIUS = 6.0
 _BATCH = 256  # frames per call of VEM
 _COLUMNS = (
@@ -64,8 +64,7 @@ class Look:
 
     Args:
         objects: VEM's objects of the frame.
-        slot: the object with most gaze positions, among all slots of the game. None if most
-            positions are on no object.
+        slot: the slot with most gaze positions; None if most are on no object.
         category, index: the object's category, and its slot in the category.
         share: the fraction of the gaze positions on the object.
     """
@@ -124,7 +123,7 @@ def looks(
     game: Game,
     trial: str | Path,
     frames: str | Path,
-    report: Callable[[int, int], object] | None = None,
+    report: Report = silent,
 ) -> Iterator[Look]:
     """Yield the object that a person looks at on each frame.
 
@@ -134,7 +133,7 @@ def looks(
         report: called with the numbers of finished and of all frames.
 
     Yields:
-        A `Look` for each line of the file whose picture is in the folder.
+        A `Look` for each line with a picture.
 
     Raises:
         InputError: the file has another layout, or no picture has the name of a line.
@@ -151,8 +150,7 @@ def looks(
         palette.check_rgb(rgb)
         objects = jax.tree.map(np.asarray, game.vem(jnp.asarray(rgb)))
         yield from (_look(game, frame, objects[k]) for k, frame in enumerate(part))
-        if report is not None:
-            report(start + len(part), len(chosen))
+        report(start + len(part), len(chosen))
 
 
 def _look(game: Game, frame: TrialFrame, objects: Objects) -> Look:

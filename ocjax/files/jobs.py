@@ -1,8 +1,9 @@
-"""Work folders of resumable jobs. A file in each folder identifies its job."""
+"""Work folders of resumable jobs, identified by a file in each, and reports of their progress."""
 
 import json
 import os
 import reprlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,12 @@ from ocjax.files import folders, writing
 from ocjax.files.rows import InputError
 
 MOST_BYTES = 2**24  # limit for a JSON file
+
+Report = Callable[[int, int], object]  # called with the numbers of finished and of all units
+
+
+def silent(done: int, total: int) -> None:
+    """Report nothing."""
 
 
 def claim(

@@ -1,11 +1,10 @@
 """Write new Minari datasets, and copies of existing ones with objects.
 
-A dataset appears when it is complete. Pictures are stored without compression, because JPEG,
-Minari's default, changes colours.
+A dataset appears when it is complete. Pictures are not compressed: JPEG, Minari's default, changes
+colours.
 """
 
 import contextlib
-import shutil
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -59,10 +58,7 @@ def new_dataset(
     Yields:
         A function that adds an episode, with the fields of Minari's `EpisodeBuffer`.
     """
-    path = path_of(name)
-    unfinished = path.with_name(f".{path.name}.tmp")
-    writing.new_folder(unfinished)
-    try:
+    with writing.complete_folder(path_of(name)) as unfinished:
         storage = require("minari.dataset.minari_storage").MinariStorage.new(
             unfinished / "data", jpeg_encoding=False, **spaces
         )
@@ -73,9 +69,6 @@ def new_dataset(
         storage.update_metadata({**metadata, **own})
         buffer = require("minari.data_collector.episode_buffer").EpisodeBuffer
         yield lambda **fields: storage.update_episodes([buffer(**fields)])
-        unfinished.replace(path)
-    finally:
-        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def copy_with_objects(source: str, name: str, blocks: Blocks) -> None:

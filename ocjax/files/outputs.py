@@ -1,23 +1,13 @@
-"""Files of objects, for n rows and the N slots of a game.
+"""Files of objects, for n rows and the N slots of a game; `docs/data.md` explains the formats.
 
-- `.npz`, `.h5` and `.hdf5`: the fields of `Objects` with all slots, `[n, N, ...]`, the category of
-  each slot, `categories` `[N]`, and `hud` bool `[N]`.
-- `.parquet`: a line per object with the columns row, category, index (within the category), x, y,
-  w, h, orientation, value, r, g, b, hud.
-- `.json`: COCO's detection format, with a picture `000000.png` per row, without the values.
-- `.txt`: MOT's format: frame and slot, counted from 1, left, top, width, height, confidence 1,
-  category, counted from 1, visibility 1.
-- `yolo:FOLDER`: YOLO's format: `data.yaml` with the names of the categories, and
-  `labels/000000.txt` per row, or with the name of the row's picture. A line per object has the
-  category, counted from 0, and the centre, width and height relative to the screen's size.
+- `.npz`, `.h5` and `.hdf5`: the fields of `Objects`, `[n, N, ...]`, the category of each slot,
+  `categories` `[N]`, and `hud` bool `[N]`.
+- `.parquet`: a line per object, with its index in the category.
+- `.json`: COCO's format, without the values.
+- `.txt`: MOT's format. Frames, slots and categories count from 1; confidence and visibility are 1.
+- `yolo:FOLDER`: YOLO's format. Categories count from 0.
 
-All formats except MOT's also name the game, the md5 of its ROM, the method and the version of
-ocjax. Equal objects give equal bytes.
-
-If rows have several dimensions, such as steps and environments, fields have them, too, and
-`.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows in C order. If
-the episodes are known, `.npz`, HDF5 and `.parquet` files also have `episode` int32, the episode
-number of each row.
+Equal objects give equal bytes.
 """
 
 import dataclasses
@@ -51,10 +41,10 @@ class Blocks:
 
     Args:
         method: "rem" or "vem".
-        batch: the dimensions of the rows in all blocks.
+        batch: the dimensions of all rows.
         block_rows: rows of each block except the last.
-        stem: gives the name of a row's picture, without its suffix.
-        episodes: the number of rows of each episode, if the episodes are known.
+        stem: the name of a row's picture, without its suffix.
+        episodes: the number of rows of each episode, if known.
     """
 
     game: Game
@@ -258,38 +248,38 @@ def new_folder(name: str) -> Path:
 
 def write_yolo(blocks: Blocks, folder: Path) -> None:
     """Write a new folder, completely or not at all."""
-    unfinished = folder.with_name(f".{folder.name}.tmp")
-    writing.new_folder(unfinished)
-    (unfinished / "labels").mkdir()
     facts = ", ".join(f"{name} {value}" for name, value in blocks.facts.items())
-    names = "".join(f"  {i}: {json.dumps(c.name)}\n" for i, c in enumerate(blocks.game.categories))
-    (unfinished / "data.yaml").write_text(
-        f"# {facts}\ntrain: images\nval: images\nnames:\n{names}", encoding="utf-8"
-    )
-    for first, rows, block in blocks:
-        ends = np.searchsorted(block.row, np.arange(rows + 1))
-        lines = _yolo_lines(block, blocks.game)
-        for i in range(rows):
-            path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
-            # fails if two pictures differ only in their suffixes
-            with path.open("x", encoding="utf-8") as file:
-                file.writelines(lines[ends[i] : ends[i + 1]])
-    unfinished.replace(folder)
+    names = yolo_names(c.name for c in blocks.game.categories)
+    height, width = blocks.game.screen
+    with writing.complete_folder(folder) as unfinished:
+        (unfinished / "labels").mkdir()
+        (unfinished / "data.yaml").write_text(
+            f"# {facts}\ntrain: images\nval: images\n{names}", encoding="utf-8"
+        )
+        for first, rows, block in blocks:
+            ends = np.searchsorted(block.row, np.arange(rows + 1))
+            categories = blocks.game.slot_category[block.slot].tolist()
+            lines = [
+                yolo_line(category, box, (width, height))
+                for category, box in zip(categories, block.xywh.tolist(), strict=True)
+            ]
+            for i in range(rows):
+                path = unfinished / "labels" / f"{blocks.stem(first + i)}.txt"
+                # fails if two pictures differ only in their suffixes
+                with path.open("x", encoding="utf-8") as file:
+                    file.writelines(lines[ends[i] : ends[i + 1]])
 
 
-def _yolo_lines(block: Block, game: Game) -> list[str]:
-    (height, width), (x, y, w, h) = game.screen, block.xywh.T.astype(np.float64)
-    columns = (
-        game.slot_category[block.slot],
-        (x + w / 2) / width,
-        (y + h / 2) / height,
-        w / width,
-        h / height,
-    )
-    return [
-        f"{c} {x:.6f} {y:.6f} {w:.6f} {h:.6f}\n"
-        for c, x, y, w, h in zip(*(a.tolist() for a in columns), strict=True)
-    ]
+def yolo_names(names: Iterable[str]) -> str:
+    """The names of the categories in YOLO's `data.yaml`."""
+    return "names:\n" + "".join(f"  {i}: {json.dumps(name)}\n" for i, name in enumerate(names))
+
+
+def yolo_line(category: int, box: Sequence[int], size: tuple[int, int]) -> str:
+    """An object in YOLO's format, given its box (x, y, w, h) and the size (width, height)."""
+    (x, y, w, h), (width, height) = box, size
+    numbers = ((x + w / 2) / width, (y + h / 2) / height, w / width, h / height)
+    return f"{category} {' '.join(f'{n:.6f}' for n in numbers)}\n"
 
 
 Writer = Callable[[Blocks, BinaryIO], None]

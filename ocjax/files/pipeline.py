@@ -1,7 +1,4 @@
-"""Extract objects from an input to a file.
-
-The extraction works block by block, so it can be resumed after an interruption.
-"""
+"""Extract objects from an input to a file."""
 
 import dataclasses
 import functools
@@ -30,13 +27,11 @@ from ocjax.files import cluster, jobs, minari, outputs
 from ocjax.files import writing as output
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import MINARI, Input, InputError, open_input
+from ocjax.files.jobs import Report, silent
 
 BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # per file of the work folder
 BATCH = {"rem": 4_096, "vem": 256}  # rows per call and device; larger batches take longer per row
 PLAN = "plan.json"
-
-# called with the numbers of finished and of all rows
-Progress = Callable[[int, int], object]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,28 +67,24 @@ def extract(
     array: str | None = None,
     hud: bool = True,
     ray: str | None = None,
-    report: Progress | None = None,
+    report: Report = silent,
 ) -> None:
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
     The work stays in the folder `OUT.parts` until the output is complete. After an interruption, a
-    second call resumes the extraction and writes the same output. Rows are extracted in batches on
-    all local devices.
+    second call resumes it and writes the same output.
 
     Args:
-        source: the input; see `open_input`.
+        source: see `open_input`.
         out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt
             file in MOT's, or a new folder in YOLO's format after "yolo:"; see
-            `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset, `out` can
-            also be the ID of a new dataset after "minari:", a copy with the fields of `Objects` in
-            its infos.
-        game: the game's name. Required if the input's metadata and the file's name (`Pong.npy`)
-            name no game.
-        array: name of the input's array; see `open_input`.
+            `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset also "minari:"
+            with the ID of a new dataset, a copy with the fields of `Objects` in its infos.
+        game: the game's name, unless the input's metadata or the file's name (`Pong.npy`) give it.
+        array: see `open_input`.
         hud: whether display objects are included.
-        ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
-        report: called at the beginning and after each block with the numbers of finished and of all
-            rows.
+        ray: see `ocjax.files.cluster`.
+        report: called with the numbers of finished and of all rows.
 
     Raises:
         FileNotFoundError: the input does not exist.
@@ -119,8 +110,7 @@ def extract(
             else _blocks_on_cluster(plan, target.folder, ray)
         )
         for done in itertools.chain([0], blocks):
-            if report is not None:
-                report(done, rows.rows)
+            report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
     found = outputs.Blocks(
         spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes
@@ -229,7 +219,7 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 def check_indices(rows: Input, game: Game) -> None:
     """Check that pictures without colours show palette indices, not shades of grey.
 
-    It reads pictures until one has a number that no grey picture of the game has, mostly the first.
+    It reads pictures until one has a number that no grey picture has, mostly the first.
     """
     if not rows.pictures or len(rows.row_shape) != 2:
         return
@@ -249,7 +239,7 @@ def check_indices(rows: Input, game: Game) -> None:
 
 
 def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
-    """Check that frames have only colours of the console. RAM is not checked.
+    """Check that frames, unlike RAM, have only colours of the console.
 
     Args:
         frames: uint8 `[n, H, 160, 3]` of RGB, `[n, H, 160]` of palette indices, or other rows.

@@ -3,10 +3,11 @@
 Paths are checked before the work starts, and files are written completely or not.
 """
 
+import contextlib
 import os
 import shutil
 import stat
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from PIL import Image
@@ -47,7 +48,7 @@ def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
     Links are followed, and files are compared by device and inode.
 
     Args:
-        reads: input files, and folders with every file in them. None and missing paths are ignored.
+        reads: input files, and folders with all their files; None and missing paths are ignored.
     """
     target = Path(os.path.realpath(out))
     places = [place.stat() if place.exists() else None for place in (target, *target.parents)]
@@ -87,6 +88,18 @@ def new_folder(path: Path) -> None:
         path.unlink()
     shutil.rmtree(path, ignore_errors=True)
     path.mkdir(parents=True)
+
+
+@contextlib.contextmanager
+def complete_folder(path: Path) -> Iterator[Path]:
+    """Yield a folder to fill, which gets the path at the end if no error occurs."""
+    unfinished = path.with_name(f".{path.name}.tmp")
+    new_folder(unfinished)
+    try:
+        yield unfinished
+        unfinished.replace(path)
+    finally:
+        shutil.rmtree(unfinished, ignore_errors=True)
 
 
 def write_text(path: Path, text: str, *, follow: bool = True) -> None:

@@ -24,8 +24,7 @@ CONVOLUTION_OUTPUT = 64 * 7 * 7
 CODE = 32  # values that encode a slot
 # Layers that encode a slot, by network.
 ENCODER_LAYERS = {"deep_sets": 1, "shared": 2}
-# The center and the unit of each input feature of these networks: pixels of a 160 x 210 screen, and
-# compass points.
+# The center and the unit of each input feature: pixels of a 160 x 210 screen, and compass points.
 SCALES = {
     "x": (80.0, 40.0),
     "y": (105.0, 50.0),
@@ -50,10 +49,7 @@ class Group(NamedTuple):
 
     @property
     def pooled(self) -> bool:
-        """True if the slots share an encoder.
-
-        A single slot, and slots with a single feature (the validity), are inputs themselves.
-        """
+        """True if the slots share an encoder: several slots with several features."""
         return self.slots > 1 and len(self.features) > 1
 
     @property
@@ -146,9 +142,9 @@ def deep_sets(layers: Layers, x: jax.Array, groups: Groups, *, depth: int) -> ja
 def encoded(encoders: Layers, x: jax.Array, groups: Groups) -> jax.Array:
     """The codes of the categories, as in Deep Sets (Zaheer et al., 2017).
 
-    The inputs are float32 `[B, n]`, the codes `[B, sum of the groups' widths]`. The slots of a
-    category share an encoder, a perceptron with relu. The mean and the maximum of the valid slots'
-    codes represent the category. `encoders` contains equally many layers for each group.
+    The inputs are float32 `[B, n]`, the codes `[B, sum of the groups' widths]`. A category's slots
+    share an encoder, a perceptron with relu; the mean and the maximum of the valid slots' codes
+    represent it. `encoders` has equally many layers for each group.
     """
     codes, layers = [], iter(encoders)
     depth = len(encoders) // max(1, sum(group.pooled for group in groups))

@@ -14,7 +14,7 @@ from ocjax.console.ram import RAM_SIZE
 from ocjax.envs import AlePool, Settings
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.ramtools.causes import frames_after_writes, play_alike
+from ocjax.ramtools.causes import after_steps, frames_after_writes, play_alike
 
 __all__ = ["ByRem", "Control", "OnScreen", "candidates"]
 
@@ -37,8 +37,8 @@ class Control(NamedTuple):
 
     Args:
         kind: "remove", "freeze" or "recolor".
-        writes: the values to write before every emulated frame, by address. For "recolor", each is
-            the colour, a palette index.
+        writes: the values to write before every emulated frame, by address; for "recolor" a palette
+            index.
         also: other categories that are recoloured.
         moving: the fraction of a frozen category's objects that still move.
     """
@@ -181,8 +181,8 @@ class ByRem:
     ) -> tuple[int, int, int]:
         """The fewest objects that a byte's values leave, the address, and the chosen value.
 
-        Choice 0 is the best value that is most frequent in play. The others are the smallest to the
-        largest of the best values, evenly spaced.
+        Choice 0 is the best value that is most frequent in play, the others are evenly spaced best
+        values.
         """
         effects = self._effects(rams, category, address)
         left = np.where(effects.added | effects.foreign, np.iinfo(np.int32).max, effects.left)
@@ -287,11 +287,7 @@ def _state(pool: AlePool, color: int, seed: int, steps: int) -> _State:
     """Play to a state, and write its bytes."""
     play_alike(pool, seed, steps)
     saved, game = pool.clone_state(), pool.game
-    pool.restore_state(saved)  # the reference frame also follows a restored state, without a write
-    for _ in range(FRAMES):
-        pool.step(np.zeros(pool.num_envs, int))
-    screen = pool.screen[0, 1].copy()
-    before = jax.tree.map(np.asarray, game.vem(screen))
+    _, before = after_steps(pool, saved, FRAMES)
     by_category = functools.partial(_any_of_each, game)
     changed, gone, colored = [], [], []
     for *others, last in frames_after_writes(

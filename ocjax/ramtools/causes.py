@@ -63,7 +63,7 @@ class Causes:
         screen: uint8 `[H, 160]`, the frame without a change.
         ram: uint8 `[128]` of the state.
         played: emulated frames from the reset to the state.
-        shortened: whether the game ended before the wanted state, so that an earlier one was taken.
+        shortened: whether the game ended before the wanted state.
         pixels: float `[128, H, 160]`, fraction of each byte's values that change a pixel.
         tried: number of values of each byte.
         effective: int `[128]`, number of each byte's values that change any pixel.
@@ -97,16 +97,15 @@ def causes(
 ) -> Causes:
     """The causal map of a state that random play reaches.
 
-    If the game ends earlier, the state is shortly before its end: after the end, the emulator
-    ignores all changes.
+    If the game ends earlier, the state is shortly before its end.
 
     Args:
         steps: agent steps (of 4 emulated frames) before the state.
-        frames: emulated frames after each change. At least 2, because many games draw objects
-            computed one frame ago.
+        frames: emulated frames after each change, at least 2: many games draw objects computed one
+            frame ago.
         values: number of values of each byte, 2 to 256, evenly spaced.
         num_envs: number of instances that share the changes.
-        game_mode: in ale-py's numbering; None for the game's default.
+        game_mode: see `ocjax.make_vec`.
     """
     if frames < 2 or not 2 <= values <= 256:
         raise ValueError(
@@ -120,11 +119,7 @@ def causes(
         wanted = steps * FRAME_SKIP // frames
         played = play_alike(pool, seed, wanted)
         state, saved = pool.ram[0].copy(), pool.clone_state()
-        # the reference frame also follows a restored state, without a change
-        pool.restore_state(saved)
-        pool.step(np.zeros(num_envs, int))
-        screen = pool.screen[0, 1].copy()
-        before = jax.tree.map(np.asarray, game.vem(screen))
+        screen, before = after_steps(pool, saved)
         changed, found = _change_every_byte(pool, saved, tried, screen)
     effects = {}
     for address in range(128):
@@ -146,10 +141,10 @@ def causes(
 
 
 def play_alike(pool: AlePool, seed: int, steps: int) -> int:
-    """Play random actions, the same in all instances, and return the number of steps to the state.
+    """Play the same random actions in all instances; return the number of steps to the state.
 
     If the game ends during `steps`, the state is `BEFORE_END` frames before its end, or in its
-    middle if it is shorter than twice that.
+    middle.
     """
     played = _play(pool, seed, steps)
     if not pool.terminated.any():
@@ -167,6 +162,15 @@ def _play(pool: AlePool, seed: int, steps: int) -> int:
         if pool.terminated.any():
             return played
     return steps
+
+
+def after_steps(pool: AlePool, saved: States, times: int = 1) -> tuple[np.ndarray, Objects]:
+    """The frame and VEM's objects after a restored state and steps without a change."""
+    pool.restore_state(saved)
+    for _ in range(times):
+        pool.step(np.zeros(pool.num_envs, int))
+    screen = pool.screen[0, 1].copy()
+    return screen, jax.tree.map(np.asarray, pool.game.vem(screen))
 
 
 def _change_every_byte(

@@ -1,7 +1,7 @@
 """`ocjax ram control`: find bytes that remove, freeze or recolour the objects of a category.
 
-A game may draw from other bytes, or stop, so each candidate is tried in the emulator: the vision
-rules' objects in play with the writes are compared with their objects in plain play.
+Each candidate is tried in the emulator: VEM's objects in play with the writes are compared with
+those in plain play.
 """
 
 import contextlib

@@ -31,16 +31,15 @@ LOOKS = 255  # distinguished pictures; rarer ones share the last number
 
 @dataclasses.dataclass(frozen=True)
 class Target:
-    """The numbers of one category's objects in `n` samples, to be explained by RAM.
+    """The numbers of a category's objects in `n` samples, for RAM to explain.
 
     Args:
         name: name of the category.
-        place: whether slots are identities. If not, the category's boxes are a set.
+        place: whether slots are identities, or the boxes a set.
         xywh: int `[n, slots, 4]`.
         valid: bool `[n, slots]`.
         value: int `[n, slots]`, `UNKNOWN_VALUE` if VEM cannot read it; None if VEM reads no value.
-        look: int `[n, slots]`, number of the picture in the box, the most frequent one first; -1
-            for empty slots.
+        look: int `[n, slots]`, number of the picture in the box by frequency; -1 for empty slots.
     """
 
     name: str
@@ -56,7 +55,7 @@ class Finding:
     """The formulas that explain one field of one object.
 
     Args:
-        object: name of the object: its category, plus its slot if there are several.
+        object: its category, plus its slot if there are several.
         category: name of its category.
         field: "x", "y", "w", "h", "value", "present" or "look".
         constant: fraction of samples that the most common value gets right.
@@ -82,9 +81,8 @@ def correlate(recording: Recording, target: str = "vem") -> Iterator[Finding]:
             chip).
 
     Yields:
-        The formulas for each field of each object if slots are identities. For other categories,
-        rows of objects at a regular pitch. Without rows, bytes that equal the coordinate of
-        one of their objects.
+        The formulas for each field of each object if slots are identities; otherwise rows of
+        objects at a regular pitch, or else bytes that equal an object's coordinate.
     """
     half = fits.halves(recording.episode)
     for t in from_vem(recording) if target == "vem" else from_chip(recording):

@@ -1,8 +1,7 @@
 """Searches over all RAM for the bytes, nibbles or bit fields that explain a number.
 
-Every search fits on one half of the samples and scores on the other. Numbers are compared modulo
-256, as the console computes. `rams` are uint8 `[n, 128]`, targets int `[n]`, and results are
-sorted, best first.
+A search fits on one half of the samples and scores on the other. Numbers are compared modulo 256.
+`rams` are uint8 `[n, 128]`, targets int `[n]`, and results are sorted, best first.
 """
 
 import dataclasses
@@ -67,7 +66,7 @@ class Source:
 
 @dataclasses.dataclass(frozen=True)
 class Fit:
-    """A formula for a number, and its accuracy on samples that were not used to fit it.
+    """A formula for a number, and its accuracy on other samples.
 
     Args:
         exact, near: fractions of samples with an error of 0, and of at most 1.
@@ -258,10 +257,10 @@ def _digits_of_base(
 
 
 def members(rams: np.ndarray, present: np.ndarray, most: int) -> list[tuple[Fit, float]]:
-    """Bytes that, scaled by 1 or -1 and shifted, are the coordinate of some object of a category.
+    """Bytes that, shifted and perhaps mirrored, are the coordinate of some object.
 
     Args:
-        present: bool `[n, 256]`, the coordinates that objects have in each sample.
+        present: bool `[n, 256]`, the objects' coordinates in each sample.
 
     Returns:
         Formulas, each with its accuracy by chance.

@@ -28,8 +28,8 @@ def ram_class(findings: Iterable[Finding]) -> str:
     """The source of a class `Ram` with the best formula of each finding, sorted by address.
 
     A comment gives the byte as a function of the coordinate, such as `x + 49`, and the percentage
-    of samples for which that is right. A field has several places if one formula fits several
-    objects of a category. Rows that do not move are comments without a field.
+    of right samples. A field has several places if one formula fits several objects. Rows that do
+    not move are only comments.
     """
     found = [finding for finding in findings if finding.fits]
     displays = {finding.category for finding in found if finding.field == "value"}

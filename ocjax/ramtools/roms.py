@@ -1,6 +1,5 @@
 """The ROMs of ale-py, also of games without a decoder, and their random play."""
 
-import difflib
 import re
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -12,6 +11,7 @@ from ocjax.console.rom_files import game_name, rom_names, rom_path
 from ocjax.emulators.start import begin_game, load_path
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
+from ocjax.extraction.names import did_you_mean
 from ocjax.extraction.registry import UnknownGameError
 
 HOLD = 8  # frames that play repeats an action
@@ -34,8 +34,7 @@ def find(name: str) -> Named:
         game = registry.load(name)
     except UnknownGameError:
         if letters not in roms:
-            close = difflib.get_close_matches(letters, roms, n=3, cutoff=0.5)
-            hint = f": did you mean {' or '.join(roms[c] for c in close)}?" if close else ""
+            hint = did_you_mean(letters, roms.values())
             raise UnknownGameError(f"ale-py has no game {name!r}{hint}") from None
         rom = roms[letters]
         return Named(game_name(rom), rom, str(rom_path(rom)), None)

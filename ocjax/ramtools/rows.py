@@ -17,7 +17,7 @@ READINGS = ((0, 8), (0, 4), (4, 4))  # bits of a byte: first, count
 
 @dataclasses.dataclass(frozen=True)
 class Row:
-    """Positions of objects at a regular pitch, and the accuracy on samples that were not fitted on.
+    """Positions of objects at a regular pitch, and the accuracy on other samples.
 
     Args:
         pitch: pixels from one slot to the next.
@@ -54,7 +54,7 @@ def rows(rams: np.ndarray, present: np.ndarray, half: Halves) -> list[Row]:
 
     Args:
         rams: uint8 `[n, 128]`.
-        present: bool `[n, 256]`, the coordinates that objects have in each sample.
+        present: bool `[n, 256]`, the objects' coordinates in each sample.
         half: samples to fit and to score on, from `fits.halves`.
 
     Returns:
@@ -89,8 +89,7 @@ def _order(row: Row) -> tuple[float, int, int]:
 def _pitch(present: np.ndarray) -> int | None:
     """The widest pitch that divides most distances between neighbours.
 
-    Different pictures begin in different rows. If no pitch divides the distances exactly, one pixel
-    of remainder is allowed.
+    If no pitch divides the distances exactly, one pixel of remainder is allowed.
     """
     n, at = np.nonzero(present)
     distances = np.diff(at)[n[1:] == n[:-1]]

@@ -1,9 +1,8 @@
 """`ocjax ram twins`: pairs of states with equal RAM and different pictures.
 
-A byte is changed one or two frames before a moment of play, and the same actions are repeated. If
-the console then has the same 128 bytes but another picture, no decoder of a single state can
-distinguish the two. Bytes only get values that they have in play, but together they may form a
-state that the game never reaches: check the pictures before you trust the result.
+A byte is changed one or two frames before a moment of play, and the actions are repeated. No
+decoder of a single state can distinguish two pictures of the same 128 bytes. Bytes get values that
+they have in play, but their combination may never occur: check the pictures.
 """
 
 import collections
@@ -78,7 +77,7 @@ def twins(
 
     Args:
         moment: "play", "life" (a life is lost) or "end" (of the game).
-        game_mode: in ale-py's numbering; None for the game's default.
+        game_mode: see `ocjax.make_vec`.
     """
     if moment not in MOMENTS:
         raise ValueError(f"moment must be one of {', '.join(MOMENTS)}, got {moment!r}")

@@ -50,7 +50,7 @@ class Session:
 
     Args:
         policy: "keyboard", or a name for `make_policy`.
-        game_mode: in ale-py's numbering; None for the game's default.
+        game_mode: see `ocjax.make_vec`.
     """
 
     def __init__(

@@ -80,12 +80,11 @@ def overlay(
         game: the objects' game.
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
         objects: of one state.
-        scale: vertical picture pixels per screen pixel; the horizontal scale is twice as large.
-        labels: whether to label the first object of each category, and every object with a value or
-            a known orientation.
+        scale: picture pixels per screen pixel, vertically; twice as many horizontally.
+        labels: whether to label each category's first object and all with a value or known
+            orientation.
         numbers: label every object with its number in `objects.to_list()` instead, counted from 1.
-        terrain: of the state, to be painted over the frame; see `tinted`. With `labels` each kind
-            gets one.
+        terrain: of the state, to paint over the frame; see `tinted`.
     """
     canvas = _Canvas(_rgb(game, frame) if terrain is None else tinted(game, frame, terrain), scale)
     colors, named = category_colors(game), set()
@@ -122,14 +121,10 @@ class _Canvas:
         if not dashed:
             self._draw.rectangle((left, top, right, bottom), outline=color, width=width)
             return
-        for x in range(left, right + 1, 2 * _DASH):
-            end = min(x + _DASH, right)
-            self._draw.line(((x, top), (end, top)), color, width)
-            self._draw.line(((x, bottom), (end, bottom)), color, width)
-        for y in range(top, bottom + 1, 2 * _DASH):
-            end = min(y + _DASH, bottom)
-            self._draw.line(((left, y), (left, end)), color, width)
-            self._draw.line(((right, y), (right, end)), color, width)
+        across = [((x, y), (x2, y)) for x, x2 in _dashes(left, right) for y in (top, bottom)]
+        down = [((x, y), (x, y2)) for y, y2 in _dashes(top, bottom) for x in (left, right)]
+        for line in (*across, *down):
+            self._draw.line(line, color, width)
 
     def label(self, text: str, box: Box, color: Color) -> None:
         """Write text on black above a box, or below it if the space above is too small."""
@@ -144,6 +139,10 @@ class _Canvas:
             (x + left - 1, y + top - 1, x + right + 1, y + bottom + 1), fill=(0, 0, 0)
         )
         self._draw.text((x, y), text, font=self._font, fill=color)
+
+
+def _dashes(start: int, stop: int) -> list[tuple[int, int]]:
+    return [(i, min(i + _DASH, stop)) for i in range(start, stop + 1, 2 * _DASH)]
 
 
 def _rgb(game: Declaration, frame: np.ndarray) -> np.ndarray:
@@ -172,10 +171,7 @@ def tinted(game: Declaration, frame: np.ndarray, terrain: Terrain) -> np.ndarray
 def pixels(
     game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3
 ) -> Image.Image:
-    """Draw the own pixels of the valid objects of one state (`ocjax.segment`) over its dark frame.
-
-    The arguments are those of `overlay`.
-    """
+    """Draw the valid objects' own pixels (`ocjax.segment`) over the dark frame; see `overlay`."""
     colors = np.array(list(category_colors(game).values()), np.uint8)
     owners = np.asarray(segment(objects, frame))
     dark = _rgb(game, frame) // 3
@@ -197,7 +193,7 @@ def boxes_over(
         rgb: uint8 `[H, 160, 3]`.
         xywh: `[N, 4]`, left, top, width and height in screen pixels.
         label: int `[N]`, index into `categories`, or -1 for no box.
-        categories: names of the labels, each written above its first box.
+        categories: names of the labels.
         scale: see `overlay`.
     """
     canvas, colors = _Canvas(rgb, scale), _bright_colors(categories)

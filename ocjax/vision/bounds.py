@@ -85,8 +85,7 @@ def _with_value(rule: Bounds, found: Sequence[Detected], readings: Sequence[Read
 def tight_boxes(masks: Sequence[Bitmap], regions: Sequence[Area]) -> tuple[jax.Array, ...]:
     """Find the tight boxes of the pixels of masks inside regions.
 
-    A few kernels process the rows of all regions, stacked in strips. Each region fills an integer
-    number of strips.
+    The rows of all regions are stacked in strips; each region fills an integer number.
 
     Returns:
         x, y, w, h and the column of the first pixel in the top row, int32 `[n, B]`. Without pixels,

@@ -41,8 +41,7 @@ def _to_own_place(
 ) -> tuple[Bitmap, jax.Array]:
     """Move the pixels of a floating grid up to the grid's usual rows.
 
-    Rows are gathered: shifting bitmaps by each bit of the distance takes Phoenix 3 us per frame
-    more.
+    Rows are gathered: shifting bitmaps takes Phoenix 3 us per frame more.
 
     Returns:
         The moved pixels in the cells' rows and columns, and the distance in rows, int32 `[B]`.

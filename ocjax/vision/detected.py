@@ -12,15 +12,14 @@ OWN_COLOR = -1  # instead of a palette index: the category's colour
 class Detected(NamedTuple):
     """Objects of one category or one mask, one entry per slot, batch last.
 
-    A box is one word: separate arrays would add 43 kernels of about 14 ms compile time to Krull's
-    VEM.
+    A box is one word: separate arrays would add 43 kernels to Krull's VEM.
     """
 
     # uint32 [count, B]: x, y, w and h, one byte each, x lowest; 0 without an object
     box: jax.Array
     value: jax.Array | None = None  # int32 [count, B]; None: 0
-    # int32 [count, B], column of the first pixel in the top row. Steps of `Bounds` and `Blobs`
-    # get it, unless the rule splits components or an earlier step drops it; None: unknown
+    # int32 [count, B], column of the first pixel in the top row, for steps of `Bounds` and `Blobs`;
+    # None if the rule splits components or an earlier step drops it
     head: jax.Array | None = None
     # int32 [count, B], palette indices or `OWN_COLOR`; None: all `OWN_COLOR`
     color: jax.Array | None = None

@@ -24,7 +24,7 @@ class NumberDisplay:
         right: right edge of the last digit's cell in pixels, exclusive.
         top: first row of the digits.
         digits: number of cells.
-        leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
+        leading_zeros: whether all cells show a digit.
     """
 
     font: Font
@@ -48,8 +48,7 @@ class NumberDisplay:
         """Return the tight box around a number.
 
         Args:
-            shown: the number on the screen, int32, not negative; also the value, unless `fields`
-                sets one.
+            shown: the number, int32, not negative; also the value, unless `fields` sets one.
             fields: `valid`, `value` and `color` of the box.
         """
         return score_box(
@@ -75,7 +74,7 @@ class NumberDisplay:
         Args:
             colors: of the digits.
             region: area to search; by default the cells.
-            filters: applied to the pixels before the digits are read.
+            filters: applied before the digits are read.
             options: of `Digits`.
         """
         digits = Digits(self.font, self.lefts, self.top, **options)
@@ -87,11 +86,11 @@ class IconRow:
     """A value shown as a row of equal icons.
 
     Args:
-        left: first column of the first icon, which is the last one to disappear.
+        left: first column of the icon that disappears last.
         top: first row.
         width: of an icon, in pixels.
         height: of an icon.
-        pitch: columns from an icon to the next; negative if the row grows to the left.
+        pitch: columns to the next icon; negative if the row grows to the left.
     """
 
     left: int
@@ -173,7 +172,7 @@ class Static:
         y: first row.
         w: width in pixels.
         h: height.
-        colors: VEM finds the object if pixels of these colours reach all its edges.
+        colors: of pixels that must reach all its edges for VEM.
     """
 
     x: int

@@ -14,18 +14,16 @@ from ocjax.vision import bitmap as bm
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.unknown import UNKNOWN_VALUE
 
-# instead of a digit: an empty cell, and a cell with another picture than a digit
+# instead of a digit: an empty cell, and a cell with another picture
 EMPTY, UNREADABLE = -1, -2
 
 
 class Reading(NamedTuple):
     """The reading of a number's cells."""
 
-    # int32 [B]; `UNKNOWN_VALUE` if a cell holds another picture than a digit, or if a cell that
-    # should be free is not
+    # int32 [B]; `UNKNOWN_VALUE` if a cell holds no digit, or one that should be free is not
     value: jax.Array
-    # bool [B], whether the last cell matches a picture of the font and the cells that should be
-    # free are free
+    # bool [B], whether the last cell matches a digit and the cells that should be free are free
     matched: jax.Array
 
 

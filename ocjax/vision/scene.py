@@ -24,15 +24,13 @@ from ocjax.vision.rules import Blobs, Bounds, Cells, Rule, Runs
 from ocjax.vision.shades import Shades, level_of
 from ocjax.vision.steps import Context, Step
 
-# Regions. If at most this many have the same colours, each computes its own rows of the mask. Row
-# `unshared masks` of benchmarks/tricks.py.
+# Regions. At most this many with the same colours compute their own rows of the mask. Row `unshared
+# masks` of benchmarks/tricks.py.
 MAX_UNSHARED_REGIONS = 2
-# Boxes for which the pixels inside are materialized: Road Runner, with 13, takes 24 us per frame
-# instead of 30. Row `pixels in boxes` of benchmarks/tricks.py.
+# Boxes for which the pixels inside are materialized. Row `pixels in boxes` of benchmarks/tricks.py.
 MIN_MATERIALIZED_BOXES = 12
 # Colours for which the first mask is materialized, because XLA does not vectorise the loop that
-# computes it and writes the board: Freeway, with 11, takes 15 us per frame instead of 18. Row
-# `first mask` of benchmarks/tricks.py.
+# computes it and writes the board. Row `first mask` of benchmarks/tricks.py.
 MIN_MATERIALIZED_COLORS = 10
 
 
@@ -45,8 +43,8 @@ class Scene:
         shades: the rules' colours that change from level to level.
 
     Attributes:
-        found: the objects of the categories that have been searched.
-        height: rows of the masks, down to the last row that a rule reads.
+        found: the objects of searched categories.
+        height: rows of the masks, down to the last that a rule reads.
     """
 
     def __init__(self, rules: Mapping[str, Rule], frames: jax.Array, shades: Shades | None) -> None:

@@ -365,7 +365,7 @@ def test_training_from_pixels(tmp_path, monkeypatch):
 def test_train_command(tmp_path, monkeypatch):
     folder = tmp_path / "run"
     arguments = ["train", "pong", "--frames", "1", "--seed", "2", "--out", str(folder)]
-    monkeypatch.setattr("ocjax.cli.agents.EVALUATION_EPISODES", 1)
+    monkeypatch.setattr("ocjax.cli.train.EPISODES", 1)
     result = CliRunner().invoke(app, arguments, terminal_width=200)
     assert result.exit_code == 0, result.output
     assert {"config.json", "metrics.csv", "policy.npz", "agent.gif"} <= {

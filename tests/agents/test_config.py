@@ -46,7 +46,7 @@ WRONG = {
     ],
     "variations": [
         ("lazy_enemy", "sequence of names"),
-        (("lazy",), "Did you mean 'lazy_enemy'"),
+        (("lazy",), "did you mean lazy_enemy"),
         (("Freeway:stop_all_cars",), "Freeway"),
         ((3,), "sequence of names"),
         (None, "None"),

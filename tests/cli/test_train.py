@@ -10,7 +10,7 @@ from PIL import Image
 
 import ocjax
 from ocjax.agents.config import EXPERIMENTS, Config, Hyperparameters
-from ocjax.cli import agents
+from ocjax.cli import train
 from ocjax.emulators.ram_starts import variation
 from ocjax.play import policies
 from tests.support.command import run
@@ -27,8 +27,8 @@ def configured(monkeypatch):
 
     def configure(*args):
         found = []
-        monkeypatch.setattr(agents, "_train", lambda config, folder, frames: found.append(config))
-        monkeypatch.setattr(agents, "_show", lambda config, folder: None)
+        monkeypatch.setattr(train, "_train", lambda config, folder, frames: found.append(config))
+        monkeypatch.setattr(train, "_show", lambda config, folder: None)
         result = run("train", *args)
         assert result.exit_code == 0, result.output
         return found[0]
@@ -105,7 +105,7 @@ def test_experiments(configured):
     [
         (("--preset", "v4"), "fixed frame skip"),
         (("--preset", "v9"), "no preset 'v9'"),
-        (("--variation", "lazy"), "Did you mean 'lazy_enemy'"),
+        (("--variation", "lazy"), "did you mean lazy_enemy"),
         (("--game-mode", 7), "has no game_mode 7; it has [0, 1]"),
         (("--game-difficulty", 9), "it has [0, 1, 2, 3]"),
         (("--start", "ball_x"), "NAME=VALUE"),
@@ -132,7 +132,7 @@ def test_a_run_with_other_options_is_another_one(tmp_path, monkeypatch):
 
     A file of an older version without some of the fields belongs to another run.
     """
-    monkeypatch.setattr(agents, "_show", lambda config, folder: None)
+    monkeypatch.setattr(train, "_show", lambda config, folder: None)
     folder = tmp_path / "run"
     own = (
         "--variation",
@@ -210,7 +210,7 @@ def test_environments_of_a_run(tmp_path):
 @pytest.mark.parametrize("experiment", ["default", "paper"])
 def test_train_and_show(tmp_path, monkeypatch, experiment):
     monkeypatch.setattr("ocjax.play.games.PICTURE_STEPS", 5)
-    monkeypatch.setattr(agents, "EVALUATION_EPISODES", 1)
+    monkeypatch.setattr(train, "EPISODES", 1)
     folder = tmp_path / "run"
     options = (
         "--experiment",

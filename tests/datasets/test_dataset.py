@@ -249,7 +249,7 @@ def test_starts(tmp_path, pong):
             None,
             "a number of several bytes: write the bytes 89, 90, 91 by their numbers",
         ),
-        ("Qbert", "rund=1", None, r"the RAM of Qbert has no field 'rund': did you mean round"),
+        ("Qbert", "rund=1", None, r"the RAM of Qbert has no field 'rund' .*: did you mean round"),
         ("Qbert", "128=1", None, "has no field '128'.*a byte is a number up to 127"),
         ("Qbert", "99=256", None, "99 of Qbert must be from 0 to 255, got 256"),
         (

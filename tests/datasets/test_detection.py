@@ -10,6 +10,7 @@ from PIL import Image
 import ocjax
 from ocjax import datasets
 from ocjax.datasets import detection
+from ocjax.files.jobs import silent
 from ocjax.transforms.segmentation import masks
 from tests.support.command import run
 
@@ -107,7 +108,7 @@ def test_episodes_are_not_divided(folders):
     plans = [(folder, datasets.open_dataset(folder)) for folder in folders]
     splits = {}
     for folder, plan in plans:
-        examples = detection._examples([(folder, plan)], None, masks=False)
+        examples = detection._examples([(folder, plan)], silent, masks=False)
         for example, row in zip(examples, detection._rows(folder, plan, masks=False), strict=True):
             key = (plan.game, *(row[k] for k in ("seed", "policy", "instance", "episode")))
             assert splits.setdefault(key, example.split) == example.split

@@ -403,7 +403,7 @@ def test_gymnasium_makes_further_render_modes():
         ("obs_type", "it is called obs"),
         ("seed", "an argument of reset"),
         ("rewardfn", "did you mean reward_fn"),
-        ("colour", r"help\(ocjax.make_vec\)"),
+        ("palette", r"help\(ocjax.make_vec\)"),
     ],
 )
 def test_options_that_do_not_exist_are_refused(option, hint):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ocjax import datasets, files
-from ocjax.cli import agents
+from ocjax.cli import play
 from ocjax.files import writing
 from ocjax.files.jobs import check_contents
 from tests.support.command import run
@@ -162,7 +162,7 @@ def test_an_unfinished_minari_dataset_that_is_a_link(dataset, outside, tmp_path,
 def test_outputs_that_the_user_did_not_name(name, arguments, outside, tmp_path, monkeypatch):
     if arguments[0] == "train":
         pytest.importorskip("orbax.checkpoint", reason="the extra `rl` is not installed")
-    monkeypatch.setattr(agents.human_play, "play", lambda game: None)  # no window
+    monkeypatch.setattr(play.human_play, "play", lambda game: None)  # no window
     monkeypatch.chdir(tmp_path)
     (tmp_path / name).symlink_to(outside if arguments[0] == "train" else outside / "profile")
     result = run(*arguments)

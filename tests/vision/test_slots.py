@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ocjax.vision import bitmap
 from ocjax.vision.components.layout import Layout
 from ocjax.vision.components.search import Search
-from ocjax.vision.components.slots import Found, _Order, fill_slots
+from ocjax.vision.components.slots import NewObjects, _Order, fill_slots
 from ocjax.vision.shapes import Shape
 
 SHAPE = Shape(w=(1, 4), h=(1, 4))
@@ -41,11 +41,11 @@ def test_slots_take_what_earlier_rounds_have_left():
     n = layout.n_candidates
     counts = np.zeros(n, np.int32)
     counts[[0, 1, 2, 4]] = 1  # two of the first segment, one of the second and one of the last
-    found = Found(
+    found = NewObjects(
         begins=jnp.array([0, 2, 3, 4, n], jnp.int32),
         counts=jnp.asarray(counts),
-        parts=jnp.arange(100, 100 + n, dtype=jnp.uint32)[None],
-        column=jnp.arange(n, dtype=jnp.int32),
+        boxes=jnp.arange(100, 100 + n, dtype=jnp.uint32)[None],
+        heads=jnp.arange(n, dtype=jnp.int32),
     )
     totals = jnp.array([[1, 0], [0, 0]], jnp.int32)
     before = (

@@ -3,18 +3,14 @@
     ocjax.make_vec("Pong", 64, hook="lazy_enemy")
     ocjax.make_vec("Pong", 64, hook=["Pong:lazy_enemy", my_function])
 
-A variation is a hook: it writes its bytes before every emulated frame. `hook=[...]` combines
-several. Addresses and values come from HackAtari 0.0.6 and from the games' decoders; the tests
-check every effect on the screen. Variations with HackAtari's effect have its name. HackAtari's
-changes in every fifth, sixth or tenth frame happen here in every fourth or eighth frame of the
-game's own counter.
+A variation is a hook that writes bytes before every emulated frame. Addresses and values come from
+HackAtari 0.0.6 and the games' decoders. Variations with HackAtari's effect have its name; its
+changes in every fifth, sixth or tenth frame happen in every fourth or eighth.
 
-Names also remove, freeze and recolour categories of objects: `hook="Pong:remove Enemy"`,
-`hook="Boxing:recolor Player red"`, or `hook=variations.freeze("Freeway", "Car")`.
-`variations.names(game)` lists them.
+Names also remove, freeze and recolour categories: `hook="Pong:remove Enemy"`, `hook="Boxing:recolor
+Player red"`, or `hook=variations.freeze("Freeway", "Car")`. `variations.names(game)` lists them.
 """
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -22,6 +18,7 @@ from types import MappingProxyType
 from ocjax.emulators.variations.games import GAMES
 from ocjax.emulators.variations.mechanism import Variation
 from ocjax.emulators.variations.objects import by_name, freeze, names, recolor, remove
+from ocjax.extraction.names import did_you_mean
 from ocjax.extraction.registry import load
 
 __all__ = [
@@ -58,9 +55,7 @@ def find(name: str, game: str | None = None) -> Variation:
     """A variation by name.
 
     Args:
-        name: the game and the name, "Freeway:stop_all_cars", or the name alone. Names can also
-            change a category: "Freeway:freeze Car", "Pong:remove Enemy", "Boxing:recolor Player
-            red".
+        name: with the game, such as "Freeway:stop_all_cars" or "Freeway:freeze Car", or alone.
         game: the game, if it is not in the name.
 
     Raises:
@@ -78,8 +73,5 @@ def find(name: str, game: str | None = None) -> Variation:
     known = of(title)
     if own in known:
         return known[own]
-    close = difflib.get_close_matches(own, known, cutoff=0.5)
-    hint = f" Did you mean {' or '.join(repr(c) for c in close)}?" if close else ""
-    raise ValueError(
-        f"{title} has no variation {own!r}; it has {', '.join(sorted(known)) or 'none'}.{hint}"
-    )
+    names = ", ".join(sorted(known)) or "none"
+    raise ValueError(f"{title} has no variation {own!r}; it has {names}{did_you_mean(own, known)}")

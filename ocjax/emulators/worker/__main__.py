@@ -1,9 +1,8 @@
 """Entry point of a worker process: `python -P __main__.py SOCKET_FD MEMORY_FD PARENT_PID`.
 
-It reads the parent's `sys.path` as JSON from its standard input, so that hooks can import their
-modules. The package `ocjax` would import JAX, which a worker does not need. This file therefore
-imports its package by its location, as the top-level package `_worker`, whose modules import each
-other relatively. The parent folder is never on `sys.path`: its `envpool.py` would shadow envpool.
+Its standard input is the parent's `sys.path` as JSON, for the modules of hooks. The package `ocjax`
+would import JAX, so this file imports its package by its location, as the top-level package
+`_worker`. The parent folder is never on `sys.path`: its `envpool.py` would shadow envpool.
 """
 
 import importlib.util

@@ -1,7 +1,6 @@
-"""ALE's saved states: a check of every field that ALE trusts, and the facts for restoring.
+"""ALE's saved states: a check of every field, and the facts for restoring.
 
-ALE reads lengths, banks and positions without a check, so a forged state could make it write
-outside its memory.
+ALE trusts lengths, banks and positions: a forged state could write outside its memory.
 """
 
 import struct

@@ -31,10 +31,7 @@ Hook = Callable[[np.ndarray], None]
 
 
 class Phase(enum.IntEnum):
-    """The phases of an environment, from its start to the end of a game.
-
-    The "shown" episode is the one in the shared arrays.
-    """
+    """The phases of an environment. The "shown" episode is in the shared arrays."""
 
     UNLOADED = 0  # no ROM has been loaded
     LOADED = 1  # no episode has been shown since the ROM was loaded
@@ -80,7 +77,7 @@ class Emulator:
         i: its row in the arrays.
         shown: arrays for the results.
         commands: arguments of the commands.
-        hooks: names and functions, called in order with the RAM before every emulated frame.
+        hooks: names and functions, called before every emulated frame.
         starts: names and functions, called at the start of every game.
     """
 
@@ -149,7 +146,7 @@ class Emulator:
         return self.rng.bit_generator.state["state"]["inc"]
 
     def play(self, action: int, strength: float = FULL, *, visible: bool = True) -> float:
-        """Hold an action for one step, and return its reward; keep screens if `visible`."""
+        """Hold an action for one step; keep screens if `visible`."""
         if self.whole_steps:
             return self.act(action, strength)
         frames = self.draw_skip()
@@ -352,11 +349,10 @@ class Emulator:
         self.write_ram(self.ram)
 
     def restore_console(self, saved: EmulatorState) -> None:
-        """Restore a saved state, including facts that ALE's state lacks.
+        """Restore a saved state.
 
-        These are the action that a sticky frame repeats, the completeness of the last frame, and
-        the pixels that the next frame does not draw. The emulator gets them from frames before it
-        loads ALE's state.
+        Frames before ALE's state is loaded set what it lacks: the action that a sticky frame
+        repeats, whether the last frame is complete, and pixels that the next frame does not draw.
         """
         ale, facts = ale_py.ALEState(saved.ale), console.facts(saved.ale)
         action = int(self.shown.executed[self.i])

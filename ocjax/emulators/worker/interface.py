@@ -1,8 +1,8 @@
 """The data that a pool shares with its workers: commands, configuration and arrays.
 
-The pool sends numbered commands over the socket. After a command, the worker records its number in
-`CommandArrays.finished` and replies with one byte to wake the pool up. It writes errors to stderr.
-A repeated command has its old number and is not executed again.
+The pool sends numbered commands over the socket. The worker records the number of an executed
+command in `CommandArrays.finished`, replies with one byte to wake the pool up, and writes errors to
+stderr. A command with an old number is not executed again.
 """
 
 import dataclasses

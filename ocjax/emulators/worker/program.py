@@ -69,8 +69,7 @@ class EmulatorBlock:
         """Step all environments.
 
         An environment with an ended episode starts the next one instead, unless autoreset is
-        disabled. With same-step autoreset, this only happens after the end of an episode has been
-        restored.
+        disabled.
         """
         ended = [e.phase is not Phase.RUNNING for e in self.emulators]
         if self.autoreset == interface.DISABLED and any(ended):
@@ -100,8 +99,7 @@ class EmulatorBlock:
         """Write a step's results to the arrays.
 
         Args:
-            ended: bool, episodes that ended before the step; they ignore the step and do not count
-                it.
+            ended: bool, episodes that ended before the step, which they ignore.
 
         Returns:
             Two bool arrays: the games that ended, and the episodes that ended with a life.
@@ -128,7 +126,7 @@ class EmulatorBlock:
     def prepare_next_games(self, interrupted: Callable[[], bool]) -> None:
         """Begin the next games of environments with an ended game, until interrupted.
 
-        A new game costs as much as 16 steps. This runs while the pool does not wait for the worker.
+        A new game costs as much as 16 steps; the pool does not wait meanwhile.
         """
         for e in self.emulators:
             if e.phase is Phase.GAME_OVER:
@@ -234,8 +232,8 @@ def _attempt(action: Callable[..., None], *args: Any) -> bool:
 def _end_with(parent: int) -> None:
     """End this process when the parent has ended.
 
-    The socket stays open while a hook hangs, or while a forked child of the parent holds it. A
-    signal on the parent's death would come too early: at the end of the thread that made the pool.
+    A hanging hook or a forked child can keep the socket open, and a signal on the parent's death
+    would come at the end of the thread that made the pool.
     """
     while os.getppid() == parent:
         time.sleep(_PARENT_CHECK)

@@ -1,8 +1,7 @@
-"""The action that each frame executes, under sticky actions.
+"""The action that each frame executes with sticky actions.
 
-ALE decides by random numbers, and this module draws the same ones. Before each emulated frame ALE
-draws two numbers in [0, 1). If the first is below the probability, the frame repeats the previous
-action. The second belongs to the other player, who does nothing.
+This module draws ALE's random numbers: two in [0, 1) for each emulated frame. If the first is below
+the probability, the frame repeats the previous action. The second is for the other player.
 """
 
 import re
@@ -18,7 +17,7 @@ class ExecutedAction:
     """The action that the last emulated frame executed. ALE's own state lacks it.
 
     Args:
-        probability: the probability that a frame repeats the action of the previous frame.
+        probability: that a frame repeats the previous action.
 
     Attributes:
         action: ale-py's number of the action.

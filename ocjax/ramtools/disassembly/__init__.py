@@ -1,8 +1,8 @@
 """`ocjax ram disassemble`: the program of a game, with the beam's position and its RAM writes.
 
 `opcodes` and `registers` are tables. `cartridge` knows the banks, `processor` interprets
-instructions, and `machine` is a console that records what the program does. `tracing` runs it on
-states of play, `code` follows the program without running it, and `listing` writes the result.
+instructions, and `machine` is a console that records them. `tracing` runs it on states of play,
+`code` follows the program without running it, and `listing` writes the result.
 """
 
 from pathlib import Path
@@ -25,7 +25,7 @@ def disassemble(
 
     Args:
         name: of the game; see `roms.find`.
-        game_mode: in ale-py's numbering; None for the game's default.
+        game_mode: see `ocjax.make_vec`.
     """
     found = roms.find(name)
     rom = cartridge.read(Path(found.path).read_bytes())

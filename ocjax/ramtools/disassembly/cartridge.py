@@ -1,7 +1,7 @@
 """Cartridges: which byte of the ROM's file the processor sees at an address.
 
-The processor sees 4 KiB. Larger cartridges switch banks when the processor accesses certain
-addresses, the hotspots. The kinds are those of the supported games.
+The processor sees 4 KiB. Larger cartridges switch banks at accesses to certain addresses, the
+hotspots.
 """
 
 from dataclasses import dataclass, field

@@ -15,7 +15,7 @@ class Instruction(NamedTuple):
 
     Args:
         offset: of its first byte in the file.
-        slots: what the processor sees of the cartridge when it reads the instruction.
+        slots: what the processor sees of the cartridge then.
         operand: the number behind the first byte; the target's address of branches; 0 without one.
     """
 
@@ -60,8 +60,8 @@ def switched(cartridge: Cartridge, instruction: Instruction) -> Slots:
 def reachable(cartridge: Cartridge, entries: Iterable[Place]) -> dict[int, Instruction]:
     """The instructions that can be reached, by their offsets in the file.
 
-    Branches are followed both ways, and subroutines return. Jumps to addresses in RAM are not
-    followed. The first way to an instruction decides which banks it sees.
+    Branches are followed both ways, and subroutines return; jumps to RAM are not followed. The
+    first way to an instruction decides which banks it sees.
     """
     found: dict[int, Instruction] = {}
     todo = list(entries)[::-1]

@@ -31,7 +31,7 @@ class Processor:
     Attributes:
         pc: address of the next instruction, 16 bits.
         n, v, d, i, z, c: flags, 0 or 1.
-        cycles: since the start; the bus may add some to halt the processor.
+        cycles: since the start; the bus may add some.
     """
 
     def __init__(self, bus: Bus) -> None:

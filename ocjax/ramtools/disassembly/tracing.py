@@ -29,10 +29,9 @@ class Trace:
 
     Args:
         visits: the executed instructions by their offsets in the file.
-        writes: by byte of RAM, offset of the instruction and one of `TIMES`, relative to the
-            drawing.
+        writes: by byte of RAM, offset of the instruction and one of `TIMES`.
         frames: number of frames of play that were run.
-        failed: number of states from which the program could not be followed for a frame.
+        failed: number of states from which the program got lost.
     """
 
     visits: dict[int, Visit]
@@ -44,9 +43,9 @@ class Trace:
 def trace(cartridge: Cartridge, rams: Iterable[bytes], seed: int = 0) -> Trace:
     """Run a program from its reset, then for one frame from each state of play.
 
-    A frame begins and ends when the program ends the vertical sync, as in ALE. There, the RAM of a
-    state replaces the machine's; its registers stay. If a program gets lost, the machine continues
-    from the frames after its reset.
+    A frame begins when the program ends the vertical sync, as in ALE; there, the RAM of a state
+    replaces the machine's. If a program gets lost, the machine continues from the frames after its
+    reset.
 
     Args:
         rams: the RAM of the states; see `Machine.load`.

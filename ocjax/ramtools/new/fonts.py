@@ -1,7 +1,6 @@
 """Find the pictures of the ten digits in a ROM by their holes.
 
-A 0 has one hole, an 8 has two, a 6 has one below the hole of the 9, and so on. Ten successive
-pictures with these holes are hardly anything but digits.
+A 0 has one hole, an 8 has two, a 6 has one below the hole of the 9, and so on.
 """
 
 from collections.abc import Iterator
@@ -139,7 +138,7 @@ def _font(digits: np.ndarray, offset: int, stride: int, top_first: bool) -> Foun
 def _holes(pictures: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The number of holes of pictures `[n, rows]`, and their rows' total distance from the middle.
 
-    A hole is an area without dots, connected by edges, that does not reach the border.
+    A hole is a connected area without dots that does not reach the border.
     """
     n, rows = pictures.shape
     empty = np.full((n, rows + 2 * MARGIN), (1 << 8 + 2 * MARGIN) - 1, np.int32)

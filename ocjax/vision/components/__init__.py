@@ -1,37 +1,37 @@
 """Connected components of bitmaps, with exact bounding boxes, for a whole batch.
 
-All masks of a game are stacked on one board and searched together. Each stage has a file:
+All masks of a game lie on one board and are searched together. `layout` computes the sizes and the
+tables that depend only on the searches. Each stage is a function from one table to the next, in a
+file with the stage's name:
 
-1. `board` stacks the masks and bridges gaps within components.
-2. `candidates` finds pixels where components may begin: a component's first pixel in raster order
-starts a run that touches no pixel in the row above. Words are tested independently, so some
-candidates are false positives (dropped in stage 3). Candidates are numbered by mask, by frame, and
-in raster order; `Index.locate` finds the k-th one.
-3. `measuring` cuts out a small window of the board around each of a fixed number of candidates.
-Sweeps down and up fill the component, which is then measured. A candidate that is not the first
-pixel of its component is dropped: a component with two horns has two candidates.
-4. `boxes` accepts components within the limits of their search, each as one object, or as several
-if the search splits components.
-5. `slots` assigns objects to slots.
+1. `board`: masks -> board. Stack the masks, and bridge gaps within components.
+2. `candidates`: board -> `Index`, `Candidates`. Find pixels where components may begin: the first
+   pixel of a run that touches no pixel in the row above. Words are tested independently, so stage 3
+   drops some candidates. `Index.locate` finds the k-th candidate by mask, by frame, and in raster
+   order.
+3. `measuring`: `Candidates` -> `Measured`. Fill the component of each candidate in a small window
+   by sweeps down and up, and measure it. Drop candidates that are not its first pixel.
+4. `boxes`: `Measured` -> `Accepted`, boxes. Select the components within the limits of their
+   search. `splitting` divides a component of touching objects by the objects' pictures.
+5. `slots`: boxes -> slots. Give each object the next free slot of its mask.
 
-Stages 2 to 5 repeat until no candidate is left, so the result is exact for any mask.
+Rounds of stages 2 to 5 take a fixed number of candidates, until none is left. A component that
+leaves its window exceeds its search's shapes, and is dropped.
 
-A component that leaves its window is larger than the shapes of its search, and is dropped.
+Terms:
 
-Terms that the stages share:
-
-- mask: a bitmap of one search; word: 32 pixels of a row; lane: a batch entry (a frame).
-- segment: one mask of one frame, numbered mask * lanes + lane.
-- round: one loop iteration, over a fixed number of candidates.
+- mask: a bitmap of one search. Word: 32 pixels of a row.
+- segment: one mask of one frame, numbered mask * frames + frame.
+- candidate: a pixel that may be the first pixel of a component in raster order.
 - head: the column of a component's first pixel.
-- part: one of the objects of a component that is split.
+- object: a component, or one part of a component that is split.
+- window: the pixels of the board around a candidate.
 
-Rejected alternatives, in microseconds per frame for a game's complete VEM on one core:
+Rejected alternatives, in microseconds per frame of VEM on one core:
 
-- Eight candidates of every frame at a time: 240 for Asteroids (now 29), 50 for Space Invaders (22).
-  One crowded frame keeps all others waiting.
-- Candidates located inside the kernel that cuts windows: 81 instead of 41 for Asteroids.
-- One search per category: 5 before it finds anything, and 1 to 2 seconds of compilation each.
+- Eight candidates of every frame at a time, so that a crowded frame keeps others waiting: 240 for
+  Asteroids (now 29), 50 for Space Invaders (22).
+- One search per category: 5 each before it finds anything.
 - The words of a row stacked during filling: 46 instead of 33 for Asteroids.
 """
 
@@ -46,19 +46,19 @@ from jax import lax
 from ocjax._xla.kernels import materialize, varying
 from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components import board as boards
-from ocjax.vision.components.boxes import accept, boxes, parted
+from ocjax.vision.components.boxes import accept, boxes, split_by_pictures
 from ocjax.vision.components.candidates import Candidates, Index
 from ocjax.vision.components.layout import Layout
 from ocjax.vision.components.measuring import measure, offsets
 from ocjax.vision.components.search import Search
-from ocjax.vision.components.slots import Found, fill_slots
+from ocjax.vision.components.slots import NewObjects, fill_slots
 from ocjax.vision.detected import Detected
 
 
 class _Progress(NamedTuple):
     done: jax.Array  # int32: candidates processed
-    totals: jax.Array  # int32 [masks, lanes]: objects
-    # uint32 [slots, lanes]: boxes as words, 0 for empty slots, and heads if requested
+    totals: jax.Array  # int32 [masks, frames]: objects
+    # uint32 [slots, frames]: boxes as words, 0 for empty slots, and heads if requested
     slots: tuple[jax.Array, ...]
 
 
@@ -78,8 +78,8 @@ def components(
     layout = Layout.of(masks, searches)
     board = boards.stacked(layout, masks)
     index = Index(layout, board)
-    none = jnp.zeros((layout.board.masks, layout.board.lanes), jnp.int32)
-    empty = (jnp.zeros((layout.counts.sum(), layout.board.lanes), U),) * (1 + heads)
+    none = jnp.zeros((layout.board.masks, layout.board.n_frames), jnp.int32)
+    empty = (jnp.zeros((layout.counts.sum(), layout.board.n_frames), U),) * (1 + heads)
     progress = varying(_Progress(jnp.int32(0), none, empty), board)
     progress = lax.while_loop(
         lambda p: p.done < index.total, lambda p: _one_round(layout, board, index, p), progress
@@ -90,22 +90,24 @@ def components(
 def _one_round(layout: Layout, board: Bitmap, index: Index, progress: _Progress) -> _Progress:
 
     def locate(k: jax.Array) -> tuple[Candidates, jax.Array]:
-        found = index.locate(k)
-        return found, offsets(layout, found)
+        candidates = index.locate(k)
+        return candidates, offsets(layout, candidates)
 
     k = progress.done + jnp.arange(layout.n_candidates, dtype=jnp.int32)
     exists = k < index.total
-    found, offset = materialize(locate, k, small=0)
-    entries = layout.look_up(found.segment // layout.board.lanes)
-    measured, filled = measure(layout, board, found, offset, entries.corners.astype(U))
-    accepted = accept(layout, found, measured, entries, exists)
-    parts = boxes(layout, accepted)
+    candidates, offset = materialize(locate, k, small=0)
+    entries = layout.look_up(candidates.segment // layout.board.n_frames)
+    measured, filled = measure(layout, board, candidates, offset, entries.corners.astype(U))
+    accepted = accept(layout, candidates, measured, entries, exists)
+    objects = boxes(layout, accepted)
     if layout.pictures:
-        accepted, parts = parted(layout, found, accepted, parts, filled, entries)
+        accepted, objects = split_by_pictures(
+            layout, candidates, accepted, objects, filled, entries
+        )
     # The first candidate of each segment in this round.
-    begins = jnp.clip(index.segments - progress.done, 0, layout.n_candidates)
-    objects = Found(begins, accepted.parts, parts, found.column)
-    totals, slots = fill_slots(layout.counts, objects, progress.totals, progress.slots)
+    begins = jnp.clip(index.begins - progress.done, 0, layout.n_candidates)
+    new = NewObjects(begins, accepted.n_parts, objects, candidates.column)
+    totals, slots = fill_slots(layout.counts, new, progress.totals, progress.slots)
     return _Progress(progress.done + layout.n_candidates, totals, slots)
 
 

@@ -10,7 +10,7 @@ from ocjax.vision.components.candidates import Candidates
 from ocjax.vision.components.layout import Entries, Layout
 from ocjax.vision.components.measuring import Measured
 from ocjax.vision.components.search import MAX_PARTS, UNLIMITED
-from ocjax.vision.components.splitting import Edges, in_two, part
+from ocjax.vision.components.splitting import Edges, replaced_by_two, split
 from ocjax.vision.detected import words
 from ocjax.vision.pictures import largest
 
@@ -26,7 +26,7 @@ class Accepted(NamedTuple):
     part_h: jax.Array
     across: jax.Array  # objects side by side
     down: jax.Array  # objects one below the other
-    parts: jax.Array  # number of objects; 0: the component is rejected
+    n_parts: jax.Array  # number of objects; 0: the component is rejected
 
 
 def _quotient(a: jax.Array, b: jax.Array) -> jax.Array:
@@ -46,7 +46,7 @@ def _to_cover(size: jax.Array, part: jax.Array) -> jax.Array:
 
 
 def accept(
-    layout: Layout, found: Candidates, measured: Measured, entries: Entries, exists: jax.Array
+    layout: Layout, candidates: Candidates, measured: Measured, entries: Entries, exists: jax.Array
 ) -> Accepted:
     """Apply the limits of each candidate's search, given the table entries of its mask."""
     w, h = measured.right - measured.left + 1 - entries.gap_x, measured.height - entries.gap_y
@@ -60,12 +60,12 @@ def accept(
             met = met & (measured.area >= shape.min_pixels) & (measured.area <= shape.max_pixels)
         part_w, part_h = jnp.where(met, shape.part_w, part_w), jnp.where(met, shape.part_h, part_h)
         good = good | met
-    good = good & exists & measured.own & measured.inside
+    good = good & exists & measured.is_first & measured.is_complete
     across = _to_cover(w, part_w)
     down = jnp.minimum(_to_cover(h, part_h), _quotient(jnp.full_like(w, MAX_PARTS), across))
     return Accepted(
         measured.left,
-        found.row - entries.up,
+        candidates.row - entries.screen_top,
         w,
         h,
         part_w,
@@ -77,7 +77,10 @@ def accept(
 
 
 def boxes(layout: Layout, a: Accepted) -> jax.Array:
-    """Space each component's objects evenly from edge to edge: boxes as words `[parts, n]`."""
+    """Compute the boxes of each component's objects as words, uint32 `[parts, n]`.
+
+    The objects of a component that is split are spaced evenly from edge to edge.
+    """
     if not layout.splits:
         return words(a.x, a.y, a.w, a.h)[None]
     part = jnp.broadcast_to(jnp.arange(MAX_PARTS, dtype=jnp.int32)[:, None], (MAX_PARTS, len(a.x)))
@@ -89,27 +92,29 @@ def boxes(layout: Layout, a: Accepted) -> jax.Array:
     return words(x, y, jnp.where(a.across > 1, a.part_w, a.w), jnp.where(a.down > 1, a.part_h, a.h))
 
 
-def parted(
+def split_by_pictures(
     layout: Layout,
-    found: Candidates,
+    candidates: Candidates,
     accepted: Accepted,
-    parts: jax.Array,
+    objects: jax.Array,
     filled: jax.Array,
     entries: Entries,
 ) -> tuple[Accepted, jax.Array]:
     """Split components in two if they are larger than their search's pictures and one fits."""
-    begin = found.column - layout.window.before
+    begin = candidates.column - layout.window.before
     edges = Edges(
-        entries.left - found.column, entries.right - found.column, entries.bottom - found.row
+        entries.left - candidates.column,
+        entries.right - candidates.column,
+        entries.bottom - candidates.row,
     )
-    n_parts = accepted.parts
+    n_parts = accepted.n_parts
     for i, pictures in enumerate(layout.pictures):
-        both = part(filled, layout.window.before, edges, pictures)
+        both = split(filled, layout.window.before, edges, pictures)
         width, height = largest(pictures)
         eligible = (
             ((accepted.w > width) | (accepted.h > height)) & (n_parts > 0) & (entries.pictures == i)
         )
-        n_parts, parts = materialize(
-            in_two, n_parts, parts, eligible, begin, accepted.y, *both, small=0
+        n_parts, objects = materialize(
+            replaced_by_two, n_parts, objects, eligible, begin, accepted.y, *both, small=0
         )
-    return accepted._replace(parts=n_parts), parts
+    return accepted._replace(n_parts=n_parts), objects

@@ -36,16 +36,16 @@ def fill(
 
         m, f = (lax.dynamic_index_in_dim(a, at(step), keepdims=False) for a in (mask, filled))
         # The loop's state carries the row before. XLA would replace a single word there in place,
-        # which it does not vectorise, so a single word is read again. At the first step and at the
-        # turn this reads the row itself, whose neighbours are filled anyway.
+        # without vectorising, so a single word is read again. At the first step and at the turn
+        # this is the row itself.
         if words == 1:
             seeds = touched(
                 f,
                 m,
                 *lax.dynamic_index_in_dim(filled, at(jnp.maximum(step - 1, 0)), keepdims=False),
             )
-        # Materialized, because XLA would compute each word again for every word filled from it:
-        # James Bond takes 109 us per frame instead of 62.
+        # Materialized: XLA would compute a word again for each word filled from it (James Bond: 109
+        # us per frame instead of 62).
         else:
             seeds = materialize(touched, f, m, *before, small=0)
         now = bm.fill_rows(m, seeds, reach)

@@ -18,8 +18,8 @@ from ocjax.vision.shapes import Shape, limits
 BLOCK_ROWS = 8
 # Candidates per frame and round, on average. Rows `candidates` of benchmarks/tricks.py.
 CANDIDATES_PER_FRAME = 8
-# Words of a window. For larger ones a round has half as many candidates: Pitfall takes 32 us per
-# frame instead of 38. Row `large windows` of benchmarks/tricks.py.
+# Words of a window. For larger ones a round has half as many candidates. Row `large windows` of
+# benchmarks/tricks.py.
 MAX_WORDS_OF_FULL_ROUND = 120
 # Candidates. The number per round is a multiple of this, because `slots` has one bit for each.
 CANDIDATES_MULTIPLE = 32
@@ -47,7 +47,7 @@ class Entries(NamedTuple):
     corners: Any  # a word with all bits set if corners connect, or none
     gap_x: Any
     gap_y: Any
-    up: Any  # rows from the board to the screen
+    screen_top: Any  # row of the board for row 0 of the screen
     limits: tuple[Limits, ...]  # of each shape in order
     # Index into the layout's pictures, or -1. If no mask has pictures, this and the fields below
     # are None.
@@ -65,9 +65,8 @@ class BoardSize(NamedTuple):
 
     words: int
     rows: int
-    lanes: int  # frames
-    # int [masks + 1]: first row of each mask's part, and the end of the last part
-    begins: np.ndarray
+    n_frames: int  # frames
+    begins: np.ndarray  # int [masks + 1]: first row of each mask, and the end of the last one
     mask_words: int  # words of a mask; gaps are bridged to the right of them
 
     @property
@@ -116,9 +115,9 @@ class Layout:
         order = sorted(range(len(searches)), key=lambda i: searches[i].gap)
         ordered = [searches[i] for i in order]
         heights = [masks[i].shape[1] for i in order]
-        mask_words, _, lanes = masks[0].shape
+        mask_words, _, n_frames = masks[0].shape
         window = _window_size(ordered)
-        board = _board_size(mask_words, lanes, heights, window, ordered)
+        board = _board_size(mask_words, n_frames, heights, window, ordered)
         pictures = tuple(dict.fromkeys(s.pictures for s in ordered if s.pictures))
         n_shapes = max(len(s.shapes) for s in ordered)
         rows = [
@@ -131,7 +130,7 @@ class Layout:
             gaps=tuple(search.gap for search in ordered),
             board=board,
             window=window,
-            n_candidates=_candidates_of_a_round(window, lanes),
+            n_candidates=_candidates_of_a_round(window, n_frames),
             table=jax.tree.map(lambda *values: np.array(values, np.int32), *rows),
             pictures=pictures,
             reads_pixels=tuple(_reads_pixels(ordered, i) for i in range(n_shapes)),
@@ -141,22 +140,13 @@ class Layout:
     def look_up(self, mask: jax.Array) -> Entries:
         """Look up the entries of each candidate's mask, int32 `[n]` each, in one gather."""
         tables, structure = jax.tree.flatten(self.table)
-        differ = [i for i, table in enumerate(tables) if (table != table[0]).any()]
-        rows = (
-            dict(
-                zip(
-                    differ, jnp.asarray(np.stack([tables[i] for i in differ]))[:, mask], strict=True
-                )
-            )
-            if differ
-            else {}
-        )
-        return structure.unflatten(
-            [
-                rows[i] if i in rows else jnp.full_like(mask, table[0])
-                for i, table in enumerate(tables)
-            ]
-        )
+        varying = [table for table in tables if (table != table[0]).any()]
+        gathered = iter(jnp.asarray(np.stack(varying))[:, mask] if varying else ())
+        entries = [
+            next(gathered) if (table != table[0]).any() else jnp.full_like(mask, table[0])
+            for table in tables
+        ]
+        return structure.unflatten(entries)
 
     def corners_by_row(self) -> np.ndarray:
         """The rows of the board in which corners connect, uint32 `[rows]`: all bits or none."""
@@ -167,8 +157,8 @@ class Layout:
 def _window_size(searches: Sequence[Search]) -> WindowSize:
     """Size windows to hold the largest component of every search.
 
-    Windows have a blank column at their left, unless it needs another word: detecting that a
-    component continues there takes an eighth more time.
+    Windows have a blank column at their left, which saves a ninth of the time, unless it needs
+    another word.
     """
     reach_x, reach_y = (
         max(side) for side in zip(*(search.reach for search in searches), strict=True)
@@ -180,24 +170,24 @@ def _window_size(searches: Sequence[Search]) -> WindowSize:
 
 def _board_size(
     mask_words: int,
-    lanes: int,
+    n_frames: int,
     heights: Sequence[int],
     window: WindowSize,
     searches: Sequence[Search],
 ) -> BoardSize:
-    parts = [
+    rows = [
         -(-(height + s.gap[1] + 1) // BLOCK_ROWS) * BLOCK_ROWS
         for height, s in zip(heights, searches, strict=True)
     ]
-    begins = np.cumsum([0, *parts])
+    begins = np.cumsum([0, *rows])
     words = mask_words + any(search.gap[0] for search in searches)
-    return BoardSize(words, int(begins[-1]) + window.reach_y + 1, lanes, begins, mask_words)
+    return BoardSize(words, int(begins[-1]) + window.reach_y + 1, n_frames, begins, mask_words)
 
 
-def _candidates_of_a_round(window: WindowSize, lanes: int) -> int:
+def _candidates_of_a_round(window: WindowSize, n_frames: int) -> int:
     is_large = window.words * window.reach_y > MAX_WORDS_OF_FULL_ROUND
     per_frame = CANDIDATES_PER_FRAME // (2 if is_large else 1)
-    return -(-per_frame * lanes // CANDIDATES_MULTIPLE) * CANDIDATES_MULTIPLE
+    return -(-per_frame * n_frames // CANDIDATES_MULTIPLE) * CANDIDATES_MULTIPLE
 
 
 def _reads_pixels(searches: Sequence[Search], i: int) -> bool:

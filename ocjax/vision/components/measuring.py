@@ -22,24 +22,22 @@ def _windows(
         highest bit of uint32 `[rows, candidates]`.
     """
     left = column - layout.window.before - 1
-    word, shift = (
-        (left >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None],
-        (left & 31).astype(U),
-    )
-    rows = jnp.arange(layout.window.reach_y + 2)[:, None, None] * layout.board.lanes
+    word = (left >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None]
+    shift = (left & 31).astype(U)
+    rows = jnp.arange(layout.window.reach_y + 2)[:, None, None] * layout.board.n_frames
     cut = board.ravel().at[offset[None] + rows].get(mode="promise_in_bounds")
     cut = jnp.where(((word >= 0) & (word < layout.board.words))[None], cut, U(0))
     windows = (cut[:, :-1] << shift[None, None] << 1) | (cut[:, 1:] >> (31 - shift)[None, None])
     return windows, cut[:, 0] << shift[None]
 
 
-def offsets(layout: Layout, found: Candidates) -> jax.Array:
+def offsets(layout: Layout, candidates: Candidates) -> jax.Array:
     """Offsets of each window's first row on the flat board, int32 `[words, candidates]`."""
-    word = ((found.column - layout.window.before - 1) >> 5)[None] + jnp.arange(
+    word = ((candidates.column - layout.window.before - 1) >> 5)[None] + jnp.arange(
         layout.window.words + 1
     )[:, None]
-    row = jnp.clip(word, 0, layout.board.words - 1) * layout.board.rows + (found.row - 1)[None]
-    return row * layout.board.lanes + (found.segment % layout.board.lanes)[None]
+    row = jnp.clip(word, 0, layout.board.words - 1) * layout.board.rows + (candidates.row - 1)[None]
+    return row * layout.board.n_frames + (candidates.segment % layout.board.n_frames)[None]
 
 
 def _leaves_left(filled: jax.Array, outside: jax.Array, corners: jax.Array) -> jax.Array:
@@ -55,8 +53,8 @@ def _leaves_left(filled: jax.Array, outside: jax.Array, corners: jax.Array) -> j
 class Measured(NamedTuple):
     """The components of candidates, `[n]` each."""
 
-    own: jax.Array  # bool: the candidate is the component's first pixel
-    inside: jax.Array  # bool: the component is filled completely
+    is_first: jax.Array  # bool: the candidate is the component's first pixel
+    is_complete: jax.Array  # bool: the window holds the whole component
     left: jax.Array  # int32: first and last column, and height
     right: jax.Array
     height: jax.Array
@@ -64,12 +62,12 @@ class Measured(NamedTuple):
 
 
 def measure(
-    layout: Layout, board: Bitmap, found: Candidates, offset: jax.Array, corners: jax.Array
+    layout: Layout, board: Bitmap, candidates: Candidates, offset: jax.Array, corners: jax.Array
 ) -> tuple[Measured, jax.Array]:
     """Fill each candidate's component in its window.
 
     Args:
-        board: uint32 `[words, rows, lanes]`.
+        board: uint32 `[words, rows, frames]`.
         offset: see `offsets`.
         corners: words with all bits set if corners connect, or none.
 
@@ -77,18 +75,21 @@ def measure(
         The measured components, and the filled windows, uint32 `[words, rows, n]`.
     """
     reach, before = layout.window.reach_x, layout.window.before
-    cut, outside = _windows(layout, board, offset, found.column)
-    seed = jnp.zeros(cut[1:].shape, U).at[0, before // 32].set(U(1 << (31 - before % 32)))
-    filled = fill(cut[1:], seed & cut[1:], corners, reach)
+    with_row_above, outside = _windows(layout, board, offset, candidates.column)
+    windows = with_row_above[1:]
+    seed = jnp.zeros(windows.shape, U).at[0, before // 32].set(U(1 << (31 - before % 32)))
+    filled = fill(windows, seed & windows, corners, reach)
     by_word = jnp.moveaxis(filled, 1, 0)
     first, last, _, bottom = extent(by_word)
     head, _ = bm.columns(filled[0])
     near = bm.spread_words(list(filled[0]), corners)
-    above = bm.any_of(a & b for a, b in zip(near, cut[0], strict=True)) != 0
+    above = bm.any_of(a & b for a, b in zip(near, with_row_above[0], strict=True)) != 0
+    is_first = ~above & (head == before)
     leaves = (
         first == 0 if layout.window.has_margin else _leaves_left(filled[:, 0], outside[1:], corners)
     )
-    inside = ~leaves & (last < before + reach) & (bottom < layout.window.reach_y)
+    is_complete = ~leaves & (last < before + reach) & (bottom < layout.window.reach_y)
+    left = candidates.column + first - before
+    right = candidates.column + last - before
     area = jnp.sum(bm.popcount(filled), axis=(0, 1), dtype=jnp.int32)
-    left, right = found.column + first - before, found.column + last - before
-    return Measured(~above & (head == before), inside, left, right, bottom + 1, area), by_word
+    return Measured(is_first, is_complete, left, right, bottom + 1, area), by_word

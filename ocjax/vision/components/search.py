@@ -18,7 +18,7 @@ class Search:
     count: int  # maximum number of boxes; further objects are only counted
     shapes: tuple[Shape, ...] = (ANY_SHAPE,)  # the first one that fits a component applies
     connectivity: int = 8  # or 4, which needs gap (0, 0)
-    gap: tuple[int, int] = (0, 0)  # parts at most (dx, dy) blank pixels apart are one component
+    gap: tuple[int, int] = (0, 0)  # pixels at most (dx, dy) blanks apart are one component
     # A larger component is split if one of these fits at its first pixel.
     pictures: tuple[Picture, ...] = ()
     top: int = 0  # row of the screen of the mask's first row
@@ -38,7 +38,7 @@ class Search:
 
     @property
     def reach(self) -> tuple[int, int]:
-        """Width and height of the window after parts are joined."""
+        """Width and height of the window with bridged gaps."""
         return self.window[0] + self.gap[0], self.window[1] + self.gap[1]
 
 

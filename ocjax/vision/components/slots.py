@@ -44,57 +44,56 @@ class _Order:
         return place // self.most, place % self.most
 
 
-class Found(NamedTuple):
+class NewObjects(NamedTuple):
     """The objects of a round before they have slots."""
 
     begins: jax.Array  # int32 [segments + 1]: the first candidate of each segment, and the end
     counts: jax.Array  # int32 [n]: objects of each candidate
-    parts: jax.Array  # uint32 [parts, n]: their boxes as words
-    column: jax.Array  # int32 [n]: column of the candidate, the head of its objects
+    boxes: jax.Array  # uint32 [parts, n]: their boxes as words
+    heads: jax.Array  # int32 [n]: column of the candidate
 
 
 def fill_slots(
-    counts: np.ndarray, found: Found, totals: jax.Array, slots: Sequence[jax.Array]
+    counts: np.ndarray, new: NewObjects, totals: jax.Array, slots: Sequence[jax.Array]
 ) -> tuple[jax.Array, tuple[jax.Array, ...]]:
     """Put objects into slots, and return the totals and the slots after a round.
 
     Args:
         counts: slots of each mask, int32 `[masks]`.
-        totals: number of objects so far of each mask and frame, int32 `[masks, lanes]`.
-        slots: boxes as words, 0 for empty slots, and heads if requested: uint32 `[slots, lanes]`
+        totals: number of objects so far of each mask and frame, int32 `[masks, frames]`.
+        slots: boxes as words, 0 for empty slots, and heads if requested: uint32 `[slots, frames]`
             each.
 
-    The objects are ordered and materialized, and each slot gathers its object: Crazy Climber takes
-    18 us per frame instead of 23. XLA's scatter takes 45 ns for every possible object: 43 us per
-    frame instead of 31 for Berzerk.
+    The objects are ordered and materialized, and each slot gathers its object (Crazy Climber: 18 us
+    per frame instead of 23). XLA's scatter takes 43 us instead of 31 for Berzerk.
     """
-    order = _Order(found.counts, len(found.parts))
-    before = order.before(found.begins)
-    new = jnp.diff(before).reshape(totals.shape)
+    order = _Order(new.counts, len(new.boxes))
+    before = order.before(new.begins)
+    added = jnp.diff(before).reshape(totals.shape)
     candidate, part = order.places()
-    heads = (found.column,) if len(slots) > 1 else ()
-    fields = materialize(_in_order, candidate, part, found.parts, *heads, small=0)
+    heads = (new.heads,) if len(slots) > 1 else ()
+    fields = materialize(_in_order, candidate, part, new.boxes, *heads, small=0)
     # Earlier rounds filled the slots below `totals`, so slot `totals` gets the segment's first
     # object, number `before`.
     number_in_slot_0 = before[:-1].reshape(totals.shape) - totals
     number = materialize(
         functools.partial(_numbers_of_slots, counts),
-        _packed(number_in_slot_0, totals + new),
+        _packed(number_in_slot_0, totals + added),
         small=0,
     )
     is_new = (number >= 0) & (slots[0] == 0)
     number = jnp.clip(number, 0, len(fields[0]) - 1)
-    return totals + new, tuple(
+    return totals + added, tuple(
         jnp.where(is_new, bm.at(field, number), old)
         for field, old in zip(fields, slots, strict=True)
     )
 
 
 def _in_order(
-    candidate: jax.Array, part: jax.Array, parts: jax.Array, *heads: jax.Array
+    candidate: jax.Array, part: jax.Array, boxes: jax.Array, *heads: jax.Array
 ) -> tuple[jax.Array, ...]:
     """Order the boxes of objects, as words, and their heads if requested, uint32 `[n]` each."""
-    return bm.at(parts.ravel(), part * parts.shape[1] + candidate), *(
+    return bm.at(boxes.ravel(), part * boxes.shape[1] + candidate), *(
         bm.at(head, candidate).astype(U) for head in heads
     )
 
@@ -105,13 +104,12 @@ def _packed(number_in_slot_0: jax.Array, filled: jax.Array) -> jax.Array:
 
 
 def _numbers_of_slots(counts: np.ndarray, packed: jax.Array) -> jax.Array:
-    """Number of each slot's object in a round, int32 `[slots, lanes]`.
+    """Number of each slot's object in a round, int32 `[slots, frames]`.
 
-    It is negative for the other slots. A segment with slots from earlier rounds has the first
-    objects of this round, so their numbers are negative, too.
+    It is negative for other slots, including those of earlier rounds.
 
     Args:
-        packed: see `_packed`, int32 `[masks, lanes]`.
+        packed: see `_packed`, int32 `[masks, frames]`.
     """
     slot = np.arange(counts.max(), dtype=np.int32)[None, :, None]
     packed = packed[:, None]

@@ -1,8 +1,7 @@
 """Split components of touching objects by their pictures.
 
-A component's first pixel in raster order is the first pixel of the picture drawn there, so pictures
-are tried only at this position. A picture fits if its pixels are in the component, or beyond an
-edge of the region.
+A component's first pixel in raster order is a picture's first pixel, so pictures are tried only
+there. A picture fits if its pixels are in the component, or beyond an edge of the region.
 
 Windows are uint32 `[words, rows, n]` for `n` components. The first pixel of each component is in
 the first row, in column `reach`.
@@ -43,7 +42,7 @@ class Extent(NamedTuple):
     bottom: jax.Array
 
 
-def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture]) -> Extent:
+def split(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture]) -> Extent:
     """Find the extents `[2, n]` of each component's first picture and of its remaining pixels.
 
     Args:
@@ -59,15 +58,15 @@ def part(filled: jax.Array, reach: int, edges: Edges, pictures: Sequence[Picture
     return Extent(*extent(jnp.stack([first, filled & ~first], axis=2)))
 
 
-def in_two(
+def replaced_by_two(
     n_parts: jax.Array,
-    parts: jax.Array,
+    objects: jax.Array,
     eligible: jax.Array,
     left: jax.Array,
     top: jax.Array,
     *extents: jax.Array,
 ) -> tuple[jax.Array, jax.Array]:
-    """Replace eligible objects by the two boxes of `part` if both have pixels.
+    """Replace eligible objects by the two boxes of `split` if both have pixels.
 
     Returns:
         The numbers of objects, and their boxes.
@@ -81,7 +80,7 @@ def in_two(
         both.bottom - both.top + 1,
     )
     return jnp.where(two, 2, n_parts), jnp.where(
-        two[None], jnp.concatenate([boxes, parts[2:]]), parts
+        two[None], jnp.concatenate([boxes, objects[2:]]), objects
     )
 
 
