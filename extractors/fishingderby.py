@@ -22,7 +22,8 @@ Not exact: the RAM lacks the button that makes the left angler pull faster, so a
 may be a row lower on the screen unless the hook's depth shows it. A fish that takes a hook on this
 very frame may be a row lower, too. The last point of a catch may already be on the screen.
 
-VEM: it misses two fish that touch, and a hook behind fish and shark.
+VEM: it misses two fish that touch unless one is above the other, a hook behind fish and shark, and
+the last rows of a line below a fish.
 """
 
 import functools
@@ -391,14 +392,34 @@ def _score(m: Ram, player: int) -> Box:
 
 
 facing_category = functools.partial(Category, attributes=("orientation",))
+TWO_FISH = 130  # least pixels of two fish, one above the other, with their gaps
 SEA = Blobs(
-    YELLOW, (12, 80, 148, 190), Shape(w=(3, 9), h=(4, 10)), gap=(4, 1), filters=(NoLines(6),)
+    YELLOW,
+    (12, 80, 148, 190),
+    (
+        Shape(w=(3, 9), h=(4, 10)),
+        Shape(w=(6, 10), h=(11, 14), pixels=(TWO_FISH, 999), split=(10, 7)),
+    ),
+    gap=(4, 1),
+    filters=(NoLines(6),),
 )
 SHALLOWS = (20, 80, 140, 93)
 SHARKS = Blobs(
     BLACK, SHALLOWS, Shape(w=(4, 40), h=(5, 13)), gap=(4, 2), filters=(NoLines(2),), ignore=BARS
 )
-LEFT_LINE = Bounds((GREEN, YELLOW), LINE_AREA, ignore=(*PIERS, *BARS), exclude=("Fish",))
+FISH_TOP = 88  # row; no fish that touch are above it
+SHORTEST_LINE = 6  # rows of a line's yellow part; shorter ones may be parts of fish
+
+
+def _thin_lines(mask: jax.Array, planes: jax.Array) -> jax.Array:
+    """Select lines one pixel wide, and all pixels above the fish."""
+    above_fish = np.arange(mask.shape[1])[:, None] < FISH_TOP
+    return jnp.where(above_fish, mask, mask & ~NoLines(SHORTEST_LINE - 1)(mask, planes))
+
+
+LEFT_LINE = Bounds(
+    (GREEN, YELLOW), LINE_AREA, filters=(_thin_lines,), ignore=(*PIERS, *BARS), exclude=("Fish",)
+)
 RIGHT_LINE = Bounds(BLACK, LINE_AREA, ignore=(*PIERS, *BARS), exclude=("Shark",))
 
 GAME = Game(
@@ -408,6 +429,7 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         agreement={"modes": 0.96},  # VEM misses hooks behind fish, and fish that touch
+        rare=("Fish",),  # two that touch
         mirrored={"PlayerOneHook": None, "PlayerTwoHook": None},
     ),
     categories=(

@@ -35,6 +35,7 @@ from ocjax.authoring import (
     NUSIZ_WIDTH,
     WEST,
     Area,
+    Bitmap,
     Blobs,
     Bounds,
     Box,
@@ -59,6 +60,7 @@ from ocjax.authoring import (
     boxes,
     byte,
     choose,
+    color_mask,
     copies,
     display,
     div,
@@ -66,8 +68,11 @@ from ocjax.authoring import (
     lookup,
     mod,
     pick,
+    shift_down,
+    shift_up,
     signed,
     spacing,
+    spread,
     when,
 )
 
@@ -345,12 +350,27 @@ class AboveCar(Step):
 FIGURE_COLORS = (0, 70, 74, 22, 26, 30, 130)
 figure = functools.partial(Blobs, FIGURE_COLORS, gap=(0, 1), then=(AboveCar(), Tight()))
 DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 30, 130))
-CARS = Blobs(0, (8, 110, 160, 183), Shape(w=(8, 28), h=(8, 17)), gap=(1, 1))
+BARRIER_COLOR = 30
+
+
+def _outside_barriers(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """Drop the black rows of barriers, which lie between rows of another colour."""
+    row = color_mask(planes, (BARRIER_COLOR,))
+    return mask & ~spread(shift_up(row, 1) | shift_down(row, 1))
+
+
+CARS = Blobs(
+    0,
+    (8, 110, 160, 183),
+    Shape(w=(8, 28), h=(8, 17)),
+    gap=(1, 1),
+    filters=(_outside_barriers,),
+)
 ALLEY = (6, 10, 134)
 WOODS = (20,)
 PASSAGES = Bounds((ALLEY, WOODS), ((64, 140, 96, 172), (64, 167, 96, 172)), (30, 5))
 ON_GROUND = (8, 172, 160, 181)
-BARRIERS = Blobs((30, 0), LOW_AREA, Shape(w=(5, 8), h=(17, 18)))
+BARRIERS = Blobs(BARRIER_COLOR, LOW_AREA, Shape(w=(5, 8), h=(17, 18)), gap=(0, 2))
 MUDS = Blobs(0, ON_GROUND, Shape(w=8, h=4, pixels=22))
 PLANTS = Blobs((26, 50, 214), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
 BRICKS = Blobs(68, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
@@ -389,6 +409,7 @@ RULES = {
     "Clue": CLUES,
     "Knife": KNIVES,
 }
+DRAWN_COLORS = {"Barrier": (BARRIER_COLOR, 0)}
 sign = functools.partial(Bounds, regions=(64, 29, 96, 50), min_size=(30, 20))
 CLOCK_LEFTS = (*MINUTES.lefts, *SECONDS.lefts)
 CLOCK = Bounds(WHITE, (58, 19, 98, 27), value=Digits(FONT, CLOCK_LEFTS, 19, (600, 60, 10, 1)))
@@ -457,7 +478,13 @@ GAME = Game(
             doc="to an alley, into the woods",
         ),
         *(
-            Category(name, rule, count=len(range(9)[SLOTS[name]]), doc="record * 3 + copy")
+            Category(
+                name,
+                rule,
+                count=len(range(9)[SLOTS[name]]),
+                colors=DRAWN_COLORS.get(name),
+                doc="record * 3 + copy",
+            )
             for name, rule in RULES.items()
         ),
         *(Category(name, _item_rule(name), count=2, doc="in a scene, carried") for name in ITEMS),

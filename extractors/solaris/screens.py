@@ -6,7 +6,18 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from ocjax.authoring import Bitmap, Searched, color_mask, match, materialize
+from ocjax.authoring import (
+    Bitmap,
+    Searched,
+    color_mask,
+    match,
+    materialize,
+    shift_down,
+    shift_left,
+    shift_right,
+    shift_up,
+    spread,
+)
 from ocjax.extractors.solaris.pictures import ALARM_COLOR, GROUND, VIEW_BOTTOM, VIEW_TOP
 
 
@@ -135,6 +146,10 @@ class Looks:
         """The filter that selects the pixels of one look."""
         return Searched(self, _Of(look), whole=True)
 
+    def lone(self, look: Look, others: Look) -> Searched:
+        """The filter that selects the pixels of one look that touch no pixel of another one."""
+        return Searched(self, _Lone(look, others), whole=True)
+
 
 def _looked_at(look: Look, view: jax.Array, screen: jax.Array) -> Bitmap:
     """The pixels of one look."""
@@ -157,3 +172,17 @@ class _Of:
 
     def __call__(self, _: Bitmap, masks: dict[Look, Bitmap]) -> Bitmap:
         return masks[self.look]
+
+
+@dataclass(frozen=True)
+class _Lone:
+    """Select the pixels of one look that touch no pixel of another look."""
+
+    look: Look
+    others: Look
+
+    def __call__(self, _: Bitmap, masks: dict[Look, Bitmap]) -> Bitmap:
+        other = masks[self.others]
+        beside = shift_left(other, 1) | shift_right(other, 1)
+        rows = shift_up(other, 1) | shift_down(other, 1)
+        return masks[self.look] & ~(beside | spread(rows))

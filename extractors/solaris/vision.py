@@ -167,9 +167,14 @@ RED_PLANETS = _space(DARTER_OR_RAIDER, RED_SHAPES)
 BLUE_SHAPES = (
     Shape(2, 2, pixels=4),
     Shape((3, 4), (2, 5), pixels=(6, 20)),
-    Shape((5, 16), (2, 24), pixels=(10, 304)),
+    Shape(5, (2, 24), pixels=(10, 304)),
+    Shape(6, (2, 5), pixels=(10, 304)),
+    Shape(6, 6, pixels=(30, 36)),  # the blue rows of a jumper have 26
+    Shape((6, 16), (7, 24), pixels=(10, 304)),
+    Shape((7, 16), (2, 6), pixels=(10, 304)),
 )
-BLUE_DOTS = _space(BLUE_DOT, Shape(1, 1))
+LONE_DOTS = SEARCHED.lone(BLUE_DOT, BLUE_PLANET)
+BLUE_DOTS = Blobs(BLUE_DOT.space, VIEW, Shape(1, 1), filters=(LONE_DOTS,), frames=in_space)
 BLUE_PLANETS = _space(BLUE_PLANET, BLUE_SHAPES, also=(BLUE_DOTS,), then=(WithDarkEdges(),))
 RINGS = _space(RING, Shape((2, 16), (2, 14)))
 CRATERS = Blobs(
