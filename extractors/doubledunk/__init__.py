@@ -267,7 +267,8 @@ GAME = Game(
             colors=(*STRIPED, SKIN, ORANGE),
             doc="white, short",
         ),
-        Category("Ball", BALL_RULE, doc="the ball"),
+        # The ball's rows have the colour of a player on these rows.
+        Category("Ball", BALL_RULE, colors=COLORS, doc="the ball"),
         Category("Basket", Bounds(NET, (68, 40, 92, 56)), doc="the net"),
         Category(
             "Backboard", Bounds(BOARD, (60, 24, 100, 45)), colors=(BOARD, SQUARE), doc="the board"

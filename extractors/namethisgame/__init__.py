@@ -367,7 +367,14 @@ GAME = Game(
     decode=decode,
     checks=Checks(lives=(LivesAsNumber("Treasure"),)),
     categories=(
-        Category("Player", DIVER, attributes=("orientation",), role="player", doc="the diver"),
+        Category(
+            "Player",
+            DIVER,
+            attributes=("orientation",),
+            role="player",
+            colors=(GREEN, WHITE),  # also air bubbles
+            doc="the diver",
+        ),
         Category("Shark", FISH, attributes=("orientation",), doc="in a lane, or with the diver"),
         Category("Shot", BULLET, doc="the diver's"),
         Category("Octopus", Bounds(BLACK, OCTOPUS), needs=("Oxygen_Boat",), doc="its body"),
@@ -385,11 +392,16 @@ GAME = Game(
             "Oxygen_Pipe",
             Runs(PIPES, most=1),
             rgb=GRAY_RGB,
-            colors=(VIOLET, GRAY),
+            colors=(VIOLET, GRAY, WHITE, GREEN),
             doc="hangs from the boat",
         ),
         Category("Treasure", HEAP, attributes=("value",), doc="a heap; value: lives"),
-        display("Oxygen_Meter", _meter(ORANGE, METER_ROWS), doc="oxygen, 0-16"),
+        display(
+            "Oxygen_Meter",
+            _meter(ORANGE, METER_ROWS),
+            colors=(ORANGE, WHITE),  # also the title
+            doc="oxygen, 0-16",
+        ),
         display("Timer", _meter(DARK_GREEN, TIMER_ROWS), role="time", doc="rest of the wave, 0-16"),
         display("Score", POINTS_SHOWN, role="score", doc="points"),
     ),

@@ -216,6 +216,7 @@ GOLD = 30
 GRAY = 10  # the rat
 FROG = (212, 214)
 DRESS = 216
+GROUND = 24  # also of the cat's hat
 GIRL = (DRESS, 50, 74, LEGS, 214, 208, 20)
 CLOTH = (68, 66, DRESS, 64, 8)  # the balloon and its string
 RING_LEFT = 72
@@ -273,6 +274,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    backdrop=(8, 158),
     categories=(
         Category("Player", HARRY, rgb=(92, 186, 92), role="player", doc="Harry"),
         Category("Ladder", LADDER, count=5, rgb=(105, 105, 15), doc="one a floor"),
@@ -285,7 +287,13 @@ GAME = Game(
         Category("GoldBar", BARS, count=5, rgb=(252, 252, 84), doc="5,000 points"),
         Category("Rat", RAT, rgb=(192, 192, 192), doc="15,000 points"),
         Category("Rhonda", RHONDA, rgb=(135, 183, 84), doc="Harry's niece, 10,000 points"),
-        Category("Quickclaw", QUICKCLAW, rgb=(162, 162, 42), doc="her cat, 10,000 points"),
+        Category(
+            "Quickclaw",
+            QUICKCLAW,
+            rgb=(162, 162, 42),
+            colors=(*CAT, GROUND),
+            doc="her cat, 10,000 points",
+        ),
         Category("DiamondRing", RING, rgb=(252, 252, 84), doc="20,000 points"),
         Category("Balloon", BALLOON_RULE, rgb=(66, 72, 200), doc="takes Harry up"),
         display("PlayerScore", SCORE.rule(INK, base=-START), role="score", doc="points won"),

@@ -327,7 +327,7 @@ GAME = Game(
         Category("TurretBall", BROWN(shapes=Shape(w=4, h=4)), 2, doc="of the turret"),
         Category("Cactus", Bounds(24, ((8, 46, 152, 55), (8, 55, 152, 64))), 2, doc="by height"),
         Category("Sign", SIGN_FIGURE, doc="beside the road"),
-        Category("Truck", TRUCK, rgb=(198, 108, 58), doc="on the road"),
+        Category("Truck", TRUCK, rgb=(198, 108, 58), colors=(254, 54, 14, 52), doc="on the road"),
         display("Score", POINTS, role="score", doc="points"),
         display(
             "Lives",

@@ -108,6 +108,7 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
+    backdrop=(8, 158),
     checks=Checks(
         # On the last frame, all records belong to the next game. When a life is lost, fuel, ships
         # left and the target belong to the next one.
@@ -161,7 +162,7 @@ GAME = Game(
             "BluePlanet",
             vision.BLUE_PLANETS,
             color_row=BLUE_COLOR_ROW,
-            colors=tuple(range(130, 144, 2)),
+            colors=tuple(range(128, 144, 2)),
             doc="blue planets, from afar and near",
         ),
         of_records("RedPlanet", vision.RED_PLANETS, doc="red planets, from afar and near"),

@@ -6,26 +6,21 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from ocjax._xla import batches
 from ocjax.datasets import columns, shards
 from ocjax.datasets.generation import open_dataset
 from ocjax.datasets.plans import Plan
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.files import outputs, writing
+from ocjax.files import outputs, run_lengths, writing
 from ocjax.files.jobs import Report, silent
 from ocjax.files.outputs import YOLO
-from ocjax.transforms.segmentation import NOBODY, segment
 
 COCO = "coco:"  # before the folder of an export
 TRAINING, VALIDATION = "train", "val"
 EPISODES = 10  # every tenth episode of a game is for validation
-CHUNK = 64  # frames whose owners are computed at a time
 COLUMNS = ("index", "seed", "policy", "instance", "episode", "image", "vem")
 
 
@@ -37,9 +32,7 @@ class Example(NamedTuple):
     png: bytes
     size: tuple[int, int]  # width and height in pixels
     objects: Sequence[dict[str, Any]]
-    # int16 [height, width], the object's number in `objects` that owns each pixel, or -1; None
-    # without masks
-    owners: np.ndarray | None
+    masks: Sequence[list[int]] | None  # the run lengths of each object's mask
 
 
 def export_boxes(folders: Sequence[str | Path], out: str, *, report: Report = silent) -> None:
@@ -89,7 +82,7 @@ def _examples(
             split = VALIDATION if number % EPISODES == 1 else TRAINING
             name = f"{plan.game}-{row['index']:07}.png"
             picture = row["image"]["bytes"]
-            yield Example(split, name, picture, (width, height), row["vem"], row["owners"])
+            yield Example(split, name, picture, (width, height), row["vem"], row["masks"])
             done += 1
             report(done, total)
 
@@ -101,35 +94,21 @@ def _rows(folder: Path, plan: Plan, *, masks: bool) -> Iterator[dict[str, Any]]:
         for table in shards.rows(path, COLUMNS):
             with shards.reading(path):
                 frames = columns.frames(table["image"], game)
-                owners = _owners(table["vem"], frames, game) if masks else [None] * len(frames)
-            for row, own in zip(table.to_pylist(), owners, strict=True):
-                yield row | {"owners": own}
+                found = _masks(table["vem"], frames, game) if masks else [None] * len(frames)
+            for row, own in zip(table.to_pylist(), found, strict=True):
+                yield row | {"masks": own}
 
 
-def _owners(lists: Any, frames: np.ndarray, game: Game) -> list[np.ndarray]:
-    fields = {name: jnp.asarray(a) for name, a in columns.padded([lists], game).items()}
-    objects = Objects(**fields, game=game)
-
-    def owners(index: np.ndarray) -> jax.Array:
-        chosen = jax.tree.map(lambda field: field[index], objects)
-        return segment(chosen, frames[index])
-
-    slots = batches.by_chunks(owners, np.arange(len(frames)), CHUNK)
-    return [_numbers(own, row.as_py(), game) for own, row in zip(slots, lists, strict=True)]
-
-
-def _numbers(slots: np.ndarray, objects: Sequence[dict[str, Any]], game: Game) -> np.ndarray:
-    number_of = np.full(game.num_slots + 1, NOBODY, np.int16)
-    for number, o in enumerate(objects):
-        number_of[game.slices[o["category"]].start + o["index"]] = number
-    return number_of[slots]
-
-
-def _run_lengths(mask: np.ndarray) -> list[int]:
-    """COCO's run lengths of a mask, bool `[height, width]`, column by column from a run of 0."""
-    bits = np.concatenate([[False], mask.T.ravel(), [not mask[-1, -1]]])
-    ends = np.flatnonzero(bits[1:] != bits[:-1])
-    return np.diff(ends, prepend=0).tolist()
+def _masks(lists: Any, frames: np.ndarray, game: Game) -> list[list[list[int]]]:
+    """The run lengths of each object's mask, in the order of the lists."""
+    fields: dict[str, Any] = columns.padded([lists], game)
+    masks = iter(run_lengths.of_objects(Objects(**fields, game=game), frames))
+    out = []
+    for listed in lists.to_pylist():
+        slots = [game.slices[o["category"]].start + o["index"] for o in listed]
+        by_slot = {slot: next(masks) for slot in sorted(set(slots))}
+        out.append([by_slot[slot] for slot in slots])
+    return out
 
 
 def _write_picture(folder: Path, example: Example) -> None:
@@ -152,17 +131,15 @@ def _write_coco(folder: Path, names: dict[str, int], examples: Iterator[Example]
         pictures[example.split].append(
             {"id": number, "file_name": example.name, "width": width, "height": height}
         )
-        assert example.owners is not None
-        for i, o in enumerate(example.objects):
-            mask = example.owners == i
+        assert example.masks is not None
+        for o, counts in zip(example.objects, example.masks, strict=True):
             boxes[example.split].append(
                 {
                     "id": len(boxes[example.split]) + 1,
                     "image_id": number,
                     "category_id": names[o["category"]] + 1,
                     "bbox": [o["x"], o["y"], o["w"], o["h"]],
-                    "area": int(mask.sum()),
-                    "segmentation": {"size": [height, width], "counts": _run_lengths(mask)},
+                    **run_lengths.annotation(counts, (height, width)),
                     "iscrowd": 0,
                 }
             )

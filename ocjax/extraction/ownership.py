@@ -11,6 +11,7 @@ import numpy as np
 from jax import lax
 
 from ocjax._xla import batches
+from ocjax._xla.kernels import materialize
 from ocjax.console import palette
 from ocjax.console.boxes import WIDTH
 from ocjax.extraction.declaration import Declaration
@@ -27,6 +28,9 @@ _MOST_ROWS = 16
 _TILE_WIDTH = 32
 _CHUNK = 16  # frames whose tiles and pixels fit in the cache
 _SLOT = np.uint32(0xFFFF)  # bits of a key
+_BITS = 32  # of a word
+_HIGHEST = np.uint32(1 << _BITS - 1)
+_UNROLLED = 8  # bits per iteration: fewer and longer kernels
 
 
 @functools.partial(jax.jit, static_argnums=0)
@@ -60,9 +64,8 @@ def _of_chunk(game: Declaration, xywh: jax.Array, valid: jax.Array, frames: jax.
     level = None if game.shades is None else level_of(game.shades, frames)
     own = jnp.asarray(colors[0])[None] if level is None else jnp.asarray(colors)[level]
     looks = _Looks(jnp.broadcast_to(own, (len(frames), *own.shape[1:])), others)
-    boxes = _Boxes(*_edges(xywh, game.screen))
     pixels = frames & EVEN
-    owners = _paint(boxes, _keys(boxes, valid), looks, pixels)
+    owners = _paint(_in_order(xywh, valid, game.screen), looks, pixels)
     free = owners == _nobody(owners.dtype)
     if game.backdrop:
         free |= _in_backdrop(pixels, game.backdrop)
@@ -78,12 +81,11 @@ def _in_backdrop(pixels: jax.Array, columns: tuple[int, ...]) -> jax.Array:
 
 
 class _Boxes(NamedTuple):
-    """The boxes on the screen, int32 `[B, N]` each."""
+    """Objects in the order of painting: the one behind has number 0."""
 
-    left: jax.Array
-    top: jax.Array
-    right: jax.Array  # one past the last column
-    bottom: jax.Array  # one past the last row
+    slots: jax.Array  # int32 [B, N]
+    # uint32 [B, N]: left, top, width and height on the screen, a byte each; 0: not painted
+    edges: jax.Array
 
 
 class _Looks(NamedTuple):
@@ -111,47 +113,71 @@ def _colors(game: Declaration) -> tuple[np.ndarray, np.ndarray]:
     return table, others[game.slot_category]
 
 
-def _edges(xywh: jax.Array, screen: tuple[int, int]) -> Iterator[jax.Array]:
-    """Left, top, right and bottom of boxes on the screen, int32 `[B, N]`, from `[B, N, 4]`."""
+def _in_order(xywh: jax.Array, valid: jax.Array, screen: tuple[int, int]) -> _Boxes:
+    """Order the boxes: larger ones are behind, and the later slots of equal ones."""
     x, y, w, h = jnp.moveaxis(xywh, -1, 0)
     height, width = screen
-    for edge, most in ((x, width), (y, height), (x + w, width), (y + h, height)):
-        yield jnp.clip(edge, 0, most)
-
-
-def _keys(boxes: _Boxes, valid: jax.Array) -> jax.Array:
-    """The order in which objects are painted, uint32 `[B, N]`; 0: not at all.
-
-    Objects behind have larger keys: those with larger boxes, or later slots.
-    """
-    size = (boxes.right - boxes.left) * (boxes.bottom - boxes.top)
+    left, right = (jnp.clip(edge, 0, width) for edge in (x, x + w))
+    top, bottom = (jnp.clip(edge, 0, height) for edge in (y, y + h))
+    size = (right - left) * (bottom - top)
     slot = np.arange(valid.shape[-1], dtype=np.uint32)
-    return jnp.where(valid & (size > 0), size.astype(jnp.uint32) << 16 | slot[None], jnp.uint32(0))
+    keys = size.astype(jnp.uint32) << 16 | slot[None]
+    keys = jnp.sort(jnp.where(valid & (size > 0), keys, jnp.uint32(0)), axis=1, descending=True)
+    slots = (keys & _SLOT).astype(jnp.int32)
+    edges = jnp.take_along_axis(_packed(left, top, right - left, bottom - top), slots, axis=1)
+    return _Boxes(slots, jnp.where(keys > 0, edges, jnp.uint32(0)))
 
 
-def _paint(boxes: _Boxes, keys: jax.Array, looks: _Looks, frames: jax.Array) -> jax.Array:
+def _packed(*values: jax.Array) -> jax.Array:
+    """Pack four values 0-255 into words, uint32, from the lowest byte."""
+    shifted = (value.astype(jnp.uint32) << 8 * i for i, value in enumerate(values))
+    return functools.reduce(jnp.bitwise_or, shifted)
+
+
+def _bytes(words: jax.Array) -> Iterator[jax.Array]:
+    """The four bytes of words, uint8, from the lowest one."""
+    for i in range(4):
+        yield (words >> 8 * i).astype(jnp.uint8)
+
+
+def _paint(boxes: _Boxes, looks: _Looks, frames: jax.Array) -> jax.Array:
     """Paint the objects of each tile, the one behind first.
 
     Returns:
         The slots of the owners, uint8 or uint16 `[B, H, 160]`; the largest number: nobody.
     """
     tiles = _tiles(frames.shape[1])
-    in_tiles = _keys_in_tiles(boxes, keys, tiles)
-    kind = jnp.uint8 if keys.shape[1] < np.iinfo(np.uint8).max else jnp.uint16
+    kind = jnp.uint8 if boxes.slots.shape[1] < np.iinfo(np.uint8).max else jnp.uint16
     pixels = frames.reshape(-1, *tiles)
-    everything = jnp.full(in_tiles.shape[1:], np.uint32(2**32 - 1))
 
     def paint(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
-        key, owners = state
-        slot = (key & _SLOT).astype(jnp.int32)
-        own = _Boxes(*(jnp.take_along_axis(edge, slot, axis=1) for edge in boxes))
-        takes = _inside(own, key > 0, tiles) & _looks_like(pixels, slot, looks)
-        number = slot.astype(kind).reshape(-1, *tiles.each)
-        return _next(in_tiles, key), jnp.where(takes, number, owners)
+        words, owners = state
+        number, is_used = _first(words)
+        slot, edges, colors = materialize(_look_up, number, is_used, *boxes, looks.colors, small=0)
+        takes = _inside(edges, tiles) & _looks_like(pixels, slot, colors, looks.others)
+        slot = slot.astype(kind).reshape(-1, *tiles.each)
+        return _without(words, number), jnp.where(takes, slot, owners)
 
-    start = _next(in_tiles, everything), jnp.full(pixels.shape, _nobody(kind))
+    start = _in_tiles(boxes.edges, tiles), jnp.full(pixels.shape, _nobody(kind))
     _, owners = lax.while_loop(lambda state: jnp.any(state[0] > 0), paint, start)
     return owners.reshape(frames.shape)
+
+
+def _look_up(
+    number: jax.Array, is_used: jax.Array, slots: jax.Array, edges: jax.Array, colors: jax.Array
+) -> tuple[jax.Array, ...]:
+    """The slot, the edges and the colours of each tile's object; without one, edges 0.
+
+    Args:
+        number: of the object, int32 `[B, tiles]`.
+        is_used: whether the tile has one, bool `[B, tiles]`.
+        slots: see `_Boxes`.
+        edges: see `_Boxes`.
+        colors: of all slots, uint8 `[B, N, most]`.
+    """
+    slot, edge = (jnp.take_along_axis(a, number, axis=1) for a in (slots, edges))
+    own = jnp.take_along_axis(colors, slot[..., None], axis=1)
+    return slot, jnp.where(is_used, edge, jnp.uint32(0)), own
 
 
 class _Tiles(NamedTuple):
@@ -171,55 +197,81 @@ def _tiles(height: int) -> _Tiles:
     return _Tiles(height // rows, rows, WIDTH // _TILE_WIDTH, _TILE_WIDTH)
 
 
-def _keys_in_tiles(boxes: _Boxes, keys: jax.Array, tiles: _Tiles) -> jax.Array:
-    """The keys of the boxes that reach each tile, uint32 `[N, B, tiles]`; 0: not in the tile."""
-    down = _reached(boxes.top.T, boxes.bottom.T, tiles.down, tiles.rows)
-    across = _reached(boxes.left.T, boxes.right.T, tiles.across, tiles.columns)
-    reached = (down[..., None] & across[:, :, None]).reshape(*keys.T.shape, -1)
-    return jnp.where(reached, keys.T[..., None], jnp.uint32(0))
+def _in_tiles(edges: jax.Array, tiles: _Tiles) -> jax.Array:
+    """The numbers of the boxes that reach each tile, as bits of words, uint32 `[words, B, tiles]`.
+
+    The highest bit of the first word stands for number 0.
+    """
+    batch, count = edges.shape
+    words = -(-count // _BITS)
+    padded = jnp.pad(edges, ((0, 0), (0, words * _BITS - count)))
+    by_bit = padded.reshape(batch, words, _BITS).transpose(2, 1, 0)
+
+    def add(bit: jax.Array, found: jax.Array) -> jax.Array:
+        own = lax.dynamic_index_in_dim(by_bit, bit, keepdims=False)
+        x, y, w, h = (edge.astype(jnp.int32)[..., None] for edge in _bytes(own))
+        down = _reached(y, y + h, tiles.down, tiles.rows)
+        across = _reached(x, x + w, tiles.across, tiles.columns)
+        reached = (down[..., None] & across[:, :, None]).reshape(found.shape)
+        return found | jnp.where(reached, _HIGHEST >> jnp.uint32(bit), jnp.uint32(0))
+
+    none = jnp.zeros((words, batch, tiles.down * tiles.across), jnp.uint32)
+    return lax.fori_loop(0, min(_BITS, count), add, none, unroll=_UNROLLED)
 
 
 def _reached(start: jax.Array, end: jax.Array, count: int, size: int) -> jax.Array:
-    """Whether spans, `[N, B]`, reach each of `count` tiles, bool `[N, B, count]`."""
+    """Whether spans, `[words, B, 1]`, reach each of `count` tiles, bool `[words, B, count]`."""
     first = np.arange(count, dtype=np.int32)[None, None] * size
-    return (start[..., None] < first + size) & (end[..., None] > first)
+    return (start < first + size) & (end > first)
 
 
-def _next(in_tiles: jax.Array, last: jax.Array) -> jax.Array:
-    """The largest key of each tile below its last key, uint32 `[B, tiles]`; 0 without one."""
+def _first(words: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The lowest number in each tile, int32 `[B, tiles]`, and whether there is one."""
+    number = jnp.zeros(words.shape[1:], jnp.int32)
+    for i in reversed(range(len(words))):
+        own = _BITS * i + lax.clz(words[i]).astype(jnp.int32)
+        number = jnp.where(words[i] > 0, own, number)
+    return number, jnp.any(words > 0, axis=0)
 
-    def larger(slot: jax.Array, largest: jax.Array) -> jax.Array:
-        key = lax.dynamic_index_in_dim(in_tiles, slot, keepdims=False)
-        return jnp.maximum(largest, jnp.where(key < last, key, jnp.uint32(0)))
 
-    return lax.fori_loop(0, len(in_tiles), larger, jnp.zeros_like(last))
+def _without(words: jax.Array, number: jax.Array) -> jax.Array:
+    """Remove a number, int32 `[B, tiles]`, from the words of each tile."""
+    bit = _HIGHEST >> (number % _BITS).astype(jnp.uint32)
+    word = np.arange(len(words), dtype=np.int32)[:, None, None]
+    return jnp.where(word == number[None] // _BITS, words & ~bit[None], words)
 
 
-def _inside(boxes: _Boxes, used: jax.Array, tiles: _Tiles) -> jax.Array:
-    """Whether pixels lie in the box of their tile's object, bool `[B, *tiles]`."""
-    left, top, right, bottom = (edge.reshape(-1, *tiles.each) for edge in boxes)
-    y = np.arange(tiles.down * tiles.rows, dtype=np.int32).reshape(1, tiles.down, tiles.rows, 1, 1)
+def _inside(edges: jax.Array, tiles: _Tiles) -> jax.Array:
+    """Whether pixels lie in the box of their tile's object, bool `[B, *tiles]`.
+
+    A row of a tile has a first column and a width, which keeps the comparison of each pixel short.
+    Left of the box and above it, the differences of unsigned bytes exceed its size.
+    """
+    left, top, width, height = (edge.reshape(-1, *tiles.each) for edge in _bytes(edges))
+    y = np.arange(tiles.down * tiles.rows, dtype=np.uint8).reshape(1, tiles.down, tiles.rows, 1, 1)
     x = np.arange(WIDTH, dtype=np.uint8).reshape(1, 1, 1, tiles.across, tiles.columns)
-    in_row = used.reshape(-1, *tiles.each) & (y >= top) & (y < bottom)
-    width = jnp.where(in_row, right - left, 0).astype(jnp.uint8)
-    return jnp.asarray(x) - left.astype(jnp.uint8) < width
+    width = jnp.where(jnp.asarray(y) - top < height, width, jnp.uint8(0))
+    return jnp.asarray(x) - left < width
 
 
-def _looks_like(pixels: jax.Array, slot: jax.Array, looks: _Looks) -> jax.Array:
+def _looks_like(
+    pixels: jax.Array, slot: jax.Array, colors: jax.Array, others: np.ndarray
+) -> jax.Array:
     """Whether pixels, uint8, have a colour of their tile's object, bool `[B, *tiles]`.
 
     Args:
         slot: of the tile's object, int32 `[B, tiles]`.
+        colors: of the tile's object, uint8 `[B, tiles, most]`.
+        others: the slots that have all other colours instead, bool `[N]`.
     """
     each = pixels.shape[1], 1, pixels.shape[3], 1
-    colors = jnp.take_along_axis(looks.colors, slot[..., None], axis=1)
     has = functools.reduce(
         jnp.logical_or,
         (pixels == color.reshape(-1, *each) for color in jnp.moveaxis(colors, -1, 0)),
     )
-    if not looks.others.any():
+    if not others.any():
         return has
-    inverts = jnp.asarray(looks.others)[slot]
+    inverts = jnp.asarray(others)[slot]
     return jnp.logical_xor(has, inverts.reshape(-1, *each))
 
 

@@ -3,7 +3,8 @@
 - `.npz`, `.h5` and `.hdf5`: the fields of `Objects`, `[n, N, ...]`, the category of each slot,
   `categories` `[N]`, and `hud` bool `[N]`.
 - `.parquet`: a line per object, with its index in the category.
-- `.json`: COCO's format, without the values.
+- `.json`: COCO's format, without the values. If the input has frames, with the objects' pixels
+  (`ocjax.segment`) as run lengths.
 - `.txt`: MOT's format. Frames, slots and categories count from 1; confidence and visibility are 1.
 - `yolo:FOLDER`: YOLO's format. Categories count from 0.
 
@@ -27,9 +28,10 @@ from ocjax._extras import require
 from ocjax.extraction import records
 from ocjax.extraction.game import Game
 from ocjax.extraction.records import FIELDS
-from ocjax.files import writing
+from ocjax.files import run_lengths, writing
 from ocjax.files.blocks import Block
 from ocjax.files.inputs import MINARI
+from ocjax.files.run_lengths import RunLengths
 
 HDF5_CHUNK = 1024  # rows
 YOLO = "yolo:"  # prefix of the name of a folder of labels
@@ -45,6 +47,7 @@ class Blocks:
         block_rows: rows of each block except the last.
         stem: the name of a row's picture, without its suffix.
         episodes: the number of rows of each episode, if known.
+        has_masks: whether files of the objects' pixels are beside those of the blocks.
     """
 
     game: Game
@@ -54,6 +57,7 @@ class Blocks:
     paths: Sequence[Path]
     stem: Callable[[int], str]
     episodes: Sequence[int] = ()
+    has_masks: bool = False
 
     @property
     def rows(self) -> int:
@@ -71,6 +75,12 @@ class Blocks:
             first = k * self.block_rows
             count = min(self.block_rows, self.rows - first)
             yield first, count, Block.read(path, count, self.game)
+
+    def masks(self) -> Iterator[list[int]]:
+        """The run lengths of each object's mask in all blocks."""
+        for path, (_, _, block) in zip(self.paths, self, strict=True):
+            count, pixels = len(block.row), math.prod(self.game.screen)
+            yield from RunLengths.read(masks_path(path), count, pixels)
 
     @property
     def episode(self) -> dict[str, np.ndarray]:
@@ -188,7 +198,13 @@ def _write_parquet(blocks: Blocks, file: BinaryIO) -> None:
             writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
 
 
-def _write_coco(blocks: Blocks, file: BinaryIO) -> None:
+def masks_path(block: Path) -> Path:
+    """The file of the objects' pixels, beside the file of their block."""
+    return block.with_suffix(".masks.npz")
+
+
+def write_coco(blocks: Blocks, file: BinaryIO) -> None:
+    """Write a .json file in COCO's format."""
     out = io.TextIOWrapper(file, "utf-8", write_through=True)
     height, width = blocks.game.screen
     categories = [
@@ -216,6 +232,7 @@ def _write_items(out: TextIO, items: Iterable[dict[str, Any]]) -> None:
 
 def _annotations(blocks: Blocks) -> Iterator[dict[str, Any]]:
     numbers = itertools.count(1)
+    masks = blocks.masks() if blocks.has_masks else None
     for first, _, block in blocks:
         columns = (block.row + first, blocks.game.slot_category[block.slot] + 1, block.xywh)
         for row, category, box in zip(*(column.tolist() for column in columns), strict=True):
@@ -224,9 +241,16 @@ def _annotations(blocks: Blocks) -> Iterator[dict[str, Any]]:
                 "image_id": row,
                 "category_id": category,
                 "bbox": box,
-                "area": box[2] * box[3],
+                **_area(box, blocks.game, None if masks is None else next(masks)),
                 "iscrowd": 0,
             }
+
+
+def _area(box: list[int], game: Game, counts: list[int] | None) -> dict[str, Any]:
+    """The area of an object in pixels, and its mask if its run lengths are known."""
+    if counts is None:
+        return {"area": box[2] * box[3]}
+    return run_lengths.annotation(counts, game.screen)
 
 
 def _write_mot(blocks: Blocks, file: BinaryIO) -> None:
@@ -288,7 +312,7 @@ WRITERS: Mapping[str, Writer] = {
     ".h5": _write_hdf5,
     ".hdf5": _write_hdf5,
     ".parquet": _write_parquet,
-    ".json": _write_coco,
+    ".json": write_coco,
     ".txt": _write_mot,
 }
 

@@ -23,11 +23,12 @@ from ocjax.console.ram import RAM_SIZE
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.extraction.objects import Objects
-from ocjax.files import cluster, jobs, minari, outputs
+from ocjax.files import cluster, jobs, minari, outputs, run_lengths
 from ocjax.files import writing as output
 from ocjax.files.blocks import Block, compact
 from ocjax.files.inputs import MINARI, Input, InputError, open_input
 from ocjax.files.jobs import Report, silent
+from ocjax.files.run_lengths import RunLengths
 
 BLOCK_ROWS = {"rem": 65_536, "vem": 2_048}  # per file of the work folder
 BATCH = {"rem": 4_096, "vem": 256}  # rows per call and device; larger batches take longer per row
@@ -46,6 +47,7 @@ class ExtractionPlan:
     md5: str
     hud: bool
     method: str
+    masks: bool  # whether to store the objects' pixels
     block_rows: int
     version: str  # of ocjax
 
@@ -102,7 +104,7 @@ def extract(
         _check_apart(target, source, rows.reads)
         spec = game_of(rows, source, game, hud=hud)
         check_indices(rows, spec)
-        plan = _plan(rows, source, array, spec, method_of(rows, spec), hud=hud)
+        plan = _plan(rows, source, array, spec, target, hud=hud)
         _prepare(target.folder, plan)
         blocks = (
             _blocks(rows, spec, plan, target.folder)
@@ -113,7 +115,7 @@ def extract(
             report(done, rows.rows)
     paths = [_part(target.folder, k) for k in range(plan.blocks)]
     found = outputs.Blocks(
-        spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes
+        spec, plan.method, rows.batch, plan.block_rows, paths, rows.stem, rows.episodes, plan.masks
     )
     target.write(found)
     if found.rows and not any(len(block.row) for _, _, block in found):
@@ -124,10 +126,24 @@ def extract(
     shutil.rmtree(target.folder)
 
 
+class _Found(NamedTuple):
+    """The objects of a block, and their pixels if the output contains them."""
+
+    block: Block
+    masks: RunLengths | None
+
+    def write(self, path: Path) -> None:
+        """Write the files of a block; the second one marks it as complete."""
+        if self.masks is not None:
+            self.masks.write(outputs.masks_path(path))
+        self.block.write(path)
+
+
 class _Target(NamedTuple):
     path: Path  # file or folder of objects
     folder: Path  # work folder
     write: Callable[[outputs.Blocks], object]
+    masks: bool = False  # whether it contains the objects' pixels, if the input shows them
 
 
 def _target(source: str, out: str) -> _Target:
@@ -157,6 +173,7 @@ def _target(source: str, out: str) -> _Target:
         path,
         path.with_name(f"{path.name}.parts"),
         lambda blocks: output.write(path, lambda file: writer(blocks, file)),
+        writer is outputs.write_coco,
     )
 
 
@@ -277,9 +294,9 @@ def _wrong_colors(game: Game) -> Callable[[np.ndarray], jax.Array]:
 
 
 def _plan(
-    rows: Input, source: str | Path, array: str | None, game: Game, method: str, *, hud: bool
+    rows: Input, source: str | Path, array: str | None, game: Game, target: _Target, *, hud: bool
 ) -> ExtractionPlan:
-
+    method = method_of(rows, game)
     path = Path(source)
     stat = path.stat() if path.is_file() else None
     stamp = (stat.st_size, stat.st_mtime_ns) if stat else (0, 0)
@@ -295,6 +312,7 @@ def _plan(
         game.md5,
         hud,
         method,
+        target.masks and method == "vem",
         block_rows,
         importlib.metadata.version("ocjax"),
     )
@@ -331,11 +349,13 @@ def _blocks(rows: Input, game: Game, plan: ExtractionPlan, folder: Path) -> Iter
 
 def _extract_block(
     rows: Input, game: Game, plan: ExtractionPlan, call: Callable[[np.ndarray], Objects], k: int
-) -> Block:
+) -> _Found:
     start = k * plan.block_rows
     block = rows.read(start, min(start + plan.block_rows, plan.rows))
     check_colors(block, game, rows.name, start)
-    return compact(call(block))
+    objects = call(block)
+    masks = run_lengths.of_objects(objects, block) if plan.masks else None
+    return _Found(compact(objects), masks)
 
 
 def _blocks_on_cluster(plan: ExtractionPlan, folder: Path, address: str) -> Iterator[int]:

@@ -19,7 +19,9 @@ import ocjax
 from ocjax import files
 from ocjax.cli.app import app
 from ocjax.console import palette
-from ocjax.files import InputError, open_input, pipeline
+from ocjax.files import InputError, open_input, pipeline, run_lengths
+from ocjax.files.run_lengths import RunLengths
+from ocjax.transforms.segmentation import masks
 from tests.support.marks import slow_but
 from tests.support.states import excerpt
 
@@ -420,6 +422,45 @@ def test_coco_and_mot_are_read_by_their_libraries(tmp_path, rams, pong):
         (r + 1, s + 1) for r, s in zip(rows.tolist(), slots.tolist(), strict=True)
     ]
     assert found[["Width", "Height"]].to_numpy().tolist() == objects.xywh[rows, slots, 2:].tolist()
+
+
+@pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # pycocotools
+@pytest.mark.parametrize("hud", [True, False])
+def test_pixels_in_coco(tmp_path, frames, hud, monkeypatch):
+    """Annotations of frames have masks; neither blocks nor chunks divide the rows evenly."""
+    coco_module = pytest.importorskip("pycocotools.coco")
+    monkeypatch.setattr(run_lengths, "CHUNK", 3)
+    game = ocjax.load("Pong", hud=hud)
+    np.save(tmp_path / "Pong.npy", frames)
+    files.extract(tmp_path / "Pong.npy", tmp_path / "out.json", hud=hud)
+    objects = game.vem(frames)
+    wanted = np.asarray(masks(objects, frames))[np.asarray(objects.valid)]
+    coco = coco_module.COCO(str(tmp_path / "out.json"))
+    annotations = coco.loadAnns(coco.getAnnIds())
+    assert len(annotations) > 10
+    np.testing.assert_array_equal([coco.annToMask(a) for a in annotations], wanted)
+    assert [a["area"] for a in annotations] == wanted.sum(axis=(1, 2)).tolist()
+
+
+def test_damaged_run_lengths(tmp_path):
+    """Two masks of 12 pixels."""
+    path = tmp_path / "masks.npz"
+    whole = {"counts": np.int32([0, 5, 7, 12]), "ends": np.int64([3, 4])}
+    RunLengths(**whole).write(path)
+    assert list(RunLengths.read(path, 2, 12)) == [[0, 5, 7], [12]]
+    for change, message in (
+        ({"ends": np.int64([4])}, "does not have 2 masks"),
+        ({"ends": np.int64([3, 3])}, "are not those of masks"),
+        ({"ends": np.int64([3, 9])}, "are not those of masks"),
+        ({"ends": np.int64([2, 4])}, "does not have 12 pixels"),
+        ({"counts": np.int32([0, 5, 7, 13])}, "does not have 12 pixels"),
+        ({"counts": np.int32([5, -5, 12, 12])}, "are not those of masks"),
+        ({"counts": np.int64([0, 5, 7, 12])}, "expected the arrays counts, ends"),
+        ({"counts": np.zeros(27, np.int32)}, "does not have 2 masks"),
+    ):
+        np.savez(path, **{**whole, **change})
+        with pytest.raises(ValueError, match=rf"masks\.npz is damaged: .*{message}"):
+            RunLengths.read(path, 2, 12)
 
 
 def test_yolo(tmp_path, pong, rams, frames):
