@@ -127,9 +127,18 @@ PLAYER_SHAPES = (  # of parts of the car that no other car has
 PLAYER_RULE = in_view((BLACK, GRAY), shapes=PLAYER_SHAPES)
 CAR_SHAPES = (  # higher shapes have more pixels
     Shape(w=(14, 16), h=(14, 16), pixels=(140, 256)),
-    Shape(w=(12, 16), h=(10, 13), pixels=(106, 208)),
-    Shape(w=(10, 16), h=(7, 9), pixels=(70, 144)),
-    Shape(w=(10, 16), h=(4, 6), pixels=(36, 96)),
+    # The black pixels of the player have this width, and are fewer.
+    Shape(w=16, h=(12, 13), pixels=(120, 208)),
+    Shape(w=16, h=9, pixels=(90, 144)),
+    Shape(w=16, h=(5, 6), pixels=(55, 96)),
+    Shape(w=16, h=4, pixels=(45, 64)),
+    Shape(w=(12, 14), h=(12, 13), pixels=(106, 182)),
+    Shape(w=(12, 16), h=(10, 11), pixels=(106, 176)),
+    Shape(w=(10, 14), h=9, pixels=(70, 126)),
+    Shape(w=(10, 16), h=(7, 8), pixels=(70, 128)),
+    Shape(w=(10, 14), h=(4, 6), pixels=(36, 84)),
+    Shape(w=10, h=2, pixels=20),
+    Shape(w=12, h=(2, 3), pixels=(24, 36)),
 )
 CARS = in_view((BLACK, *CAR_COLORS), shapes=CAR_SHAPES)
 small = functools.partial(in_view, (BLACK, *FLAG_COLORS))
@@ -149,7 +158,10 @@ GAME = Game(
     rom=ROM,
     ram=Ram,
     decode=decode,
-    checks=Checks(lives=(LivesAsIcons(("Life",), hidden=1),)),
+    checks=Checks(
+        lives=(LivesAsIcons(("Life",), hidden=1),),
+        rare=("Truck",),  # beside the player, whose black pixels resemble a truck
+    ),
     variants=Variants(
         starts={
             "level=2": "other roads",

@@ -22,8 +22,9 @@ A thing that a shot has just hit leaves the RAM a frame before it leaves the scr
 last rows of space for a fortress.
 
 VEM: it misses things of the same color that touch, the shadow if only a part of it falls on the
-ground, and barriers in three of four frames. It reads Life on two of its possible lines, and takes
-parts of Zaxxon behind its missile for other things.
+ground, the plane behind its shot's flash, and barriers in three of four frames. It reads Life on
+two of its possible lines, and takes parts of Zaxxon behind its missile for other things. It takes
+the last frame of the plane's explosion for the flash of a shot.
 """
 
 import dataclasses
@@ -287,6 +288,20 @@ def _short_black(mask: Bitmap, planes: jax.Array) -> Bitmap:
     return jnp.pad(runs, ((0, 0), (top, mask.shape[1] - bottom), (0, 0)))
 
 
+def _in_flight(mask: Bitmap, planes: jax.Array) -> Bitmap:
+    """The pixels of frames with the plane, or the flash of its shot, which hides it for a moment.
+
+    Both have one color. The background, otherwise black, flashes while the plane explodes.
+    """
+    x, y = BACKGROUND
+    behind = planes[:, x // 32, y] >> (31 - x % 32) & 1
+    _, top, _, bottom = FIELD
+    bright = materialize(lambda p: bitmaps.color_mask(p[:, :, top:bottom], (PLANE_COLOR,)), planes)
+    there = bitmaps.any_of(bitmaps.or_rows(bright)) != 0
+    return jnp.where(there & ~behind.any(axis=0), mask, 0)
+
+
+BACKGROUND = (13, 150)  # a pixel of it, beside the bar of the altitude
 FIELD = (16, 24, 160, 194)
 SHADOW_FIELD = (16, 172, 144, 194)
 SHORT = ShortRuns(1, across=True)  # pixels without a neighbor in their row
@@ -330,8 +345,10 @@ LIVES_RAISED = Bounds(YELLOW, LIVES_AREA, value=Digits(FONT, (LIVES_LEFT,), 195)
 FUEL_RULE = Bounds(YELLOW, (FUEL_LEFT, 194, 99, 208), value=Gauge(1))
 BAR = Gauge(-2, start=GROUNDED_TOP + 1, side="y")
 ALTITUDE_RULE = Bounds(GROUND_COLORS, (8, 110, 12, 196), value=BAR)
+WALL_RULE = Bounds(WALL_COLOR, (16, 24, 144, 196), filters=(_in_flight,))
 
-in_play = functools.partial(Category, needs=("Player",))
+# A shot's flash on a wall hides the plane.
+in_play = functools.partial(Category, needs=("Player", "Wall"))
 
 GAME = Game(
     name="Zaxxon",
@@ -340,6 +357,7 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         known={"Life": 0.85},  # on one of five lines; VEM reads two
+        rare=("Wall",),  # behind the flash of a shot
     ),
     categories=(
         Category("Player", PLANE_RULE, role="player", doc="the plane"),
@@ -376,7 +394,7 @@ GAME = Game(
             color_row=4,
             doc="an enemy's shot",
         ),
-        in_play("Wall", Bounds(WALL_COLOR, (16, 24, 144, 196)), doc="a wall, with its openings"),
+        Category("Wall", WALL_RULE, doc="a wall, with its openings"),
         in_play("Barrier", BARRIER_RULE, blinks=True, doc="electric posts, which change places"),
         display("Score", POINTS.rule(SCORE_COLOR), role="score", doc="points"),
         display(
@@ -390,7 +408,7 @@ GAME = Game(
         display(
             "Altitude",
             ALTITUDE_RULE,
-            needs=("Player",),
+            needs=("Player", "Wall"),
             color_row=-1,
             doc="the plane's height above the lowest that it can fly",
         ),
