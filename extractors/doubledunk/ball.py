@@ -15,16 +15,17 @@ HIGH_LEFT = 0x4F  # a ball is high if its line is above this plus `ball_x`,
 HIGH_RIGHT = 0xD3  # or above this minus `ball_x`
 NOT_LOOKED = 0x82  # in this line the drawing loop positions sprite 1, and ignores the ball
 
-PARTS = (14, 54, 107, 130)  # first lines of the drawing loop's parts but the lowest, upwards
+# First lines of the drawing loop's parts but the lowest, upwards.
+PARTS = (14, 54, 106, 107, 108, 129, 130)
 # The cycle of the line at which the loop begins to switch the ball (`STA ENAM0,X`, the first one at
 # $D060 of bank 2): a row for each number of sprites that the line shows, a column for each part.
 SWITCH_CYCLES = np.array(
-    [  # lines 0-13, 14-53, 54-106, 107-129, 130 and more
-        (28, 32, 12, 20, 25),  # no sprite
-        (36, 40, 29, 28, 54),  # one
-        (44, 51, 44, 44, 44),  # both
+    [  # lines 0-13, 14-53, 54-105, 106, 107, 108-128, 129, 130 and more
+        (28, 32, 12, 27, 36, 20, 24, 25),  # no sprite
+        (36, 40, 29, 43, 44, 28, 40, 54),  # one
+        (44, 51, 44, 59, 55, 44, 44, 44),  # both
     ]
-)  # Not exact: lines 106, 107 and 129 have cycles of their own.
+)
 WRITE_CYCLES = 4  # of `STA ENAM0,X`
 FIRST_COLUMN_DOT = 68  # dots of a line, three per cycle, before the screen's first column
 
