@@ -201,7 +201,7 @@ GAME = Game(
         # Objects take turns of three frames, and many rooms have three.
         # In unusual states, three things take turns, and walls of dark rooms are before them.
         agreement={"samples": 0.97, "modes": 0.8},
-        terrain=0.79,  # pictures of edited states show the room before, in other colours
+        terrain_differs=24,  # pictures of edited states show the room before, in other colours
         # The rewards for the chalice in the castle and for being eaten depend on rooms and on a
         # dragon's state, which the objects do not show.
         returns="unknown",

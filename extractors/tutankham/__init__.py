@@ -304,7 +304,7 @@ GAME = Game(
     checks=Checks(
         rare=("PlayerShot",),  # in several colours
         mirrored={"Creature": None},
-        terrain=0.97,
+        terrain_differs=1,
     ),
     categories=(
         Category("Player", PLAYER, attributes=("orientation",), role="player", doc="the man"),

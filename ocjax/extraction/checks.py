@@ -74,8 +74,8 @@ class Checks:
         mirrored: by category, the largest fraction of pictures with the orientation of their mirror
             images, if above 0.01; None if unrecorded.
         saver_hides: the categories that the screen saver draws in the colour of their background.
-        terrain: the least fraction of states with the same terrain in RAM and pixels, if below 1.
-            Pictures of edited states may show a part of another room.
+        terrain_differs: number of recorded states with different terrain in RAM and pixels, because
+            pictures of edited states may show a part of another room.
         uncolored: the categories for which REM reports black, because the RAM lacks their colours.
     """
 
@@ -91,7 +91,7 @@ class Checks:
     moved: float = 0.1
     mirrored: Mapping[str, float | None] = field(default_factory=dict)
     saver_hides: tuple[str, ...] = ()
-    terrain: float = 1.0
+    terrain_differs: int = 0
     uncolored: tuple[str, ...] = ()
 
     @property
