@@ -1,7 +1,9 @@
 """A `vmap` over the last axis that keeps the batch in the last axis.
 
 `jax.vmap(f, in_axes=-1, out_axes=-1)` moves the batch to the front in `concatenate`, `reshape`,
-`gather` and others, which then run along few elements, with transposes in between.
+`gather` and other operations, which then run along axes of a few elements, with transposes in
+between. Here every operation runs along thousands of states. The plain `vmap` takes 1.15 times as
+long in the geometric mean over 19 games, and 1.7 times in Asteroids.
 """
 
 from collections.abc import Callable

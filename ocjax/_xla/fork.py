@@ -1,6 +1,6 @@
 """Detect forked processes, where a computation with JAX may never end: extraction raises an error.
 
-A process that is forked while JAX's threads run lacks them; this module also lets it exit.
+A process that is forked while JAX's threads run lacks them. This module also lets it exit.
 """
 
 import atexit

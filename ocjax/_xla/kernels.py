@@ -1,7 +1,8 @@
-"""Workarounds that make XLA's CPU code fast; the README beside this file has measurements.
+"""Workarounds that make XLA's CPU code fast, each with the measurement that justifies it.
 
-On other platforms every function here is the plain operation. To "materialize" a result means to
-store it instead of computing it at each use.
+Times are microseconds per state or frame on one core, at batches of 4,096 states or 1,024 frames,
+jax 0.10.2. On other platforms every function here is the plain operation. To "materialize" a result
+means to compute it once and store it, instead of again at each use.
 """
 
 from collections.abc import Callable
@@ -50,8 +51,9 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int | None = None) 
     """Compute `f(*x)` once and store it.
 
     XLA fuses cheap operations into each of their consumers, but not across a call that must not be
-    inlined; it removes `lax.optimization_barrier`. Below `small` elements, by default
-    `MIN_MATERIALIZED_ELEMENTS`, `f` is called directly.
+    inlined. (It removes `lax.optimization_barrier` before it fuses.) Without such calls, VEM takes
+    210 to 470 instead of 40 for Space Invaders, and REM 0.33 instead of 0.12. Below `small`
+    elements, by default `MIN_MATERIALIZED_ELEMENTS`, `f` is called directly.
     """
     if x[0].size < (MIN_MATERIALIZED_ELEMENTS if small is None else small) or not on_cpu():
         return f(*x)
@@ -59,5 +61,8 @@ def materialize(f: Callable[..., Any], *x: jax.Array, small: int | None = None) 
 
 
 def padded(lanes: int) -> int:
-    """Return the row length for storing a batch of this size."""
+    """Return the row length for storing a batch of this size.
+
+    Transposing 128 rows of 4,096 bytes takes 22 ns per state, with 16 more bytes per row 10.
+    """
     return lanes + ROW_PADDING if on_cpu() and lanes % ALIASED_ROW_LENGTH == 0 else lanes

@@ -25,9 +25,9 @@ MALLOC = {
 def use_compilation_cache() -> Path:
     """Keep compiled programs on disk: in later processes, first calls are two to five times faster.
 
-    Call it before the first extraction, as the `ocjax` command does. It sets JAX's persistent
-    compilation cache for the process, unless `JAX_COMPILATION_CACHE_DIR` or the program has chosen
-    a folder.
+    Call this function before the first extraction. It sets JAX's persistent compilation cache for
+    the whole process, unless `JAX_COMPILATION_CACHE_DIR` or the program has chosen a folder. The
+    `ocjax` command calls it. To empty the cache, delete the folder.
 
     Returns:
         The folder: the chosen one, or else `ocjax/xla` in the user's cache.
@@ -61,12 +61,15 @@ def _user_cache() -> Path:
 def retain_freed_memory() -> bool:
     """Ask the C library to keep freed memory for later allocations of the process.
 
-    By default glibc returns large results, always those above 32 MiB, to the system, and clears new
-    pages for the next call (`benchmarks/memory.py`).
+    By default glibc returns large results to the system when they are dropped, and maps and clears
+    pages again for the next call. At 65,536 states, this takes Ms. Pac-Man's REM from 1.5 to 2.9
+    microseconds of processor time per state. It always happens if an array of the result exceeds 32
+    MiB; for smaller results it depends on earlier allocations. The program `benchmarks/memory.py`
+    measures page faults and times.
 
-    The `ocjax` command calls this function. Other programs may set `OCJAX_RETAIN_MEMORY=1` before
-    they import ocjax. `MALLOC_TRIM_THRESHOLD_`, `MALLOC_MMAP_THRESHOLD_`, `MALLOC_MMAP_MAX_` and
-    `MALLOC_ARENA_MAX` take precedence.
+    The `ocjax` command and the benchmarks call this function. Other programs call it, or set the
+    environment variable `OCJAX_RETAIN_MEMORY=1` before they import ocjax. `MALLOC_TRIM_THRESHOLD_`,
+    `MALLOC_MMAP_THRESHOLD_`, `MALLOC_MMAP_MAX_` and `MALLOC_ARENA_MAX` take precedence.
 
     Returns:
         True if it took effect; False without glibc or if one of those variables is set.

@@ -1,6 +1,6 @@
 """Extraction from sharded arrays: each device processes its part of the batch.
 
-The compiler does not find this division.
+The compiler does not find this division: VEM's loops and the loop over chunks would communicate.
 """
 
 from collections.abc import Callable
