@@ -52,11 +52,15 @@ def _bright_colors(names: Sequence[str]) -> dict[str, tuple[int, int, int]]:
 def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
     """Mark the valid objects of one state with a pixel of their colour in their box, bool `[N]`.
 
+    Objects count as drawn if the RAM lacks their colour.
+
     `frame` is uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
     """
     rgb = _rgb(game, frame)
-    out = np.zeros(len(objects.valid), bool)
-    for slot in np.flatnonzero(objects.valid):
+    uncolored = np.array([c.name in game.checks.uncolored for c in game.categories])
+    of_slots = uncolored[game.slot_category[: len(objects.valid)]]
+    out = np.asarray(objects.valid) & of_slots
+    for slot in np.flatnonzero(np.asarray(objects.valid) & ~of_slots):
         x, y, w, h = np.asarray(objects.xywh[slot]).tolist()
         out[slot] = (rgb[y : y + h, x : x + w] == np.asarray(objects.rgb[slot])).all(axis=-1).any()
     return out

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 import ocjax
+from ocjax import recordings
 from ocjax.transforms import drawing
-from tests.support.states import excerpt
+from tests.support.states import DATA, excerpt
 
 
 @pytest.mark.parametrize(
@@ -69,3 +70,14 @@ def test_terrain_is_painted_and_named():
     colors = drawing.terrain_colors(game)
     assert (shown[:, ::2][wall] == colors["wall"]).all(axis=-1).mean() > 0.9  # beside boxes
     assert (shown == 0).all(axis=-1).any()  # behind labels
+
+
+def test_objects_whose_color_the_ram_lacks_are_drawn():
+    game = ocjax.load("Klax")
+    tape = recordings.read(DATA / "Klax.npz", "Klax")
+    rem = game.rem(tape.rams)
+    tiles = np.asarray(rem.valid[:, game.slices["BeltTile"]])
+    state = int(tiles.any(axis=1).argmax())
+    shown = drawing.drawn(game, tape.screens[state], rem[state])
+    assert tiles[state].any()
+    assert np.array_equal(shown[game.slices["BeltTile"]], tiles[state])
