@@ -11,7 +11,7 @@ numbers, which are no objects.
 Slots: BeltTile has the places of the belt row by row from the top left, WellTile those of the well.
 PaddleTile is the stack on the paddle, the top tile first.
 
-RAM: the ROM's code. The cartridge has 128 bytes of RAM of its own, which the emulator does not
+RAM: the ROM's code. The cartridge contains another 128 bytes of RAM, which the emulator does not
 return. The console's RAM has the tiles, and the pictures of the last drawn number. Return addresses
 on the stack show which screen was drawn, and whether the frame was even or odd. Tiles in the well
 fall after the drawing of even frames.

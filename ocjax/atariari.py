@@ -1,8 +1,8 @@
 """The state labels of AtariARI for batches of RAM.
 
 Source: Anand et al., "Unsupervised State Representation Learning in Atari", 2019. A label is a
-named byte of the RAM in the game's own coding, not in pixels. Names and bytes come from AtariARI's
-`ram_annotations.py`.
+named byte of the RAM in the game's own coding: `player_x` of Pong is not a position in pixels
+(`Game.rem` gives those). Names and bytes come from AtariARI's `ram_annotations.py`.
 """
 
 import functools
@@ -42,7 +42,7 @@ def labels(game: Game | str, ram: Any) -> dict[str, Any]:
         ram: uint8 `[..., 128]`, a NumPy or JAX array.
 
     Returns:
-        The value of each label, uint8 `[...]`, of the type of `ram`.
+        The value of each label by its name in AtariARI, uint8 `[...]`, of the type of `ram`.
 
     Raises:
         ValueError: AtariARI has no labels for the game, or the last dimension of `ram` is not 128.

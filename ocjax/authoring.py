@@ -1,17 +1,20 @@
 """All names that game files use.
 
 - The declaration: `Game`, `Category`, `display`, `Kinds`, `Rom`, `Shades`, `Saver`, `Variants` with
-  `meanings_of_bits`, and `Checks` with `LivesAsIcons` and `LivesAsNumber`.
-- The terrain: `TerrainMap`, `TerrainKind`, `playfield` and `area_mask`.
+  `meanings_of_bits` (what modes and difficulties mean), and `Checks` with `LivesAsIcons` and
+  `LivesAsNumber`: differences from what the tests of all games expect.
+- The terrain: `TerrainMap` with its `TerrainKind`, and `playfield` and `area_mask`, the
+  pixels of the console's playfield registers and of an area.
 - The RAM: `RamMap` and its fields (`byte`, `bits`, `flag`, `low`, `high`, `signed`, `bcd`).
 - Boxes: `box`, `edges`, `choose`, `BoxTable`, and the compass points of orientations.
-- Arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
+- Selection and arithmetic in decoders: `match`, `when`, `only`, `pick`, `lookup`, `div`, `mod`, ...
 - Several small numbers in one: `Word`.
 - The console: positions and copies of sprites (`registers`), colours (`palette`), `WIDTH`.
-- Displays and pictures: `Digits`, `Font`, `NumberDisplay`, `IconRow`, `Icons`, `Static`,
-  `Pictures`, ...
-- Rules that find objects in frames: `Bounds`, `Blobs`, `Cells`, `Runs`.
-- Filters before a search, steps after it, and operations on `bitmaps`.
+- Numbers, icons, objects that never move, and pictures: `Digits`, `Font`, `NumberDisplay`,
+  `IconRow`, `Icons`, `Static`, `Pictures`, ...
+- Rules that find objects in frames: `Bounds`, `Blobs`, `Cells`, `Runs`, with their options.
+- Filters before a search and steps after it, and operations on bitmaps (`bitmaps`) for filters and
+  steps of a game's own.
 """
 
 from ocjax._xla.kernels import materialize

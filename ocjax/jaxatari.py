@@ -4,9 +4,10 @@
     observation, state = env.reset(key)
     observation, state, reward, done, info = env.step(state, action)
 
-`reset` and `step` are pure functions: the state contains the emulator as bytes, which runs on the
-host in `jax.pure_callback`. A step takes 0.3 ms and 0.05 ms per emulated frame, in one thread: use
-`ocjax.make_vec` for speed.
+The emulator runs on the host, in `jax.pure_callback`. The state contains the whole emulator as
+bytes, so that `reset` and `step` are pure functions of their arguments. A step takes about 0.3 ms
+to restore and save the emulator and 0.05 ms per emulated frame, in one thread: use `ocjax.make_vec`
+for speed.
 """
 
 import contextlib
@@ -62,13 +63,14 @@ class ObservedField:
     """A field of JAXtari's observation of a game.
 
     Args:
-        categories: the objects' categories; without any, the field is empty or 0.
-        count: number of objects, shape of numbers, or None for one object without a dimension.
+        categories: the categories of the objects. Without any, the field is empty or 0.
+        count: number of objects, or the shape of numbers, or None for one object without a
+            dimension.
         constants: JAXtari's constant contents of `visual_id` and `orientation`.
-        size: JAXtari's constant width and height.
-        absent: left and top of a missing object, which JAXtari keeps active.
-        value: whether the field is a number: the value of the category's only slot, or the number
-            of objects.
+        size: JAXtari's constant width and height, even if the edge of the field covers a part.
+        absent: left and top of a missing object: JAXtari keeps it at this position, and active.
+        value: whether the field is a number instead of an `ObjectObservation`: the value of the
+            category's only object, or the number of objects if the category has several slots.
         slot: the field's first slot of the category.
     """
 
@@ -141,19 +143,21 @@ def fields(game: Declaration) -> Mapping[str, ObservedField]:
 
 
 def observation(objects: Objects) -> Any:
-    """JAXAtari's observation: a named tuple of `ObjectObservation` and values.
+    """JAXAtari's observation of a game: a named tuple of `ObjectObservation` and values.
 
-    In the games of `FIELDS` it flattens to JAXtari's vector; fields without objects in ocjax are
-    empty. Other games have a field per category, such as `player_missile`. Pong's and Freeway's
-    boxes include the parts of objects beyond the field's edge. Pong's ball and enemy have JAXtari's
-    positions while they are not in play. If JAXtari's slots differ from ocjax's, the valid objects
-    come first.
+    In the games of `FIELDS` it flattens to a vector with JAXtari's layout; fields without objects
+    in ocjax are empty. Other games have a field per category, such as `player_missile`.
+
+    In Pong and Freeway, boxes cover whole objects, even if the edge of the field covers a part.
+    Pong's ball and enemy have JAXtari's positions while they are not in play. If JAXtari's slots
+    differ from ocjax's, the valid objects come first.
 
     Args:
         objects: the result of `game.rem` or `game.vem`, of any batch shape.
 
     Raises:
-        ValueError: the objects lack their game, or the display that the observation shows.
+        ValueError: the objects do not know their game, or lack the display that the observation
+            shows.
     """
     game = whose(objects)
     named = fields(game)
@@ -260,8 +264,8 @@ class _Console:
     ) -> tuple[np.ndarray, ...]:
         """Step saved games `[...]`.
 
-        Games that end or are in their `last` step begin again with these no-ops, unless it is
-        `_KEEP`.
+        Games that end, and games in their `last` step, begin again after the given number of
+        no-ops, unless it is `_KEEP`.
         """
         rows = np.reshape(emulator, (-1, CAPACITY))
 
@@ -337,13 +341,15 @@ def _console(game: Game, frame_skip: int) -> _Console:
 class Environment:
     """A game with the interface of JAXAtari's environments.
 
-    JAXAtari's `AtariWrapper` and `ObjectCentricWrapper` accept it. A step after the end of a game
-    changes nothing. Pixels and `render` are not supported.
+    JAXAtari's wrappers `AtariWrapper` and `ObjectCentricWrapper` accept it, and add sticky actions
+    and episodes that end with a life. A step after the end of a game changes nothing. Pixels and
+    `render` are not supported.
 
     Args:
-        game: its name in any usual spelling, or a `Game` with its display.
-        frame_skip: emulated frames per step; 1 as in JAXAtari, whose wrappers skip frames.
-        noop_max: at most this many random no-ops begin a game.
+        game: the game's name in any of the usual spellings, or a `Game` with its display.
+        frame_skip: emulated frames per step. JAXAtari's environments have 1; its wrappers skip
+            frames.
+        noop_max: the largest number of random no-ops at the start of a game.
 
     Attributes:
         ACTION_SET: ale-py's number of each action, int32 `[A]`.
@@ -476,7 +482,8 @@ class GymnaxParams:
 class GymnaxEnvironment(Environment):
     """A game with the interface of gymnax 1.0, for its wrappers.
 
-    A game that ends begins again in the same step, and observations are flat. Older programs need
+    Keys and parameters are explicit, a game that ends begins again in the same step, and
+    observations are flat. For programs written for gymnax 0.0.9 or older, such as PureJaxRL, use
     `gymnax.wrappers.compat.LegacyStepAPIWrapper`.
     """
 
@@ -517,9 +524,10 @@ class GymnaxEnvironment(Environment):
             params: the parameters; by default `default_params`.
 
         Returns:
-            The observation (float32 `[n]`), the state, the reward (float32), the end of the game
-            and the truncation of the episode (bool), and a dict of `terminated`, `truncated`,
-            `final_observation` (of the step, even if a new game has begun), `lives` and `frame`.
+            The observation (float32 `[n]`), the new state, the reward (float32), the end of the
+            game and the truncation of the episode (both bool), and a dict of `terminated`,
+            `truncated`, `final_observation` (of the last step, even if a new game has begun), and
+            `lives` and `frame` of the new state.
         """
         limit = (params or self.default_params).max_steps_in_episode
         truncated = state.time + 1 >= limit

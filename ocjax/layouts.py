@@ -1,12 +1,12 @@
 """Flat object tensors in the layouts of other projects, for their policies and logic rules.
 
-Each function takes the result of `game.rem` or `game.vem` of any batch shape, and is pure. Slots
-without an object are zero.
+Each function takes the result of `game.rem` or `game.vem`, with or without display objects, of any
+batch shape. The functions are pure. Slots without an object are zero.
 
 The layouts use OCAtari's slots: its categories, in its order, with its numbers of slots. If ocjax
-has fewer slots of a category, they come first; if it has more, the valid objects do. Categories
-that ocjax lacks are always missing. Positions are ocjax's boxes, and orientations its compass
-points 0-15.
+has fewer slots of a category, they come first; if it has more, the valid objects move to the front.
+Categories that ocjax lacks are always missing. Positions are ocjax's exact boxes, and orientations
+its compass points 0-15.
 """
 
 import functools
@@ -80,9 +80,9 @@ def declared_slots(game: Declaration, hud: bool) -> dict[str, int] | None:
 
 
 def places(game: Declaration, names: Iterable[str]) -> dict[str, slice]:
-    """The game's slots of each of OCAtari's categories, empty without the category.
+    """The game's slots of each of OCAtari's categories, empty if the game lacks the category.
 
-    If two names mean one category, the first one gets its slots.
+    If two names mean the same category of the game, the first one gets its slots.
     """
     out: dict[str, slice] = {}
     for name in names:
@@ -114,7 +114,8 @@ def blendrl_slots(game: Declaration | str) -> dict[str, int]:
     """The number of rows of each category in `blendrl`, in order (BlendRL's `MAX_NB_OBJECTS`).
 
     Raises:
-        ValueError, TypeError: see `ocatari_slots`.
+        ValueError: the game is unknown, or OCAtari declares no slots for it.
+        TypeError: `game` is not a game or a name.
     """
     game = as_game(game)
     return dict(_BLENDRL_SLOTS.get(game.name) or ocatari_slots(game, hud=False))
@@ -153,8 +154,8 @@ def ocatari(objects: Objects, hud: bool | None = None) -> jax.Array:
 
     Args:
         hud: whether OCAtari's display objects are included; by default if the game includes its
-            display. OCAtari counts some display objects as others, such as Seaquest's OxygenBar:
-            load these games with their display.
+            display. OCAtari counts some display objects as part of the scene, such as Seaquest's
+            OxygenBar: load these games with their display even for `hud=False`.
 
     Raises:
         TypeError: `objects` is not of type `Objects`.
@@ -187,15 +188,16 @@ def _ocatari(objects: Objects, hud: bool | None) -> jax.Array:
 
 
 def blendrl(objects: Objects) -> jax.Array:
-    """BlendRL's logic state: visible, centre x and y, orientation, int32 `[..., n, 4]`.
+    """BlendRL's logic state: visible, centre x, centre y, orientation, int32 `[..., n, 4]`.
 
     The rows of Kangaroo (49) and Seaquest (43) match the published agents; other games have
-    OCAtari's slots without the display. Visible objects of a category come first. Rows of
-    Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0), and missing without the display,
-    as Lives are. Centres are rounded down.
+    OCAtari's slots without the display. The visible objects of a category come first. The rows of
+    Kangaroo's Time and Seaquest's OxygenBar are (1, value, 0, 0); like Lives, they are missing if
+    the game is loaded without its display. Centres are rounded down.
 
     Raises:
-        TypeError, ValueError: see `ocatari`.
+        TypeError: `objects` is not of type `Objects`.
+        ValueError: OCAtari declares no slots for the game, or the objects do not know their game.
     """
     whose(objects)
     return _blendrl(objects)
@@ -217,9 +219,10 @@ def _blendrl(objects: Objects) -> jax.Array:
 def nudge(objects: Objects) -> jax.Array:
     """NUDGE's logic state of Asterix and Freeway, float32 `[..., 11, 6]`.
 
-    The columns are a one-hot code of the category (player, enemies or cars, rewards, consumables),
-    left and top. In Freeway, row 0 is the left chicken, and the other rows are the cars. In
-    Asterix, up to eleven visible objects come first, in the order of the columns.
+    Four columns are a one-hot code of the category: player, enemies or cars, rewards, and
+    consumables. The last two are left and top. In Freeway, row 0 is the left chicken, and the other
+    rows are the cars. In Asterix, the visible objects come first, in the order of the columns;
+    objects after the eleventh are dropped.
 
     Raises:
         TypeError: `objects` is not of type `Objects`.

@@ -53,17 +53,17 @@ class Recording:
         screens: uint8 `[n, H, 160]` of palette indices or `[n, H, 160, 3]` of RGB, the last
             emulated frame.
         previous: the previous emulated frame, like `screens`.
-        shown: uint8 `[n, H, 160]`, the TIA's visible graphics object (1 and 4 players, 2 and 8
-            missiles, 16 ball, 32 playfield, 0 none).
+        shown: uint8 `[n, H, 160]`, the TIA's visible graphics object at each pixel (1 and 4
+            players, 2 and 8 missiles, 16 ball, 32 playfield, 0 none).
         previous_shown: the same on the previous frame.
-        drawn: bool `[n, H, 160]`, pixels with a graphics object on either frame; in excerpts
-            instead of `shown`.
+        drawn: bool `[n, H, 160]`, the pixels with a visible graphics object on the frame or the
+            previous one; excerpts have it instead of `shown`.
         rewards: `[n]`, sum of rewards since the start of the episode.
         lives: int `[n]`, the emulator's lives.
         resets: bool `[n]`, first sample of an episode.
         ends: bool `[n]`, last sample of an episode that was terminated or truncated.
-        frame_skip: emulated frames between samples of an episode, or None if they are not
-            successive.
+        frame_skip: emulated frames between successive samples of an episode, or None if the samples
+            are not successive.
         settings: the fields of the environments' `ocjax.envs.Settings`.
     """
 
@@ -140,10 +140,11 @@ def read(path: str | Path, game: str | None = None) -> Recording:
 
     Args:
         path: an .npz file with `rams` and any of the other arrays of `Recording`. `previous` and
-            `previous_shown` are stored as exclusive or with `screens` and `shown`, `drawn` as
-            packed bits, and `settings` as JSON. The file may also contain `game` and the `md5` of
-            the ROM.
-        game: its name, if the file's contents and name (`Pong.npz`) do not give it.
+            `previous_shown` are stored as their exclusive or with `screens` and `shown`, `drawn` as
+            bits packed along rows, and `settings` as JSON. The file may also contain the name of
+            the `game` and the `md5` of the ROM.
+        game: the game's name; only needed if the file's contents and its name (`Pong.npz`) do not
+            give it.
 
     Raises:
         FileNotFoundError: the file does not exist.

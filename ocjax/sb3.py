@@ -35,9 +35,9 @@ def make_vec_env(
     """Make environments for Stable-Baselines3.
 
     Args:
-        game: its name in any usual spelling, or a `Game`.
+        game: the game's name in any of the usual spellings, or a `Game`.
         n_envs: number of instances.
-        seed: instance i gets `seed + i` at the first reset.
+        seed: instance i gets `seed + i` at the first reset; by default a random seed.
         options: of `ocjax.make_vec`, except `autoreset_mode` and `batch_size`; `obs` is "vector" by
             default.
 
@@ -104,10 +104,11 @@ class _Instance:
 class ObjectVecEnv(VecEnv):
     """A vector environment of ocjax with the interface of Stable-Baselines3.
 
-    The `infos` of a step contain `ObjectVectorEnv`'s `info`, except `executed_action`, and
-    `TimeLimit.truncated`. At an episode's end they describe the terminal state, with
-    `terminal_observation`; at a game's end also `episode`, as from `Monitor`: the unclipped return
-    `r`, the agent steps `l`, and the seconds `t` since the environments were made.
+    The `infos` of a step contain the entries of `ObjectVectorEnv`'s `info`, except
+    `executed_action`, and `TimeLimit.truncated`. At the end of an episode they describe the
+    terminal state, and contain `terminal_observation`. At the end of a complete game they also
+    contain `episode`, as from Stable-Baselines3's `Monitor`: the unclipped return `r`, the number
+    of agent steps `l`, and the seconds `t` since the environments were made.
 
     Args:
         envs: a vector environment with same-step autoreset.

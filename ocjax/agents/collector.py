@@ -31,10 +31,12 @@ class _Half:
 class Collector:
     """Steps two vector environments alternately and collects rollouts.
 
-    Episodes end as in Gymnasium's next-step autoreset.
+    Episodes end as in Gymnasium's next-step autoreset: the observation after an episode's last step
+    is the last one of that episode, and the next step ignores the action and begins a new episode.
 
-    Each of the first rollouts begins an episode in one more environment, because games of a fixed
-    length, such as Freeway, would run in step.
+    Each of the first rollouts begins with a new episode in one environment: the second rollout in
+    environment 1, and so on. Otherwise games of a fixed length, such as Freeway, would begin at the
+    same time in all environments, and every rollout would show one short part of a game.
 
     Args:
         first: half of the environments.
@@ -42,8 +44,8 @@ class Collector:
         seed: seed of the environments.
 
     Attributes:
-        games: returns of games that ended in the last rollout.
-        seconds: the last rollout's time for the environments and for the policy.
+        games: the returns of the games that ended in the last rollout.
+        seconds: the time that the last rollout waited for the environments and for the policy.
     """
 
     def __init__(

@@ -42,11 +42,12 @@ def _hyperparameter(default: float, meaning: str) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class Hyperparameters:
-    """Hyperparameters of PPO, the same for all games; the metadata `help` explains each.
+    """Hyperparameters of PPO, the same for all games; the metadata entry `help` explains each one.
 
-    After 1.3 million frames of Pong, they reach -17.0 points, and the OCAtari paper's
-    (`EXPERIMENTS["paper"]`) -18.4. Learning rate, clipping range and entropy coefficient fall
-    linearly to 0 over the training.
+    The OCAtari paper's values (`EXPERIMENTS["paper"]`) learn more slowly per frame: after 1.3
+    million frames, they reach -18.4 points in Pong, and the defaults -17.0. Learning rate, clipping
+    range and entropy coefficient fall linearly to 0 over the training: an entropy bonus would later
+    keep the policy from choosing between actions with similar values.
     """
 
     num_envs: int = _hyperparameter(
@@ -102,22 +103,24 @@ class Config:
     """The configuration of a training.
 
     Args:
-        game: its name in any usual spelling.
-        seed: of the environments, the network and the actions.
+        game: the game's name in any of the usual spellings.
+        seed: seed of the environments, the network and the actions.
         inputs: "objects" (from RAM, without the display) or "pixels" (the last four grey frames).
-        preset: the settings of the environments. Rewards are scaled by the spread of the returns,
-            not clipped.
+        preset: the settings of the environments. Rewards are never clipped, but scaled by the
+            spread of the returns.
         hyperparameters: the hyperparameters of PPO.
-        features: the features of each slot, as in `ocjax.envs.Vector`, in pixels. This and the next
-            three are for "objects".
+        features: the features of each slot, by their names in `ocjax.envs.Vector`, in pixels. This
+            and the next three are for "objects".
         grid_features: the features of slots of fixed grids; with None, the same as for others.
         history: number of states that the policy sees.
         network: "deep_sets" (the slots of a category share weights; it takes one state) or "mlp".
-        variations: names of variations that apply together; see `ocjax.emulators.variations`.
-        game_mode, game_difficulty: see `ocjax.make_vec`.
+        variations: names of variations of the game, which apply together; see
+            `ocjax.emulators.variations`.
+        game_mode: ale-py's number of the mode; by default the game's own.
+        game_difficulty: ale-py's number of the difficulty; by default the game's own.
         starts: values to write to the RAM when a game begins, by the name of a field of the game's
             `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
-            environments use them in rotation; an empty start writes nothing.
+            environments use the starts in rotation; an empty start writes nothing.
     """
 
     game: str

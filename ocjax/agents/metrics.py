@@ -24,8 +24,8 @@ RECENT_GAMES = 100  # number of games in the reported mean return
 class Metrics:
     """Metrics with one row per update; `add` writes it to the files at once.
 
-    It writes events itself: after an error in the thread of tensorboardX's writer, `add_scalar`
-    waits forever.
+    This thread writes the events: tensorboardX's own writer uses a thread, and after an error in it
+    `add_scalar` waits forever.
 
     Args:
         folder: the folder of the training, for `metrics.csv` and `tensorboard/`.

@@ -94,8 +94,8 @@ def advantages(
 ) -> jax.Array:
     """Generalised advantage estimation (Schulman et al., 2016), float32 `[T, B]`.
 
-    The end of a truncated episode is worth its last observation's value, that of a terminated one
-    0.
+    The end of a truncated episode is worth the value of its last observation, the end of a
+    terminated one 0.
 
     Args:
         reward: float32 `[T, B]`.
@@ -119,8 +119,8 @@ def advantages(
 def compressed(reward: jax.Array) -> jax.Array:
     """sign(r) log(1 + |r|) (Hester et al., 2018), float32.
 
-    A game's rewards can differ by orders of magnitude: in Skiing, each step gives -7 points, and
-    the last one down to -10,000.
+    Rewards of one game can differ by orders of magnitude: in Skiing, each step gives -7 points, and
+    the last one down to -10,000. An agent would learn to delay the end of the game.
     """
     return jnp.sign(reward) * jnp.log1p(jnp.abs(reward))
 
@@ -210,8 +210,8 @@ def make_update(
     """The compiled update.
 
     Returns:
-        A function of the learner, the actors' moments of inputs, the rollout and the remaining
-        fraction of the training. It returns the new learner and the losses.
+        A function of the learner, the moments of inputs at the choice of the actions, the rollout
+        and the remaining fraction of the training. It returns the new learner and the losses.
     """
     optimizer = _optimizer(h)
 

@@ -51,11 +51,13 @@ class Trainer:
     """A training in a folder.
 
     It writes `config.json`, `metrics.csv`, `tensorboard/`, `checkpoints/` and `policy.npz`. While
-    the emulators play a rollout, another thread updates from the previous one: the acting policy is
-    always one update behind.
+    the emulators play a rollout, another thread computes the update from the previous rollout. The
+    acting policy is therefore always one update behind, and results do not depend on the speed of
+    either.
 
     Args:
-        config: the configuration. A training in the folder must have the same one, and continues.
+        config: the configuration. If the folder contains a training, it must be the same one, and
+            continues from its latest checkpoint.
         folder: created if necessary.
     """
 

@@ -146,7 +146,7 @@ class _Agent:
 
 
 def _reject(message: str, *options: Any) -> None:
-    """Raise ValueError if an option is given: it is neither None nor False."""
+    """Raise ValueError if an option is given, so that it differs from None and False."""
     if any(option is not None and option is not False for option in options):
         raise ValueError(message)
 

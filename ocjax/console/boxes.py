@@ -56,7 +56,7 @@ class Box:
         Boxes outside become invalid.
 
         Raises:
-            ValueError: an edge is beyond the screen, where boxes are clipped anyway.
+            ValueError: an edge is a number beyond the screen, where every box is clipped anyway.
         """
         if isinstance(left, int) and isinstance(right, int) and not 0 <= left < right <= WIDTH:
             raise ValueError(
@@ -139,7 +139,7 @@ def box(
 
     Args:
         x, y, w, h: scalars, or vectors with one entry per slot of the category.
-        valid: whether the object is in play.
+        valid: whether the game has the object in play.
         value: score, lives, time, ... of categories that declare it.
         orientation: compass point 0-15, clockwise from north, of categories that declare it.
         color: palette index of the drawn colour, if it changes; None: the category's colour.
@@ -202,7 +202,8 @@ class BoxTable:
         Args:
             index: int32, a scalar or one entry per slot.
             x, y: columns and rows to add to the boxes' positions.
-            valid, fields: see `edges`.
+            valid: see `box`.
+            fields: `value`, `orientation` and `color` of `box`.
         """
         packed = lookup(self._packed, index)
         left, top, width, height = (packed >> int(shift) & _MOST for shift in _SHIFTS)

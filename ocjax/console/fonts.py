@@ -25,8 +25,8 @@ class Font:
             rightmost dot.
         dots: width of a picture in dots.
         dot: (width, height) of a dot in pixels.
-        pitch: pixels from a digit's left edge to the next.
-        signs: pictures that may precede a number, such as a $; VEM reads them as empty cells.
+        pitch: pixels from the left edge of a digit to the left edge of the next digit.
+        signs: pictures that may stand before a number, such as a $. VEM reads them as empty cells.
     """
 
     glyphs: tuple[tuple[int, ...], ...]
@@ -114,21 +114,23 @@ DIGITS_3X5 = (
 class Digits:
     """The rule with which VEM reads a number: digits in fixed cells.
 
-    An empty cell counts as 0, for games without leading zeros. The value is unknown if a cell holds
-    no digit of the font, or a picture that several digits share.
+    Each cell is compared with the font's ten pictures. An empty cell counts as 0, because many
+    games do not show leading zeros. The value is unknown if a cell holds any other picture, or one
+    that several digits share.
 
     Args:
         font: the pictures.
         lefts: left column of each digit's cell, most significant digit first.
-        top: first row of the cells. If a number moves between two rows, declare the second one as
-            `Category.otherwise`.
+        top: first row of the cells, the same on every frame. If a number moves between a few rows,
+            declare a rule for each row, the second one as `Category.otherwise`.
         weights: value of a 1 in each cell; powers of ten by default.
         base: value of a display of zeros.
         required: whether the object is valid only if the last cell matches a picture, and the cells
-            of `free` are empty.
-        free: left columns of cells that must be empty, or else the value is unknown.
+            of `free` are empty. Use this if the game shows other things in the number's place.
+        free: left columns of cells that are empty while the number is shown, or else the value is
+            unknown.
         centered: whether shorter numbers leave cells on the right empty, too.
-        step: a divisor of the number, or else the value is unknown.
+        step: a divisor of every number, or else the value is unknown.
     """
 
     font: Font
@@ -190,7 +192,7 @@ def score_box(
         right: right edge of the last digit's cell in pixels, exclusive.
         top: first row of the digits.
         digits: number of cells.
-        leading_zeros: whether all cells show a digit.
+        leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
         fields: `valid`, `value` and `color` of the box.
     """
     first = right - font.width - font.pitch * (digits - 1)

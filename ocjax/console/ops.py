@@ -1,6 +1,7 @@
 """Operations for decoders: look-ups and divisions that XLA compiles to vector code.
 
-All except `only` and `extremes` are elementwise on int32.
+All except `only` and `extremes` are elementwise: they take scalars or vectors of int32 and keep the
+shape.
 """
 
 from collections.abc import Sequence

@@ -1,10 +1,13 @@
-"""The palettes of the console: from RGB to the emulator's palette index and back.
+"""The palettes of the console: conversion of RGB to the emulator's palette index and back.
 
 The emulator draws in palette indices (`ale.getScreen()`): hue in the high nibble, luminance in the
-upper three bits of the low nibble. On PAL consoles, a frame after one with an odd number of lines
-has the lowest bit set, and shows each colour as a grey of the same brightness. RGB values of NTSC
-consoles are from ale-py 0.12.1's screens, those of PAL consoles from Stella, checked against
-ale-py's Pac-Man and Air Raid.
+upper three bits of the low nibble. The lowest bit is not used, except on PAL consoles: there the
+emulator sets it in frames after a frame with an odd number of lines, and shows each colour as a
+grey of the same brightness, like a television.
+
+Extraction works on indices, a quarter of RGB's memory traffic. The RGB values of NTSC consoles are
+read from the screens of ale-py 0.12.1. Those of PAL consoles are from the emulator (Stella),
+checked against ale-py's screens of Pac-Man and Air Raid.
 """
 
 import functools
@@ -115,13 +118,14 @@ def _hashed_of(palette: bytes, own: tuple[int, ...]) -> _Hashed:
 def to_index(rgb: jax.Array, palette: np.ndarray = NTSC, own: tuple[int, ...] = ()) -> jax.Array:
     """Convert colours uint8 `[..., 3]` to palette indices uint8 `[...]`.
 
-    They must be in the palette; see `check_rgb`.
+    All colours must be in the palette; `check_rgb` checks this.
 
     Args:
         rgb: the colours.
         palette: of the game.
-        own: the palette indices of the game's rules, in ascending order. Of several indices with
-            one grey (PAL), the lowest of the rules', or else of all, counts.
+        own: the palette indices of the game's rules, in ascending order. PAL consoles show several
+            indices as the same grey. Such a grey gives the lowest of the rules' indices, or else
+            the lowest of all.
     """
     r, g, b = (rgb[..., i].astype(jnp.uint32) for i in range(3))
     return jnp.asarray(_hashed(palette, own).even)[_hash(r, g, b)]

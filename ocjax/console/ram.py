@@ -11,7 +11,8 @@ A game declares its address map once, as a class:
 
 The game's decoder then reads `m.chicken_y`. Numbers are cast to int32 because uint8 arithmetic
 wraps around (`uint8(30) - 49` is 237). A place is an address from 0 to 127, or a tuple of addresses
-that hold one number, most significant byte first. A field with several places is a vector.
+that together hold one number, most significant byte first. A field with one place is a scalar. A
+field with several places is a vector in the given order.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -44,7 +45,10 @@ _Read = Callable[[tuple[jax.Array, ...]], jax.Array]
 
 @dataclass(frozen=True)
 class Field:
-    """An entry of an address map: its addresses, and the conversion of bytes to a number."""
+    """An entry of an address map: its addresses, and the conversion of bytes to a number.
+
+    A place of several bytes has its most significant byte first.
+    """
 
     places: tuple[tuple[int, ...], ...]
     meaning: str

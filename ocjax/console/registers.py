@@ -1,8 +1,9 @@
-"""Features of the console.
+"""Features of the console that are the same in every game.
 
-Games often keep registers of the video chip (TIA) in RAM, which give exact positions, copies and
-widths. Their meanings are from S. Wright, "Stella Programmer's Guide" (1979), sections on HMP0,
-RESP0 and NUSIZ0.
+Registers of the video chip (TIA) set positions, copies and widths. Games often keep the values of
+these registers in RAM. They give the position on the screen more exactly than the variables of the
+game's computations. The meanings of the registers are from S. Wright, "Stella Programmer's Guide"
+(1979), sections on HMP0, RESP0 and NUSIZ0.
 """
 
 from typing import TypeVar

@@ -1,7 +1,8 @@
 """Tables, fonts and the tight extents of pictures, read from the ROM that ale-py installs.
 
-Offsets count bytes of the ROM file. Console address `a` is at offset `a & (size - 1)` in a ROM of 2
-or 4 KiB, and at `4096 * bank + (a & 0xFFF)` in one of 8 KiB, which has two banks.
+Offsets count bytes from the beginning of the ROM file. In a ROM of 2 or 4 KiB, console address `a`
+is at offset `a & (size - 1)`. A ROM of 8 KiB has two banks of 4 KiB, and the address is at offset
+`4096 * bank + (a & 0xFFF)`.
 """
 
 import functools
@@ -52,8 +53,10 @@ class Rom:
 
         Args:
             offsets: offset of each picture.
-            step: bytes from one row of a picture to the next.
-            top_first: whether the first byte is the top row; most games store the bottom row first.
+            step: bytes from one row of a picture to the next, if the ROM holds the first rows of
+                all pictures, then all second rows.
+            top_first: whether the first byte is the top row. Most games store the bottom row first,
+                because their drawing loops count down.
         """
         at = np.asarray(offsets)[..., None] + step * np.arange(height)
         rows = self.data[np.minimum(at, len(self.data) - 1)].astype(np.int32)
@@ -77,9 +80,9 @@ class Rom:
         Args:
             offsets: offset of the 0, or of each of the ten pictures.
             rows: rows of a picture.
-            stride: bytes from one picture to the next, if they are not adjacent.
+            stride: bytes from one picture to the next; by default pictures are adjacent.
             step: bytes from one row to the next, see `rows`.
-            dots, shift: width of a picture, and its distance from a byte's lowest bit.
+            dots, shift: width of a picture, and its distance from the lowest bit of a row's byte.
             dot, pitch: see `Font`.
             top_first: see `rows`.
         """
@@ -96,8 +99,8 @@ class Rom:
         """Read the tight extents of players' pictures, eight dots wide.
 
         Args:
-            offsets: offset of each picture; for a pointer in RAM, its whole page: `range(0xF00,
-                0x1000)`.
+            offsets: offset of each picture. For a pointer in RAM, all offsets in the page of the
+                pointer: `range(0xF00, 0x1000)`.
             height: number of rows of all pictures, or of each.
             top_first: see `rows`.
         """
@@ -127,8 +130,8 @@ class Pictures:
     Args:
         packed: int32 `[n]`; from the lowest bit the first column (4 bits), the width (4), the first
             row (8) and the height (8).
-        axes: for pictures of all combinations of some properties, each with its number of values,
-            the last one fastest.
+        axes: for pictures of all combinations of some properties, each property with its number of
+            values. The last property varies fastest.
 
     Raises:
         ValueError: the number of pictures differs from the number of combinations.
@@ -202,7 +205,7 @@ class Pictures:
             x, y: column and row of the pictures' top left dot.
             mirrored: whether they are drawn from right to left.
             zoom: pixels per dot, horizontally.
-            fields: see `ocjax.console.boxes.box`.
+            fields: `valid`, `value`, `orientation` and `color` of the box.
         """
         left, top, width, height = self.extent(index, mirrored=mirrored)
         return box(x + zoom * left, y + top, zoom * width, height, **fields)

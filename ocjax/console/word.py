@@ -15,10 +15,10 @@ _BITS = 32
 class Word:
     """The layout of a word of at most 32 bits.
 
-    One word costs less than several numbers.
+    Look-ups, selections and reductions of one word cost less than those of several numbers.
 
     Args:
-        bits: the number of bits of each field, lowest first.
+        bits: the number of bits of each field, from the lowest bit of the word up.
 
     Raises:
         ValueError: the fields need more than 32 bits, or one has none.

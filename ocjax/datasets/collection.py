@@ -35,8 +35,8 @@ def generate_all(
 ) -> None:
     """Generate a dataset of each game in a subfolder. Equal plans give equal bytes.
 
-    `README.md` gets a table of the datasets, and `checksums.txt` the SHA-256 of each file
-    (`sha256sum --check`). A second call makes missing files.
+    Then `README.md` gets a table of the datasets, and `checksums.txt` the SHA-256 of each file, for
+    `sha256sum --check`. After an interruption, a second call makes the missing files.
 
     Args:
         plans: of different games; see `plan_of`.

@@ -1,8 +1,8 @@
 """The columns of a dataset as Arrow tables.
 
 Objects are lists of records with the fields of `OBJECT`. `orientation` and `value` are null if the
-category lacks them; VEM's orientation is -1. `terrain` is a picture of the numbers of kinds. The
-schema marks pictures for the library `datasets`.
+category lacks them, and the orientation is -1 if VEM cannot determine it. `terrain` is a picture of
+the numbers of kinds. The schema marks the columns of pictures for the library `datasets`.
 """
 
 import dataclasses
@@ -181,8 +181,8 @@ def pictures(frames: np.ndarray, game: Game) -> Any:
 def terrain(rams: np.ndarray, game: Game) -> Any:
     """Draw the terrain of states, uint8 `[n, 128]`, as a column of PNG pictures.
 
-    A pixel has the number of its last kind in `game.terrain`, counted from 1, or 0. All entries are
-    null without terrain.
+    A pixel has the number of its kind in `game.terrain`, counted from 1, or 0. The last of
+    overlapping kinds counts. All entries are null if the game has no terrain.
     """
     pa = require("pyarrow")
     if game.terrain is None:

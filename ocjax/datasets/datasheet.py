@@ -1,6 +1,7 @@
 """The datasheet of a dataset: a README.md for people and programs.
 
-Its front matter is for the Hugging Face hub; the key `ocjax` holds the protocol and results.
+Its front matter is for the Hugging Face hub. The key `ocjax` holds the protocol and the results as
+JSON.
 """
 
 import dataclasses

@@ -38,15 +38,15 @@ class Example(NamedTuple):
 def export_boxes(folders: Sequence[str | Path], out: str, *, report: Report = silent) -> None:
     """Export datasets of any games to one new folder in COCO's or YOLO's format.
 
-    The boxes are VEM's. Categories with the same name are one category. Every tenth episode of a
-    dataset, from the second, is for validation. COCO's folder has `images/train`, `images/val` and
-    `annotations/train.json`, `annotations/val.json`, with objects' masks as run lengths; YOLO's has
-    `labels/` instead, and `data.yaml`.
+    The boxes are those of VEM, the objects on the picture. Categories with the same name are one
+    category. Every tenth episode of a dataset is for validation, beginning with the second. COCO's
+    folder has `images/train`, `images/val` and `annotations/train.json`, `annotations/val.json`,
+    with the mask of each object as run lengths; YOLO's has `labels/` instead, and `data.yaml`.
 
     Args:
         folders: folders of complete datasets.
         out: a new folder after "coco:" or "yolo:".
-        report: called with the numbers of finished and of all states.
+        report: called regularly with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; a folder holds no complete dataset.

@@ -31,18 +31,20 @@ CSV_COLUMNS = ("INDEX", "OBS", "HUD", "RAM", "VIS")
 def export(folder: str | Path, out: str | Path, *, report: Report = silent) -> None:
     """Export a dataset, completely or not at all.
 
-    A `.csv` file has the OCAtari paper's columns: `INDEX` (`episode_step`, five digits each), `OBS`
-    (the `210 * 160 * 3` numbers of the RGB frame), and the objects `HUD` and `RAM` (REM) and `VIS`
-    (VEM) as sorted lists of the form `Player at (140, 100), (4, 16)`.
+    A `.csv` file has the columns of the OCAtari paper's dataset: `INDEX` (`episode_step`, five
+    digits each), `OBS` (a list of the `210 * 160 * 3` numbers of the RGB frame), and the objects
+    `HUD` and `RAM` (from REM) and `VIS` (from VEM) as sorted lists of the form `Player at (140,
+    100), (4, 16)`.
 
     A Minari dataset has the observations `ram` uint8 `[128]` and `screen` uint8 `[H, 160]` (palette
-    indices), and the fields of `Objects` of both methods as infos. Omitted sequences divide
-    episodes.
+    indices), and the fields of `Objects` of both methods as infos. An episode with omitted
+    sequences becomes several episodes.
 
     Args:
         folder: folder of a complete dataset.
-        out: a .csv file, which is replaced, or "minari:" with the ID of a new dataset.
-        report: called with the numbers of finished and of all states.
+        out: a path that ends in .csv, or the ID of a new Minari dataset after "minari:". An
+            existing .csv file is replaced.
+        report: called regularly with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset.

@@ -21,14 +21,15 @@ def generate(
 ) -> None:
     """Generate a dataset. Equal plans give equal bytes.
 
-    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and `README.md` (the
-    datasheet). A second call makes files that are missing.
+    The folder gets `dataset.json` (the plan), `data/*.parquet` (the shards) and finally `README.md`
+    (the datasheet). After an interruption, a second call makes the missing files.
 
     Args:
         plan: see `ocjax.datasets.plan`.
         folder: created if necessary.
-        ray: see `ocjax.files.cluster`.
-        report: called with the numbers of finished and of all states.
+        ray: the address of a Ray cluster whose machines share the folder; see
+            `ocjax.files.cluster`.
+        report: called after each shard with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds another dataset or other files.
@@ -50,17 +51,19 @@ def generate(
 def relabel(folder: str | Path, *, ray: str | None = None, report: Report = silent) -> None:
     """Replace the objects and terrain of a dataset with the results of the present decoders.
 
-    The datasheet is replaced, too; frames, RAM and sequences stay. After an interruption, a second
-    call continues.
+    The datasheet is also replaced. Frames, RAM and the choice of sequences stay unchanged. After an
+    interruption, a second call relabels the remaining shards.
 
     Args:
         folder: folder of a complete dataset.
-        ray, report: see `generate`.
+        ray: the address of a Ray cluster; see `generate`.
+        report: called after each shard with the numbers of finished and of all states.
 
     Raises:
         DatasetError: a ValueError; the folder holds no complete dataset, or the dataset was made
             with another ROM.
-        ValueError, OSError: see `generate`.
+        ValueError: the cluster cannot be reached.
+        OSError: a file cannot be written.
     """
     folder = Path(folder).resolve()
     _check_data(folder)

@@ -1,4 +1,4 @@
-"""The plan of a dataset, and its division into shards."""
+"""The plan of a dataset: everything that determines its bytes, and its division into shards."""
 
 import dataclasses
 import functools
@@ -62,14 +62,15 @@ class Plan:
         policies: name of each policy, and how many of the `ENVS` instances it plays.
         policy_files: SHA-256 of the policies that are files.
         shard_states: largest number of states in a file.
-        sequence_states: successive states that are kept or dropped together.
+        sequence_states: largest number of successive states that are kept or dropped together.
         least_f1: sequences with a lower F1 of REM against VEM are dropped.
-        settings: the fields of `ocjax.envs.Settings`.
+        settings: settings of the emulators, the fields of `ocjax.envs.Settings`.
         versions: versions of ocjax and of the libraries.
-        code: digest of the source of ocjax.
-        starts: as for `plan`; older datasets have none.
-        policy_settings: settings of policies that were trained with others; older datasets have
-            none.
+        code: digest of the source of ocjax, whose decoders extract the objects.
+        starts: values that are written to the RAM when games begin, in rotation of the instances.
+            Older datasets have none.
+        policy_settings: settings for policies that were trained with other settings. Older datasets
+            have none.
     """
 
     game: str
@@ -236,10 +237,13 @@ def plan(
         game: the game, with its display, or its name.
         states: number of states to play.
         seeds: each plays an equal fraction of the states.
-        policies: percentage of the states by policy; see `ocjax.play.policies.make_policy`. By
-            default, 30 % random actions, and 70 % the game's trained policy or held random actions.
-        least_f1: see `Plan`.
-        starts: see `ocjax.agents.Config`.
+        policies: percentage of the states that each policy plays, by name; see
+            `ocjax.play.policies.make_policy`. By default, 30 % random actions, and 70 % the trained
+            policy that ships with the game, or held random actions.
+        least_f1: sequences with a lower F1 of REM against VEM are dropped.
+        starts: values that are written to the RAM when a game begins, by the name of a field of the
+            game's `Ram` (`ocjax ram map GAME`) or the number of a byte, such as `{"level": 2}`. The
+            instances use the starts in rotation; an empty start writes nothing.
 
     Raises:
         DatasetError: a ValueError; the percentages are not multiples of 10 that add up to 100, a

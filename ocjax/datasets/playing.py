@@ -22,11 +22,11 @@ def play(game: Game, plan: Plan, shard: Shard) -> Iterator[list[Stretch]]:
     """Play the states of a shard.
 
     Yields:
-        The next `plan.sequence_states` successive states, at most, of each instance: arrays `index`
-        (number of the state in the dataset), `instance`, `episode` (of the instance), `step` (of
-        the episode), `ram` uint8 `[n, 128]`, `screen` and `previous` uint8 `[n, H, 160]` (the last
-        two emulated frames), `action`, `reward`, `terminated` and `truncated` (of the step that led
-        to the state), and `lives`.
+        The next sequence of at most `plan.sequence_states` successive states for each instance:
+        arrays `index` (number of the state in the dataset), `instance`, `episode` (of the
+        instance), `step` (of the episode), `ram` uint8 `[n, 128]`, `screen` and `previous` uint8
+        `[n, H, 160]` (palette indices of the last two emulated frames), `action`, `reward`,
+        `terminated` and `truncated` (of the step that led to the state), and `lives`.
     """
     # The first numbers seed the emulators, the others the policies.
     seeds = (

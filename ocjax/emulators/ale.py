@@ -2,7 +2,8 @@
 
 `ALEInterface.act` holds Python's global interpreter lock, so processes scale and threads do not.
 The shared memory is an unnamed file, and a worker exits when its socket closes or its parent exits,
-so nothing is left behind. Further calls are possible after Ctrl-C.
+so the pool always cleans up. A call validates its arguments before it writes to the shared memory.
+Ctrl-C may interrupt a call; further calls are possible.
 """
 
 import dataclasses
@@ -66,22 +67,25 @@ class AlePool(EmulatorPool):
     Args:
         game: the game; its ROM is checked.
         num_envs: number of emulators.
-        settings: by default the preset "v5".
-        num_workers: number of processes; by default one per core. 0: this process.
+        settings: the emulation settings; by default the preset "v5".
+        num_workers: number of processes; by default one per available core, at most `num_envs`.
+            With 0 the emulators are stepped in this process.
         screens: the pixel arrays to record, of "screen", "gray", "pooled" (with "gray") and "rgb";
-            see `EmulatorPool`.
-        autoreset: "next step" (the step after an episode's last one starts an episode and ignores
-            its action), "same step" (the last step starts an episode, and `arrays.final` preserves
-            the end), or "disabled" (a reset is needed).
+            by default none. See `EmulatorPool`.
+        autoreset: what happens after the step that ends an episode: "next step" (the next step
+            starts an episode, and its action is ignored), "same step" (the same step starts an
+            episode, and `arrays.final` preserves the end of the last one), or "disabled" (the next
+            step is an error until a reset).
         game_mode, game_difficulty: ale-py's numbers, one for all emulators or one each; by default
             the game's own.
-        hook: one function or several, called before every emulated frame with the RAM of one
-            emulator, uint8 `[128]`; their changes are written to the console. Workers receive
-            functions by value, so they must not refer to variables that change.
-        starts: for each emulator, None or a function like a hook that is called at the start of
-            every game, after the console's reset and before the no-ops.
-        worker_timeout: seconds for a step or the start of one emulator, before the pool raises an
-            error and closes; None: no limit.
+        hook: a function, or a sequence of functions, called before every emulated frame with the
+            RAM of one emulator, uint8 `[128]`. Changes to the array are written to the console.
+            Workers receive functions by value, so they may refer to modules and constants, but not
+            to variables that change.
+        starts: for each emulator, a function like a hook, or None. It is called once at the start
+            of every game, after the console's reset and before the no-ops.
+        worker_timeout: seconds that a worker may take for a step, or for the start of one emulator,
+            before the pool raises an error and closes, or None for no limit.
 
     Raises:
         RomError: the ROM is missing or the wrong one; a ValueError.
@@ -233,7 +237,7 @@ class AlePool(EmulatorPool):
         """Start new episodes; see `EmulatorPool.reset`.
 
         Equal seeds give the episodes of ale-py's Gymnasium environments. A seed, or the first
-        reset, makes a new emulator (0.1 s).
+        reset, makes a new emulator, which takes about 0.1 s of its worker's time.
         """
         seed = (
             [-1] * self.num_envs
@@ -267,8 +271,8 @@ class AlePool(EmulatorPool):
         Raises:
             TypeError: `states` is not of type `States`.
             ValueError: the states are damaged, belong to another game, have the wrong number, or
-                lack frames that this pool records. Nothing has changed, unless an emulator rejected
-                its state: then reset.
+                lack frames that this pool records. Nothing has changed, unless the message says
+                that an emulator rejected its state: then reset the emulators.
         """
         chosen = self._chosen(mask)
         saved.check(

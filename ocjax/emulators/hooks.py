@@ -73,7 +73,10 @@ def _pickle_by_value(hook: Hook) -> bytes:
 
 @contextlib.contextmanager
 def _by_value(module: types.ModuleType | None) -> Iterator[None]:
-    """Pickle functions and classes of a module by value."""
+    """Pickle functions and classes of a module by value.
+
+    Built-in modules exist in every process, and cloudpickle handles `__main__` by value anyway.
+    """
     if module is None or module.__name__ == "__main__" or getattr(module, "__file__", None) is None:
         yield
         return

@@ -19,12 +19,15 @@ StartReport = Callable[[int], None]  # called with the number of started emulato
 class EmulatorPool(Uncopied, ABC):
     """N emulators of one game, with screens of H x W pixels.
 
-    A step is `send`, then `wait` or `as_completed`. The next call overwrites the arrays.
+    A step is `send`, then `wait` or `as_completed`. The arrays are updated in place, so they are
+    valid until the next call.
 
     Attributes:
-        actions: the action set.
-        arrays: the state after the last call; properties return single arrays.
-        shards: consecutive blocks of emulators that finish a step independently.
+        actions: the action set; actions are indices into it.
+        arrays: the state of the emulators after the last call. The properties below return single
+            arrays.
+        shards: consecutive blocks that together contain all emulators, and finish a step
+            independently.
     """
 
     game: Game
@@ -45,16 +48,16 @@ class EmulatorPool(Uncopied, ABC):
         """Start new episodes, and wait until they have started.
 
         Args:
-            seeds: one per emulator, not negative; None: the random state continues.
+            seeds: one per emulator, not negative. With None, the current random state continues.
             mask: bool `[N]`, the emulators to reset; by default all.
-            report: called during a long start with the number of started emulators.
+            report: during a long start, called repeatedly with the number of started emulators.
 
         Raises:
             ValueError: a seed, the number of seeds or the mask is wrong, the first reset has a
                 mask, or the backend does not support the arguments.
             AlreadyPendingCallError: a step is pending.
-            WorkerError: the pool is closed, or a worker failed, died or did not reply in time; also
-                in the methods below.
+            WorkerError: the environments are closed, or a worker failed, died or did not reply in
+                time. The methods below also raise it.
         """
 
     @abstractmethod
@@ -62,9 +65,10 @@ class EmulatorPool(Uncopied, ABC):
         """Start a step without waiting for it.
 
         Args:
-            actions: integers `[N]`, indices into `self.actions`; ignored by an emulator that starts
-                the next episode.
-            strengths: float32 `[N]`, speeds of paddles, from 0 to 1 (default).
+            actions: integers `[N]`, indices into `self.actions`. An emulator whose episode has
+                ended ignores its action and starts the next one.
+            strengths: float32 `[N]`, the speeds of paddles as fractions of full speed; by default
+                1.
 
         Raises:
             ValueError: the actions have the wrong shape or dtype, an action does not exist, or the
@@ -74,9 +78,10 @@ class EmulatorPool(Uncopied, ABC):
 
     @abstractmethod
     def as_completed(self) -> Iterator[int]:
-        """Wait for the step: yield the index of each shard that has finished.
+        """Wait for the step: yield the index of each shard as soon as its emulators have finished.
 
-        The step is pending until the iterator is exhausted; after an interrupt, make a new one.
+        The step is pending until the iterator is exhausted. After an interrupt, make a new
+        iterator.
 
         Raises:
             NoAsyncCallError: no step is pending.
@@ -139,7 +144,7 @@ class EmulatorPool(Uncopied, ABC):
         self._refuse("states")
 
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
-        """Write the RAM of emulators. `self.ram` changes at once, frames with the next step.
+        """Write the RAM of emulators. `self.ram` changes at once; frames change with the next step.
 
         Args:
             ram: uint8 `[N, 128]`, or `[128]` for all emulators.
@@ -186,7 +191,8 @@ class EmulatorPool(Uncopied, ABC):
     def game_over(self) -> np.ndarray:
         """True if the game ended or reached a limit in the step, bool `[N]`.
 
-        With same-step autoreset, use the array in `arrays.final`.
+        The next episode is then a new game. With same-step autoreset, use the array in
+        `arrays.final`.
         """
         return self.arrays.game_over
 

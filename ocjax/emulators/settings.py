@@ -21,16 +21,16 @@ class Settings:
     The defaults match Gymnasium's "v5".
 
     Args:
-        frame_skip: emulated frames per step, or (low, high) for a random number from low to high -
-            1.
+        frame_skip: emulated frames per step. With a pair (low, high), each step draws a number from
+            low to high - 1, as in Gymnasium.
         repeat_action_probability: the probability that an emulated frame repeats the previous
             action ("sticky actions").
         max_episode_frames: emulated frames after which an episode is truncated.
         max_episode_steps: agent steps of a game after which an episode is truncated, or None.
         full_action_space: whether all 18 actions are available instead of the game's minimal set.
-        noop_max: a game begins with 1 to `noop_max` no-op frames at random.
-        fire_reset: whether episodes begin with a step of FIRE and one of the next action, in games
-            that need FIRE.
+        noop_max: a game begins with 1 to `noop_max` no-op frames, drawn at random; 0 for none.
+        fire_reset: whether episodes begin with one step of FIRE and one step of the next action, in
+            games that need FIRE to begin.
         clip_rewards: whether rewards are clipped to their sign.
         episodic_life: whether the loss of a life ends the episode; the next one continues the game.
 

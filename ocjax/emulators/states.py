@@ -32,7 +32,7 @@ _COMMAND = (
 class States:
     """Saved states of n emulators, from `clone_state`.
 
-    They can be indexed, written to files, and restored in any pool.
+    They can be indexed, written to files, and restored in any pool of the game.
 
     Attributes:
         md5: MD5 hash of the game's ROM.
@@ -59,11 +59,14 @@ class States:
 
             envs.restore_state(envs.clone_state().set("Pong", "Ball", x=80))
 
-        Restoring changes REM's objects; the next step changes frames and observations.
+        REM's objects change when the states are restored; frames and observations change with the
+        next step.
 
         Args:
             game: the game, or its name.
-            category, slot, wanted: see `ocjax.edit`.
+            category: name of the object's category.
+            slot: the object's slot in its category; by default the first valid one of each state.
+            wanted: the new numbers; see `ocjax.edit`.
 
         Raises:
             TypeError, ValueError: see `ocjax.edit`; or the states belong to another game.

@@ -1,8 +1,8 @@
-"""Environments of the `envpool` backend, with objects from envpool's RAM.
+"""Environments of the `envpool` backend, which extract objects from the RAM that envpool returns.
 
-These options and calls raise an error:
+Unsupported options and calls raise an error with the reason. envpool does not support
 
-- frames with a frame skip (envpool returns the maximum of two) or other than 210 rows,
+- frames with a frame skip (it returns the maximum of the last two) or other than 210 rows,
 - saved states, writing RAM, and hooks,
 - new seeds after the first reset, and resets of single environments,
 - autoreset modes other than next-step.
@@ -41,8 +41,9 @@ XlaStep = Callable[
 class EnvpoolVectorEnv(ObjectVectorEnv):
     """N instances of a game on envpool; see `make_vec` with `backend="envpool"`.
 
-    With `batch_size` below N, use `async_reset`, `recv` and `send` instead of `reset` and `step`,
-    as in envpool; `info["env_id"]` has the environments' indices.
+    With `batch_size` below N the environments are asynchronous, as in envpool: use `async_reset`,
+    `recv` and `send` instead of `reset` and `step`. `info["env_id"]` contains the indices of the
+    environments in the results.
     """
 
     pool: EnvpoolPool
@@ -159,7 +160,8 @@ class EnvpoolVectorEnv(ObjectVectorEnv):
         Returns:
             `(state, step)`. `step(state, actions)`, with actions int32 `[N]`, returns the next
             state and (observation, reward, terminated, truncated, info). `info` contains `lives`,
-            `ram` and `game_over`. `reset` and `step` control the same emulators: do not mix them.
+            `ram` and `game_over`. `reset` and `step` control the same emulators, so do not mix them
+            with this function.
         """
         self._require_synchronous()
         if self.pool.env is None:

@@ -27,30 +27,34 @@ _VALUE_UNIT = np.log1p(1e6)  # normalises a value of one million to 1
 class Vector(Computed):
     """Features of all slots as one flat vector, float32 `[history * n]`.
 
-    The order is time (oldest state first), slot, feature; `features_of` names each of the n entries
-    of a state. Invalid slots are zero.
+    n is the number of features of all slots. Entries are ordered by time (oldest state first), then
+    by slot in the game's order, then by feature in the given order; `features_of` names each entry.
+    Slots that are not valid are zero.
 
-    dx and dy are the movement of the centre since the previous step, or zero if the slot was
-    invalid before or an episode has just begun.
+    dx and dy are the movement of the centre since the previous step, or zero if the object was not
+    valid before, or if an episode has just begun.
 
-    nx, ny, mx and my are positions relative to the first slot, the player in most games. With the
-    distance d in pixels between the centres, nx and ny are tanh(d / 8), and mx and my are tanh(d /
-    32); zero while the player is invalid. Beyond 20 pixels, only mx and my change.
+    nx, ny, mx and my measure the position relative to the object in the first slot, which is the
+    player in most games. With the distance d in pixels from the player's centre to the object's
+    centre, nx and ny are tanh(d / 8), and mx and my are tanh(d / 32). They are zero while the
+    player is not valid. nx and ny resolve positions next to the player finely but are nearly
+    constant beyond 20 pixels, where mx and my still show approaching objects.
 
-    In mode "vem", `ocjax.track` keeps objects in their slots.
+    In mode "vem", `ocjax.track` keeps objects in the same slots from step to step.
 
     Args:
         features: distinct names of x, y, w, h, dx, dy, nx, ny, mx, my, orientation, value and
-            valid. With None, a slot has x, y, w, h, dx, dy and valid, and orientation and value if
-            its category has them. Display objects with a value have no x to dy: their box only
-            reflects the number of digits.
-        grid_features: the features for slots of fixed grids such as Breakout's bricks
-            (`Category.on_grid`); None: as for others.
+            valid, for all slots. With None, a slot has x, y, w, h, dx and dy, then orientation and
+            value if its category has them, and valid. Display objects with a value, such as scores,
+            have no x to dy: their box only reflects the number of digits.
+        grid_features: the features for slots of fixed grids such as Breakout's bricks, which never
+            move (`Category.on_grid`). With None, they have the same features as others.
         history: number of states.
-        normalize: whether lengths are fractions of the screen's width or height, orientations
-            turns, and values v sign(v) log(1 + |v|) / log(1 + 10^6). Otherwise, lengths are in
-            pixels and orientations compass points 0 to 15. Unknown orientations are -1, or -1/16
-            turns; unknown values are encoded as v = -1.
+        normalize: whether features are scaled. Lengths become fractions of the screen's width or
+            height, orientations become turns, and values v become sign(v) log(1 + |v|) / log(1 +
+            10^6). Without it, lengths are in pixels and orientations are compass points 0 to 15.
+            Unknown orientations are -1, or -1/16 turns. Values that VEM cannot read are encoded as
+            v = -1.
 
     Raises:
         ValueError: a feature is unknown or repeated, the features are empty, or the history is

@@ -76,45 +76,60 @@ def make_vec(
 ) -> ObjectVectorEnv:
     """Make a vector environment: many instances of a game whose observations are objects.
 
-    `preset` to `reward_fn` are the game's behaviour, `mode` to `render_mode` the observation, and
-    the others the execution.
+    Worker processes step the instances. The options have three groups:
+
+    - the game's behaviour: `preset` to `reward_fn`
+    - the observation: `mode` to `render_mode`
+    - the execution: `backend` to `autoreset_mode`
 
     ale-py's names `frameskip`, `difficulty` and `max_num_frames_per_episode`, an integer as `mode`,
     and OCAtari's modes "ram" and "vision" also work.
 
     Args:
-        game: its name in any usual spelling, or a `Game`. An id of version 0 or 4
+        game: the game's name in any of the usual spellings, or a `Game`. An id of version 0 or 4
             ("PongNoFrameskip-v4") implies a preset, which other options must not contradict.
         num_envs: number of instances.
-        preset: "v5" (Gymnasium's settings, the default), "v4", "deterministic-v4", "noframeskip",
-            "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which have sticky
-            actions.
-        frame_skip: see `Settings`. This option and those up to `episodic_life` override the preset.
-        game_mode, game_difficulty: ale-py's number of the mode or difficulty, or one for each
-            instance.
+        preset: a named set of settings: "v5" (Gymnasium's, the default), "v4", "deterministic-v4",
+            "noframeskip", "dqn", "machado", or "v0", "deterministic-v0" and "noframeskip-v0", which
+            have sticky actions.
+        frame_skip: see `Settings`. This option and the next eight override the preset.
+        repeat_action_probability: see `Settings`.
+        max_episode_frames: see `Settings`.
+        max_episode_steps: see `Settings`.
+        full_action_space: see `Settings`.
+        noop_max: see `Settings`.
+        fire_reset: see `Settings`.
+        clip_rewards: see `Settings`.
+        episodic_life: see `Settings`.
+        game_mode: ale-py's number of the game mode: one for all instances, or one for each.
+        game_difficulty: ale-py's number of the game difficulty, given in the same way.
         continuous: whether actions are continuous, as in ale-py, float32 `[3]`: the joystick's
-            deflection from 0 to 1 (also a paddle's speed), its angle from -pi to pi, and its button
-            from 0 to 1.
-        continuous_action_threshold: the number above which a contact or the button closes.
-        hook: functions that edit the RAM before every emulated frame, or names of variations such
-            as "Freeway:stop_all_cars"; see `AlePool`.
-        reward_fn: a function for JAX that returns one environment's reward from the objects before
-            and after a step (REM's if the mode extracts them) and the action. The game's reward is
-            then `info["reward"]`. A step that begins an episode has reward 0.
-        mode: "rem" (objects from RAM), "vem" (from the screen), "both", or "raw" (none).
+            deflection from 0 to 1 (also the speed of a paddle), its angle in radians from -pi to
+            pi, and its button from 0 to 1. All 18 actions are available.
+        continuous_action_threshold: the deflection above which a joystick's contact closes, and the
+            same for the button.
+        hook: functions that edit the RAM of each instance before every emulated frame, or names of
+            variations such as "Freeway:stop_all_cars"; see `AlePool`.
+        reward_fn: a function, compiled by JAX, that returns one environment's reward from the
+            objects before a step, the objects after it (REM's if the mode extracts them) and the
+            action. `info["reward"]` is then the game's own reward. Next-step autoreset ignores the
+            action of an episode's first step; this step has reward 0.
+        mode: "rem" (objects from RAM, without pixels), "vem" (objects from the screen), "both", or
+            "raw" (no objects).
         obs: the observation: "objects" (a Dict of the fields of `Objects`), "vector", "dqn",
             "pixels", "ram", "terrain", "object_masks", "binary_masks", "class_masks" or "planes",
-            or an instance of a class of `ocjax.envs` with options. A list or dict of them gives a
-            Dict of observations. The default is "objects", or "ram" in mode "raw".
+            or an instance of a class of `ocjax.envs` with options. A list of names, or a dict of
+            names or instances, gives a Dict of observations. The default is "objects", or "ram" in
+            mode "raw".
         hud: whether score, lives and other display objects are included.
         ram_info: whether `info` contains the RAM.
         render_mode: "rgb_array", or "objects" for frames with the objects drawn over them.
         backend: "ale" (worker processes with ale-py) or "envpool" (needs the extra `envpool`;
             `ocjax.envs.envpool` lists its limits).
-        num_workers: number of processes (envpool: threads); by default one per core. 0: this
-            process.
+        num_workers: number of processes (envpool: threads); by default one per core. With 0,
+            instances are stepped in this process.
         batch_size: envpool only: the number of environments whose results `recv` returns.
-        worker_timeout: seconds that a worker may take to reply, or None for no limit.
+        worker_timeout: seconds that a worker process may take to reply, or None for no limit.
         autoreset_mode: Gymnasium's NEXT_STEP, SAME_STEP or DISABLED.
         unknown: other options raise TypeError.
 
@@ -126,7 +141,7 @@ def make_vec(
             a name, a hook cannot be sent to worker processes, `reward_fn` is not a function, or a
             game mode or difficulty is not an integer.
         MemoryError: the instances do not fit into memory.
-        MissingExtraError: envpool is not installed; a ModuleNotFoundError.
+        MissingExtraError: the extra `envpool` is not installed; a ModuleNotFoundError.
         WorkerError: a worker process failed to start.
     """
     for name in unknown:

@@ -1,8 +1,9 @@
 """The kinds of observations, and how each is computed.
 
-The fields of each class are its options. A `Computed` observation is a pure JAX function of a
-snapshot of the environments and of a memory. B is the number of environments, and H x 160 the size
-of the screen.
+The fields of each class are the options of the observation. A `Computed` observation is a pure JAX
+function of a snapshot of the environments and of a memory, so it works with worker processes and
+inside `jax.lax.scan`. B is the number of environments in a batch, and H x 160 the size of the
+game's screen.
 """
 
 from abc import ABC, abstractmethod
@@ -74,7 +75,7 @@ class Computed(Observation):
     def initial(self, game: Game, mode: str, num_envs: int) -> Any:
         """The memory before the first observation, a pytree of NumPy arrays `[num_envs, ...]`.
 
-        It is made without JAX, so that processes can fork afterwards.
+        JAX computes nothing here, so environments can be made before a process forks.
         """
         return ()
 
@@ -142,11 +143,11 @@ class ObjectFields(Copied):
 class Dqn(Computed):
     """The frames of Mnih et al. (2015), uint8 `[stack, *size]`.
 
-    Each frame is grey, the maximum of the step's last two emulated frames (or its only one), and
-    resized by area.
+    Each frame is grey, the maximum of the step's last two emulated frames, and resized by area.
+    With a frame skip of 1 it is the single emulated frame.
 
     Args:
-        stack: number of steps, the latest last; at first all the same.
+        stack: number of steps, the latest last; all are the same at the start of an episode.
         max_pool: False takes the last frame only, as OCAtari does.
         size: (height, width).
 
@@ -194,7 +195,7 @@ class Masks(Computed):
         size: (height, width), or None for the size of the screen.
         draw: "output", "screen" or "pixels".
         pixels: whether the grey frame is appended as a plane.
-        stack: see `Dqn`.
+        stack: number of steps, the latest last; all are the same at the start of an episode.
 
     Raises:
         ValueError: the kind or `draw` is unknown, or the stack is below 1.
@@ -257,12 +258,12 @@ class Masks(Computed):
 class TerrainCells(Computed):
     """The cells that contain each kind of terrain, uint8 0 or 1 `[kinds, rows, columns]`.
 
-    They are read from RAM in every mode.
+    The kinds are `game.terrain`, read from RAM in every mode.
 
     Args:
         cell: height and width of a cell in pixels.
-        around: rows and columns of cells around the player's middle, or None for the screen. Cells
-            beyond the screen, or without a player, are 0.
+        around: rows and columns of cells around the middle of the player, or None for the screen.
+            Cells beyond the screen are 0, and all are 0 without a player.
 
     Raises:
         ValueError: a number is below 1.

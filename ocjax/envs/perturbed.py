@@ -22,10 +22,11 @@ class PerturbObjects(VectorWrapper):
         )
         envs.unwrapped.objects  # the true objects
 
-    Every observation, also in `final_obs`, gets new errors; `info` and rewards are unchanged.
+    Every observation gets new errors, including the terminal ones in `final_obs`. `info` and
+    rewards are unchanged.
 
     Args:
-        env: with the observation "objects" and one extraction method.
+        env: a vector environment with the observation "objects" and one extraction method.
         key: a key of `jax.random`.
         errors: `jitter`, `drop`, `swap` and `invent` of `ocjax.perturb`.
 

@@ -63,7 +63,8 @@ MODES = get_args(Mode)
 def requested_kinds(mode: str, obs: Request | None) -> tuple[dict[str, Kind], bool]:
     """The kinds of observations that an environment must compute, by name.
 
-    Also returns whether the request is for a single kind, which has the name "".
+    Also returns whether the request is for a single kind, which has the name "". The default is the
+    objects, or in mode "raw" the RAM.
     """
     if mode not in MODES:
         raise ValueError(

@@ -71,8 +71,8 @@ def make_observer(game: Game, mode: str, kinds: Mapping[str, Kind]) -> Observer:
 class EnvShard:
     """The state of one block of environments.
 
-    Extraction for a block starts when its workers have finished the step. A step replaces all
-    shards at once, so it can be repeated after an interrupt.
+    Extraction for a block starts as soon as its workers have finished the step. A step makes new
+    shards, which replace all old ones at once, so an interrupted step can be repeated.
     """
 
     rows: slice  # the block's environments

@@ -50,7 +50,7 @@ class ObjectEnv(Uncopied, gym.Env):
         """Start an episode.
 
         Args:
-            seed: a number >= 0; None: the random state continues.
+            seed: a number >= 0; with None, the current random state continues.
             options: None; a single environment has no options.
 
         Returns:
@@ -139,7 +139,7 @@ class ObjectEnv(Uncopied, gym.Env):
     def get_keys_to_action(self) -> dict[tuple[str, ...], int]:
         """The action of each key combination, as in ale-py, for `gymnasium.utils.play`.
 
-        The keys are w, a, s, d and space; e means NOOP.
+        The keys are w, a, s, d and space; e is the key of the action NOOP.
 
         Raises:
             AttributeError: the actions are continuous.
@@ -160,7 +160,7 @@ class ObjectEnv(Uncopied, gym.Env):
     def set_ram(self, address: int, value: int) -> None:
         """Write one byte of the RAM.
 
-        REM's objects change at once, the frame with the next step.
+        REM's objects change at once; the frame changes with the next step.
 
         Raises:
             ValueError: the address or the value is out of range.

@@ -46,21 +46,23 @@ _OVER = "over"  # the name in `States` of the flags of ended episodes
 class ObjectVectorEnv(Uncopied, VectorEnv):
     """N instances of a game whose observations are objects; `make_vec` makes them.
 
-    Results describe the step's last emulated frame. Later steps do not overwrite them. `info` has
-    `lives`, `frame_number` (emulated frames) and `episode_return` (unclipped) of the game,
-    `episode_length` (agent steps), `ram` with `ram_info`, and of the step:
+    Everything that a step returns describes the step's last emulated frame. Later steps do not
+    overwrite returned arrays. `info` describes the current game: `lives`, `frame_number` (emulated
+    frames), `episode_return` (unclipped), `episode_length` (agent steps) and, with `ram_info`,
+    `ram`. It also describes the step:
 
-    - `game_over`: whether the game, not just a life, ended or reached a limit.
+    - `game_over`: whether the game ended or reached a limit. A lost life does not set it.
     - `reward`: the game's unclipped reward, if rewards are clipped or computed from objects.
     - `executed_action`: with sticky actions, the action of the last emulated frame (not with
       envpool).
 
-    With same-step autoreset, `final_obs` and `final_info` are as in Gymnasium; `final_info` has
-    `game_over` and the terminal states' `objects`.
+    With same-step autoreset, `final_obs` and `final_info` follow Gymnasium's vector environments:
+    `game_over` is in `final_info`, and `final_info["objects"]` contains the objects of the terminal
+    states.
 
     Args:
         pool: the emulators.
-        mode: "rem", "vem", "both" or "raw" (no objects).
+        mode: the methods that extract objects: "rem", "vem", "both" or "raw" (none).
         obs: the observations; by default the objects, or in mode "raw" the RAM.
         autoreset_mode: the mode that the pool implements.
         render_mode: "rgb_array" or "objects"; needs a pool that records "rgb".
@@ -70,8 +72,8 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
     Attributes:
         objects: the current objects as `Objects` of batch shape `[N]`; in mode "both" a dict of
-            both methods' objects. `torch.from_dlpack(envs.objects.xywh)` shares their JAX arrays
-            with PyTorch.
+            both methods' objects. The arrays are JAX arrays: `torch.from_dlpack(envs.objects.xywh)`
+            shares them with PyTorch.
         pool: the emulators and their arrays.
     """
 
@@ -271,9 +273,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         """Reset all environments.
 
         Args:
-            seed: environment i gets `seed + i`, or the i-th of a sequence; None: the random state
-                continues.
-            options: `reset_mask`, bool `[N]`, the environments to reset.
+            seed: environment i gets `seed + i`, or the i-th of a sequence; with None, the current
+                random state continues.
+            options: may contain `reset_mask`, bool `[N]`, the environments to reset.
 
         Returns:
             The observation and `info`.
@@ -320,7 +322,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
             )
 
     def step_async(self, actions: Any) -> None:
-        """Start a step.
+        """Start a step without waiting for it, so that the emulators run while the caller computes.
 
         Args:
             actions: integers `[N]`; floats `[N, 3]` if they are continuous.
@@ -358,7 +360,7 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
 
         Raises:
             NoAsyncCallError: no step is pending.
-            WorkerError: see `EmulatorPool.reset`.
+            WorkerError: a worker failed, died or did not reply in time.
         """
         pool, final, terminal = self.pool, {}, {}
         pool.require_open()
@@ -394,9 +396,9 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
         terminal: dict[str, Objects],
         ended: np.ndarray,
     ) -> np.ndarray:
-        """The reward function's rewards; 0 if the step began an episode.
+        """The reward function's rewards of a step; 0 if the step began an episode.
 
-        `terminal`: ended games' objects.
+        `terminal` are the objects of ended games.
         """
         name = "vem" if self.mode == "vem" else "rem"
         previous = concatenate_rows([shard.objects[name] for shard in self._shards])
@@ -479,10 +481,11 @@ class ObjectVectorEnv(Uncopied, VectorEnv):
     def set_ram(self, ram: np.ndarray, mask: np.ndarray | None = None) -> None:
         """Write RAM; see `EmulatorPool.set_ram`.
 
-        REM's objects change at once, observations with the next step.
+        REM's objects change at once; observations change with the next step.
 
         Raises:
-            TypeError, ValueError: see `EmulatorPool.set_ram`.
+            TypeError: `ram` is not a uint8 array.
+            ValueError: `ram` has the wrong shape, or the backend cannot write RAM.
         """
         self.pool.set_ram(ram, mask)
         self._shards = [self._with_new_ram(shard) for shard in self._shards]

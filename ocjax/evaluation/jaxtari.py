@@ -20,11 +20,11 @@ __all__ = ["Jaxtari"]
 
 
 class Jaxtari:
-    """A game of JAXtari (`pip install jaxtari`) without rendering.
+    """A game of JAXtari (`pip install jaxtari`) without rendering, so it needs no sprites.
 
     Attributes:
-        fields: the categories of each field of JAXtari's observation.
-        actions: ALE's names.
+        fields: the categories that each field of JAXtari's observation shows, by the field's name.
+        actions: names of the actions, as ALE has them.
         environment: JAXtari's environment.
 
     Raises:

@@ -1,4 +1,7 @@
-"""Detections as padded arrays, and the one-to-one matching of two sets of detections."""
+"""Detections as padded arrays, and the one-to-one matching of two sets of detections.
+
+The functions use NumPy and process whole batches.
+"""
 
 import dataclasses
 import math
@@ -21,8 +24,9 @@ PAIRS_AT_ONCE = 1 << 23  # bounds the memory of a comparison of all pairs
 class Detections:
     """Labelled boxes of a batch of frames, from any detector: the input of the metrics.
 
-    The order of boxes within a frame has no meaning. `B` is the number of frames and `N` the
-    largest number of boxes in a frame.
+    Unlike `Objects`, detections have no game, the order of boxes within a frame has no meaning, and
+    boxes may have confidences. `B` is the number of frames and `N` the largest number of boxes in a
+    frame.
 
     Args:
         xywh: `[B, N, 4]`, left, top, width and height in pixels.
@@ -106,7 +110,7 @@ def from_records(records: Iterable[Iterable[Sequence[Any]]], game: Game) -> Dete
         records: for each frame an iterable of `(category, x, y, w, h)` or `(category, x, y, w, h,
             confidence)`.
         game: its categories are the first labels; `records` may use their aliases. Other categories
-            follow.
+            follow, and their boxes match nothing in the game.
 
     Raises:
         ValueError: a frame is no iterable of records, or a record is malformed.
@@ -196,8 +200,8 @@ def common_labels(*sides: Detections | None) -> tuple[tuple[str, ...], list[np.n
     """Translate labels into one list of categories.
 
     Returns:
-        The names of all categories in order of appearance, and the labels of each given side as
-        indices into them.
+        The names of all categories in order of first appearance, and the labels of each side that
+        is not None as indices into them.
     """
     given = [side for side in sides if side is not None]
     _require_detections(*given)

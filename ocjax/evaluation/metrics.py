@@ -1,14 +1,15 @@
 """Metrics of the agreement of two methods.
 
-They also score your own detector:
+Most take `Detections`, so the same functions score your own detector against REM or VEM:
 
     truth = evaluation.detections(game.rem(rams))
     mine = evaluation.from_records(records, game)  # [[("Ball", x, y, w, h), ...], ...]
     evaluation.agreement(mine, truth).sum(axis=0).f1  # by category
     numpy.nanmean(evaluation.average_precision(mine, truth))  # mAP
 
-The records are a list for each frame. Objects of a category match one to one, nearest first, if
-their centres are within 5 pixels, as in the OCAtari paper (Delfosse et al., 2024).
+The records are a list for each frame. Two objects match if they have the same category and their
+centres are within 5 pixels. Matches are one to one, nearest first, as in the OCAtari paper
+(Delfosse et al., 2024).
 """
 
 import dataclasses
@@ -39,16 +40,17 @@ def _ratio(part: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Agreement:
-    """Counts of objects and matches, `[frames, categories]`, with scores of the same shape.
+    """Counts of objects and matches, with the scores computed from them.
 
-    A score is nan if there is nothing to score.
+    `agreement` returns counts of shape `[frames, categories]`, and `sum` adds them up. Scores have
+    the same shape, and are nan if there is nothing to score.
 
     Args:
         left: objects of the first method (REM).
         right: objects of the second method (VEM) on the frame itself.
-        confirmed: objects of the first method with a match on the frame, or on the frame before if
-            given.
-        found: objects of the second method with a match.
+        confirmed: objects of the first method that are matched on the frame or on the frame before,
+            if given.
+        found: objects of the second method that are matched.
         exact: matches on the frame with identical boxes.
         overlap: sum of the IoU over matches on the frame.
     """
@@ -116,18 +118,20 @@ def agreement(
     """Count the agreement of two methods, by frame and category.
 
     Args:
-        left: detections of existing objects (REM).
-        right: detections of drawn objects (VEM), on the same frames.
-        before: detections of the second method on the emulated frame before each. A box of `left`
-            may then match on that frame instead (flicker).
+        left: detections of the method that reports existing objects (REM).
+        right: detections of the method that reports drawn objects (VEM), on the same frames.
+        before: detections of the second method on the emulated frame just before each frame. They
+            make the scores flicker-aware: a box of `left` without a match on the frame may have one
+            on the frame before. Every box of `right` must still be found.
         radius: largest distance between matched centres in pixels.
-        pairs: the result of `match(left, right, radius)` if known.
+        pairs: the result of `match(left, right, radius)`, if it is already known.
 
     Returns:
         Counts of shape `[B, categories]`: the categories of `left`, then further ones.
 
     Raises:
-        TypeError, ValueError: see `match`.
+        TypeError: an argument is no `Detections`.
+        ValueError: the numbers of frames differ.
     """
     names, (mine, theirs, *_) = matching.common_labels(left, right, before)
     pairs = match(left, right, radius) if pairs is None else pairs
@@ -163,6 +167,8 @@ def intervals(
     seed: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Bootstrap the 95 % confidence interval of a score over episodes.
+
+    Frames of one episode are not independent.
 
     Args:
         counts: of shape `[frames, ...]`.
@@ -202,8 +208,9 @@ def average_precision(
     """Average precision as COCO defines it, with 101 levels of recall.
 
     The mAP is `numpy.nanmean` of the result: as in COCO, categories that do not occur are ignored.
-    Boxes get the free true box of their category with the largest IoU, in descending order of
-    confidence. Boxes of equal confidence enter the precision-recall curve together.
+    Boxes are assigned in descending order of confidence, each to the unassigned true box of its
+    category with the largest IoU. Boxes of equal confidence enter the precision-recall curve
+    together; without confidences, all boxes do.
 
     Args:
         detected: detections to score.
@@ -215,7 +222,8 @@ def average_precision(
         without a box in `truth`.
 
     Raises:
-        TypeError, ValueError: see `match`.
+        TypeError: an argument is no `Detections`.
+        ValueError: the numbers of frames differ.
     """
     matching.require_same_frames(detected, truth)
     _, (theirs, mine) = matching.common_labels(truth, detected)
@@ -245,7 +253,7 @@ def _hits(overlap: np.ndarray, limits: np.ndarray) -> np.ndarray:
         limits: least IoU of a hit, float `[thresholds]`.
 
     Returns:
-        bool `[boxes, thresholds]`, the hits.
+        bool `[boxes, thresholds]`, whether a box hits.
     """
     hits = np.zeros((len(overlap), len(limits)), bool)
     if not overlap.size:
@@ -285,7 +293,8 @@ def identity_switches(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Count how often a persistent object changes its slot in REM, by category.
 
-    `ocjax.track` on VEM's objects decides which objects persist. Its mistakes count as switches.
+    `ocjax.track` on VEM's objects decides which objects persist. Its mistakes count as switches
+    too, so the result is an upper bound.
 
     Args:
         rem, vem: objects of successive samples, batch shape `[B]`.
@@ -321,8 +330,9 @@ def identity_switches(
 def value_shares(rem: Objects, rewards: np.ndarray, lives: np.ndarray) -> dict[str, float]:
     """Fractions of samples with the right score and lives in REM, by category with a value.
 
-    The score's first slot, minus an opponent's score, is right if it equals the sum of rewards, and
-    lives if they equal the emulator's. Icons, and samples without displayed lives, are ignored.
+    The score, minus an opponent's score, is right if it equals the sum of rewards. Lives are right
+    if they equal the emulator's; samples without displayed lives are ignored. Of several scores,
+    the first slot counts. Icons of lives are ignored.
 
     Args:
         rem: REM's objects, batch shape `[B]`.
@@ -358,11 +368,12 @@ def coverage(boxes: Detections, sprites: np.ndarray, drawn: np.ndarray) -> tuple
 
     Args:
         boxes: detections on `B` frames.
-        sprites: bool `[B, H, W]`, pixels of moving graphics objects.
-        drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the one before.
+        sprites: bool `[B, H, W]`, pixels of moving graphics objects on the frame.
+        drawn: bool `[B, H, W]`, pixels of any graphics object on the frame or the frame before.
 
     Returns:
-        Fractions of sprite pixels inside boxes, and of boxes with drawn pixels; nan without any.
+        Fraction of sprite pixels inside boxes, and fraction of boxes with drawn pixels; nan without
+        sprite pixels or boxes.
     """
     inside, with_pixels = np.zeros(sprites.shape, bool), []
     for frame, i in np.argwhere(boxes.label >= 0).tolist():

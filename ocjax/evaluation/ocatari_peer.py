@@ -43,7 +43,7 @@ class OcatariMethod:
 def interpreter(environment: Path | None = None) -> Path:
     """The Python interpreter of an environment with OCAtari.
 
-    It is created if needed (about a gigabyte).
+    It is created if needed (about a gigabyte, some minutes).
 
     Args:
         environment: folder of a virtual environment; by default in the user's cache.

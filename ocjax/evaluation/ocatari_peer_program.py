@@ -2,10 +2,11 @@
 
     python ocatari_peer_program.py SAMPLES GAME
 
-It runs in an environment with OCAtari 2.2.1, without ocjax. SAMPLES is an .npz file with `rams`
-(uint8 `[n, 128]`), `screens` (uint8 `[n, H, W, 3]`) and `resets` (bool `[n]`). The last line maps
-"rem" and "vem" to `objects` (`[category, x, y, w, h]` of each frame) and `us` (of each detection),
-or to an `error`.
+This program runs in an environment with OCAtari 2.2.1 and without ocjax. SAMPLES is an .npz file
+with `rams` (uint8 `[n, 128]`), `screens` (uint8 `[n, H, W, 3]`) and `resets` (bool `[n]`).
+
+The last line of the output maps "rem" and "vem" to `objects` (for each frame a list of `[category,
+x, y, w, h]`) and `us` (microseconds of each detection), or to the `error` that stopped the method.
 """
 
 import json

@@ -59,8 +59,9 @@ class Simulator(Protocol):
 
     Attributes:
         name: for tables and pictures.
-        fields: by field of its observation, the categories of ocjax with the same objects.
-        actions: ALE's names, such as "UPFIRE".
+        fields: for each field of its observation, by name, the categories of ocjax with the same
+            objects.
+        actions: names of its actions, as ALE has them, such as "UPFIRE".
     """
 
     name: str
@@ -78,11 +79,14 @@ class Simulator(Protocol):
 
 @dataclasses.dataclass(frozen=True)
 class Parity:
-    """Runs with the same actions on the real ROM and in a simulator, of B frames from the reset.
+    """Two runs with the same actions, on the real ROM and in a simulator.
+
+    A run has B frames; the first one follows the reset.
 
     Args:
         seed: of the actions and of the simulator.
-        aligned: fields whose object was moved in the real game.
+        aligned: fields with an object that was moved in the real game to its place in the
+            simulator.
         real, simulated: the objects, with the simulator's fields as categories.
         rewards: float `[2, B]`, of the real game and of the simulator.
         screens: uint8 `[B, H, 160]`, the frames of the real game.
@@ -107,8 +111,8 @@ def compare(
         seed: of the actions and of the simulator.
         frames: largest number of emulated frames.
         align: whether to move objects in the real game, after its reset, to their places in the
-            simulator (see `ocjax.edit`): fields with one object on both sides that has separate
-            bytes for its position.
+            simulator (see `ocjax.edit`). This applies to fields with one object on both sides that
+            has separate bytes for its position.
 
     Raises:
         ValueError: the two have no action in common, or `frames` is not positive.

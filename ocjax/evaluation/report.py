@@ -1,4 +1,7 @@
-"""Evaluate a game on a recording, and make tables of the result."""
+"""Evaluate a game on a recording, and make tables of the result.
+
+`ocjax.evaluation.formats` writes them to files.
+"""
 
 import dataclasses
 import functools
@@ -33,18 +36,18 @@ class Evaluation:
     Args:
         source: origin of the samples, for display.
         episode: int `[frames]`, number of each sample's episode.
-        situations: bool `[frames]` by name: samples at an episode's start or end, or with a life
-            just lost.
+        situations: bool `[frames]` by name: the samples at an episode's start or end, or with a
+            life just lost, if they are known.
         flicker_aware: REM against VEM, `[frames, categories]`, with the frame before each if
             recorded.
         single_frame: REM against VEM on the frame alone.
         values: fractions of samples with the right score and lives, by category.
-        switches: identity switches and transitions, each `[categories]`; None if samples are not
+        switches: identity switches and transitions, each `[categories]`, or None if samples are not
             successive.
         overflow: objects that VEM detected without a slot for them, `[categories]`.
-        coverage: fractions of sprite pixels inside REM's boxes and of boxes with drawn pixels, or
-            None.
-        ocatari: results of OCAtari's methods, by "rem" and "vem".
+        coverage: fraction of sprite pixels inside REM's boxes and fraction of boxes with drawn
+            pixels, or None without recorded pixels.
+        ocatari: results of OCAtari's methods, by "rem" and "vem"; empty if it did not run.
         ocatari_agreement: OCAtari's REM against its VEM if both run, else None.
         worst_frames: pictures of the frames with the most disagreements.
     """
@@ -74,7 +77,7 @@ def evaluate(
     """Compare REM with VEM on a recording with frames.
 
     Args:
-        recording: the result omits evaluations that need missing arrays.
+        recording: the samples. The result omits the evaluations that need missing arrays.
         ocatari: OCAtari's results on the same recording, from `ocatari_peer.run`.
     """
     if recording.screens is None or not len(recording):

@@ -65,7 +65,7 @@ def text(cell: Cell) -> str:
 def show(table: Table, console: Console) -> None:
     """Print a table without its details.
 
-    It may be wider than the console.
+    It may be wider than the console, because cut-off numbers would mislead.
     """
     table = table.without_details().without_empty_columns()
     out = RichTable(title=escape(table.title), title_justify="left")

@@ -36,7 +36,7 @@ class Measurement:
         what: the method or the environment.
         batch: number of states, frames or environments.
         first_call: seconds of the first call, including compilation.
-        median: median microseconds per state, frame or agent step.
+        median: microseconds per state, frame or agent step; the median of repeated calls.
         low, high: the 10th and 90th percentile.
     """
 

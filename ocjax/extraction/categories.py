@@ -33,28 +33,33 @@ class Category:
         name: the name that OCAtari uses.
         rule: the rule with which VEM finds the objects.
         count: number of slots.
-        hud: whether it belongs to the display (score, lives, ...).
-        role: one of `ROLES`, or "". "player": the agent controls the objects. "score": the first
-            slot's value is the sum of the episode's rewards, plus the value of the
-            "opponent_score". "lives": the value is the emulator's lives, or each life has an icon.
-            "time": a clock.
-        attributes: the meaningful ones of "value" and "orientation" (-1 in VEM).
+        hud: whether it belongs to the display (score, lives, ...) rather than to the game.
+        role: the purpose of the objects, one of `ROLES`, or "". "player": the agent controls them.
+            "score": the value is the sum of the rewards since the episode began, or exceeds it by
+            the value of the category with the role "opponent_score"; of several slots, the first.
+            "lives": the value is the emulator's number of lives, or each life has an icon. "time":
+            a clock.
+        attributes: the meaningful ones of "value" and "orientation". VEM does not read
+            orientations; it reports -1.
         rgb: colour, (r, g, b) or one entry per slot; VEM then does not read it. By default, the
             rule's first colour.
-        color_row: row of an object's box whose first pixel of the rule's colours gives the colour.
-            A negative row counts from the bottom; a row beyond the box means the last one.
-        value: how VEM reads the value from the colour, if it does: a `ByColor`, or a function of
-            the objects' palette indices, int32 `[count, B]`, and of the frames, uint8 `[B, H,
-            160]`, that returns int32 `[count, B]`.
+        color_row: row of an object's box. VEM reads the colour of the row's first pixel with one of
+            the rule's colours. A negative row counts from the bottom; a row beyond the box means
+            the last one.
+        value: how VEM reads the value from the colour: a `ByColor`, or a function of the objects'
+            palette indices, int32 `[count, B]`, and of the frames, uint8 `[B, H, 160]`, that
+            returns their values, int32 `[count, B]`. None: VEM does not.
         doc: a line that describes the objects.
-        blinks: whether the objects are hidden at times for longer than the single frame of ordinary
-            flicker.
+        blinks: whether the objects are drawn only part of the time, with gaps longer than the
+            single frame of ordinary flicker.
         aliases: other names for the category in `game.slices`, `Objects.of` and
             `evaluation.from_records`.
-        needs: VEM reports objects only on frames with an object of one of these categories.
-        otherwise: the rule for frames on which `rule` finds nothing.
-        colors: the palette indices of the objects' pixels (`ocjax.segment`), or a tuple with one
-            entry per slot; the rules' colours by default.
+        needs: names of categories. VEM reports objects only on frames on which it also finds an
+            object of one of these, for screens that replace the playfield.
+        otherwise: the rule for frames on which `rule` finds nothing, for objects that briefly have
+            a colour that other objects may have, too.
+        colors: the palette indices of the objects' own pixels in their boxes (`ocjax.segment`), for
+            all slots, or a tuple with one entry per slot; the rules' colours by default.
     """
 
     name: str

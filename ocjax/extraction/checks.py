@@ -11,13 +11,13 @@ EXCERPTS = ("samples", "modes", "last", "lost")  # keys of `Checks.agreement`
 
 @dataclass(frozen=True)
 class LivesAsIcons:
-    """Categories with an object for each life, such as houses to defend.
+    """Categories that show one object for each life, such as houses to defend.
 
     Args:
         categories: their names; the objects of all of them count together.
         hidden: number of lives without an object; -1 if the last object is no life.
-        between_lives: whether they are shown only before a life begins.
-        early: number of samples that show a change before the emulator counts it.
+        between_lives: whether the game shows them only before a life begins.
+        early: number of samples that show a change of the lives before the emulator counts it.
     """
 
     categories: tuple[str, ...]
@@ -62,17 +62,19 @@ class Checks:
         at_limits: for each category, its values in the recording in `tests/data/edges`, with 0 for
             no object. A pair holds REM's and VEM's value, if these differ.
         lives: how the game shows the lives, if no category has both their role and their value.
-        returns: the sum of the episode's rewards: "score" (a category with this role shows it), a
-            function of REM's objects `[B]` to int `[B]`, or "unknown".
+        returns: how the sum of the rewards since the episode began follows from the objects.
+            "score": a category with this role shows it. A function takes REM's objects `[B]` and
+            gives the sums, int `[B]`. "unknown": it does not follow.
         unscored: number of samples whose screen hides a score that is not 0.
-        miscounted: by category, the number of states of all modes whose value is wrong.
+        miscounted: by category, the number of states of all modes whose value differs from the
+            score or the lives.
         known: by category, the least fraction of VEM's objects with a known value, if below 0.9; 0
             if VEM never reads the value.
         value_error: by category, the largest difference of VEM's and REM's value.
         moved: largest fraction of boxes that still overlap an object of their category after a
             shift.
         mirrored: by category, the largest fraction of pictures with the orientation of their mirror
-            images, if above 0.01; None if unrecorded.
+            images, if above 0.01; None if no picture and its mirror image are recorded.
         saver_hides: the categories that the screen saver draws in the colour of their background.
         terrain_differs: number of recorded states with different terrain in RAM and pixels, because
             pictures of edited states may show a part of another room.

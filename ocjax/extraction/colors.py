@@ -98,7 +98,10 @@ def _head(scene: Scene, c: Category, found: Detected) -> jax.Array:
 
 
 def _row(found: Detected, offset: np.ndarray | np.int32) -> jax.Array:
-    """Return a row of each box."""
+    """Return a row of each box.
+
+    A negative offset counts from the bottom; an offset beyond the box means the last row.
+    """
     inside = jnp.where(
         offset < 0,
         jnp.maximum(found.h + offset, 0),

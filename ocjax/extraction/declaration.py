@@ -71,16 +71,18 @@ class Declaration:
         rom: the ROM for which the decoder was written. The attribute `rom` is ALE's name of it, and
             `md5` its MD5 checksum.
         ram: the address map.
-        decode: function from the address map of one state to a `Box` for every category.
+        decode: function that maps the RAM of one state, wrapped in the address map, to a `Box` for
+            every category.
         categories: the categories, display (`hud`) categories last.
         screen: (height, width) in pixels.
         shades: colours that change from level to level.
         saver: the game's screen saver, if it changes the colours.
-        backdrop: columns that objects rarely reach. If they show a single colour in a row, no
-            object owns the row's pixels of this colour (`ocjax.segment`).
-        pal: whether the ROM is made for PAL consoles, which have their palette.
-        checks: exceptions for the tests of all games.
-        variants: the meanings of modes and difficulties.
+        backdrop: columns that objects rarely reach, for games whose background may have the
+            objects' colours. If all of these columns show one colour in a row, no object owns the
+            pixels of this colour in the row (`ocjax.segment`).
+        pal: whether the ROM is made for PAL consoles, which have another palette.
+        checks: how the game differs from what the tests of all games expect.
+        variants: what the game's modes and difficulties mean.
         terrain: walls, ladders, water and scenery, or None. The attribute `terrain` is the tuple of
             its kinds, and `terrain_map` the declaration.
         hud: whether to include the display categories.
@@ -198,7 +200,7 @@ class Declaration:
     def part(self, name: str) -> "Declaration":
         """Return the declaration of one category: its slots alone, in the same game.
 
-        It is cached, so that objects of `Objects.of` are one pytree.
+        The same category gives the same object, so that objects of `Objects.of` are one pytree.
         """
         if len(self.categories) == 1:
             return self

@@ -47,7 +47,7 @@ def _of(categories: Sequence[Category], kind: type) -> dict[str, tuple[Any, int]
 def _blobs(scene: Scene, categories: Sequence[Category]) -> Found:
     """Find connected components.
 
-    They come first, because other rules exclude their pixels.
+    They come first, because other rules exclude the pixels of their objects.
     """
     blobs = _of(categories, Blobs)
     has_steps = any(rule.then for rule, _ in blobs.values())  # steps may read heads

@@ -34,16 +34,17 @@ def edit(
 
         ram = ocjax.edit(game, envs.get_ram(), "Ball", x=80, y=100)
 
-    The search tries every value of every byte, then of up to four bytes together, until REM reads
-    the wanted numbers: 0.01 to 2 seconds per state. It needs numbers with separate bytes. The box
-    of a display may change with its value. The game may draw from other bytes, so check the objects
-    after a step.
+    The search tries every value of every byte, then of pairs of bytes and so on, up to four bytes,
+    until REM reads the wanted numbers. This takes from 0.01 to 2 seconds per state. An edit works
+    only for numbers that have separate bytes. The box of a display may change with its value. The
+    game itself may draw from other bytes, so check the objects after a step.
 
     Args:
         game: the game.
         ram: uint8 `[..., 128]`; every state is edited.
         category: name of the object's category.
-        slot: its slot in the category; by default each state's first valid one.
+        slot: the slot of the object within its category; by default the first valid one of each
+            state.
         **wanted: the new numbers: `x`, `y`, `w` and `h` in pixels, `orientation`, `value`.
 
     Returns:

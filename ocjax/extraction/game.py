@@ -28,10 +28,10 @@ class Game(Declaration):
 
     Attributes:
         name: as in Gymnasium's id `ALE/<name>-v5`.
-        categories: the categories.
-        slices: the slots of each category by name or alias.
+        categories: the categories: name, count (the number of slots), hud, role, attributes, doc.
+        slices: the slots of each category by name or alias, as slices.
         slot_category: int `[N]`, the index of each slot's category.
-        slot_hud: bool `[N]`, whether it is of the display.
+        slot_hud: bool `[N]`, whether each slot belongs to the display.
         num_slots: N.
         screen: (height, width) in pixels.
         rom: ALE's name of the ROM.
@@ -82,20 +82,20 @@ class Game(Declaration):
     def vem(self, frames: jax.Array | np.ndarray) -> Objects:
         """Extract objects from pixels; a pure function that works under `jit`, `vmap` and `scan`.
 
-        The first call with a NumPy array warns (UserWarning) about colours outside the palette, or
-        without an object.
+        The first call with a NumPy array warns (UserWarning) if colours are not in the palette, or
+        if no object is found.
 
         Args:
             frames: uint8 `[..., H, 160]` of ALE palette indices (`ale.getScreen()`), or uint8
-                `[..., H, 160, 3]` of RGB; a JAX or NumPy array, or a PyTorch tensor. Max-pooled,
-                resized or lossily compressed frames do not work; `ocjax.console.palette.check_rgb`
-                finds them.
+                `[..., H, 160, 3]` of RGB; a JAX or NumPy array, or a PyTorch tensor. Frames must be
+                the emulator's own, without max-pooling, resizing or lossy compression;
+                `ocjax.console.palette.check_rgb` checks their colours.
 
         Raises:
             TypeError: `frames` is not uint8.
             ValueError: the shape differs from the game's screen, or the channels of RGB frames come
                 first.
-            RuntimeError: see `rem`.
+            RuntimeError: this process was forked from one that had already computed with JAX.
         """
         frames = self._checked_frames(frames)
         if isinstance(frames, np.ndarray) and "_checked" not in self.__dict__:
@@ -157,7 +157,7 @@ class Game(Declaration):
             frames: see `vem`.
 
         Returns:
-            See `terrain_of`.
+            The terrain, with masks bool `[..., kinds, H, 160]`; the kinds are `game.terrain`.
 
         Raises:
             TypeError, ValueError: see `vem`; or the game has no terrain.
@@ -184,7 +184,11 @@ class Game(Declaration):
 def _is_channel_first(
     frames: jax.Array | np.ndarray, screen: tuple[int, int], table: np.ndarray
 ) -> bool:
-    """Test whether the last of the frames is RGB `[3, H, W]`; False inside `jit` and `vmap`."""
+    """Test whether the last of the frames is RGB `[3, H, W]`; False inside `jit` and `vmap`.
+
+    Three frames of palette indices, read as red, green and blue, do not give colours of the
+    palette.
+    """
     if frames.shape[-3:] != (3, *screen) or 0 in frames.shape or isinstance(frames, Tracer):
         return False
     last = np.moveaxis(np.asarray(frames[(-1,) * (frames.ndim - 3)]), 0, -1)

@@ -1,4 +1,4 @@
-"""`Kinds`: a table of the kinds of object in a game's records."""
+"""`Kinds`: a table of the kinds of object that a game's records hold, one entry per kind."""
 
 from __future__ import annotations
 

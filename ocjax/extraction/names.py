@@ -1,7 +1,6 @@
-"""The names of the games.
+"""The names of the games. Every file and folder in `ocjax/extractors` is a game.
 
-Every file and folder in `ocjax/extractors` is a game. This module imports none of them, nor JAX or
-ale-py, which takes seconds.
+This module imports no game, JAX or ale-py, so `import ocjax` and `ocjax --help` stay fast.
 """
 
 import difflib
@@ -54,8 +53,8 @@ def games(suite: str | None = None) -> tuple[str, ...]:
     """Return the sorted names of the supported games, as in Gymnasium's "ALE/<Name>-v5".
 
     Args:
-        suite: only the games of "atari100k", "atari5", "atari10", "atari57" or "ocatari"
-            (`ocjax.extraction.suites`).
+        suite: return only the games of a suite: "atari100k", "atari5", "atari10", "atari57" or
+            "ocatari". `ocjax.extraction.suites` has the complete lists.
 
     Raises:
         ValueError: the suite does not exist.
@@ -93,8 +92,8 @@ def env_id(name: str) -> str:
 def register() -> None:
     """Register every game's environments with Gymnasium, with the same endings as ale-py.
 
-    Importing ocjax registers ids such as "ocjax/Pong-v5"; `gymnasium.make("ocjax:ocjax/Pong-v5")`
-    imports it first.
+    Gymnasium 1.0 has no plugins, so importing ocjax registers ids such as "ocjax/Pong-v5".
+    `gymnasium.make("ocjax:ocjax/Pong-v5")` imports ocjax first.
     """
     import gymnasium
 

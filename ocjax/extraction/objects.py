@@ -24,9 +24,9 @@ __all__ = ["Objects", "check_objects", "velocity", "whose"]
 class Objects:
     """The objects of one state or of a batch of states.
 
-    `N` is the game's number of slots, and `...` any batch shape. An invalid slot is zero in every
-    field. `game.slices` gives each category's slots. Length, iteration and indices apply to the
-    batch.
+    `N` is the number of slots of the game, and `...` is any batch shape. An invalid slot is zero in
+    every field. `game.slices` maps each category to its slots. Length, iteration and indices apply
+    to the batch.
 
     Args:
         xywh: int16 `[..., N, 4]`, left, top, width, height in pixels of the ALE screen.
@@ -170,14 +170,14 @@ class Objects:
     def of(self, category: str | Category, game: Declaration | None = None) -> "Objects":
         """Select the slots of a category: `objects.of("Ball")`.
 
-        All functions of objects work on the result.
+        The result keeps the game and the category, so all functions of objects work on it.
 
         Args:
             category: its name or an alias, or an entry of `game.categories`.
-            game: only for objects without their game.
+            game: only for objects without a reference to their game.
 
         Raises:
-            ValueError: the objects have another game or none, or no such category.
+            ValueError: the objects belong to another game or to none, or have no such category.
         """
         if isinstance(category, Declaration):
             category, game = _reordered(category, game)
@@ -219,7 +219,7 @@ class Objects:
         return jax.tree.map(one, dataclasses.replace(self, game=None))
 
     def save(self, path: str | Path) -> None:
-        """Write an .npz file for `Objects.load`, completely or not at all.
+        """Write an .npz file, which `Objects.load` reads, completely or not at all.
 
         It holds the fields, the game's name and the md5 of its ROM.
 
@@ -231,7 +231,7 @@ class Objects:
 
     @classmethod
     def load(cls, path: str | Path) -> "Objects":
-        """Read a file that `save` wrote, to NumPy arrays.
+        """Read a file that `save` wrote, to objects with NumPy arrays as fields.
 
         Raises:
             FileNotFoundError: the file does not exist.
@@ -241,10 +241,10 @@ class Objects:
         return cls(**fields._asdict(), game=game)
 
     def to_list(self) -> list[Any]:
-        """Convert the valid objects to dicts.
+        """Convert the valid objects to plain dicts, for printing, JSON or a data frame.
 
-        The keys are `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and `hud`,
-        and `value` and `orientation` if they are known.
+        A dict has the keys `category`, `slot` (within its category), `x`, `y`, `w`, `h`, `rgb` and
+        `hud`, and also `value` and `orientation` if they are known.
 
         Returns:
             A list of dicts for one state; nested lists for a batch.
@@ -270,10 +270,11 @@ class Objects:
         return records.per_state(records.by_category, self._host(), whose(self))
 
     def to_text(self) -> Any:
-        """Describe each valid object in a line of plain text.
+        """Describe the valid objects in plain text, for people and language models.
 
-        A line is `Player 0: 4 x 16 at (140, 100), value 12, facing NNE`: category, slot, width x
-        height, left and top in pixels, then value and orientation if the object has them.
+        Each object is a line such as `Player 0: 4 x 16 at (140, 100)`: category, slot, width x
+        height, and left and top in pixels, then `, value 12` and `, facing NNE` if the object has
+        them.
 
         Returns:
             A string for one state, empty without valid objects; nested lists of strings for a
@@ -287,10 +288,11 @@ class Objects:
     def to_logic(self) -> Any:
         """Convert the valid objects to ground atoms of Prolog and Datalog, without final periods.
 
-        An object is a constant of its category and slot, such as `player_score_0`. The atoms are
-        `type(object,category)`, `at(object,left,top)`, `size(object,width,height)`,
-        `rgb(object,red,green,blue)`, `value(object,number)` and `orientation(object,point)` if the
-        object has them, and `hud(object)` for display objects. All numbers are integers.
+        An object is a constant: its category in lower case with underscores, an underscore and its
+        slot, such as `player_score_0`. The atoms are `type(object,category)`,
+        `at(object,left,top)`, `size(object,width,height)`, `rgb(object,red,green,blue)`,
+        `value(object,number)` and `orientation(object,point)` if the object has them, and
+        `hud(object)` for display objects. All numbers are integers.
 
         Returns:
             A list of strings for one state; nested lists for a batch.
@@ -304,8 +306,8 @@ class Objects:
         """Convert the valid objects to a pandas data frame, one row per object, by state and slot.
 
         Its columns are `category` (categorical), `slot` (within the category), `x`, `y`, `w`, `h`,
-        `r`, `g`, `b`, `hud`, and the nullable integers `value` and `orientation`. In a batch, `row`
-        is the state's index, or `row_0`, `row_1`, ... with several dimensions.
+        `r`, `g`, `b`, `hud`, and the nullable integers `value` and `orientation`. For a batch,
+        `row` is the index of the state, or `row_0`, `row_1`, ... with several dimensions.
 
         Raises:
             ValueError: see `to_list`.
@@ -362,8 +364,8 @@ def whose(objects: Objects) -> Declaration:
 def velocity(previous: Objects, current: Objects) -> jax.Array:
     """Movement of each slot's centre from one state to the next, float32 `[..., N, 2]` in pixels.
 
-    It is zero unless the slot is valid in both states, and needs objects that keep their slots:
-    REM's, or VEM's after `track`.
+    The velocity is zero unless the slot is valid in both states. It is meaningful only if objects
+    keep their slots: in REM, and in VEM after `track`.
 
     Raises:
         ValueError: the states belong to different games, or have different slots.

@@ -40,9 +40,9 @@ def load(name: str, *, hud: bool = True) -> Game:
     """Load a game by name.
 
     Args:
-        name: as in `ocjax.games()`, without regard to case, spaces and punctuation
-            ("space_invaders", "Ms. Pac-Man"), the name of ALE's ROM, or an id ("ALE/Pong-v5",
-            "ale_py:ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4").
+        name: as in `ocjax.games()`; case, spaces, underscores and punctuation are ignored
+            ("space_invaders", "Ms. Pac-Man"). The name of ALE's ROM and an environment's id
+            ("ALE/Pong-v5", "ale_py:ALE/Pong-v5", "ocjax/Pong-v5", "PongNoFrameskip-v4") also work.
         hud: whether to include the display categories (score, lives, ...).
 
     Raises:

@@ -1,14 +1,14 @@
 """RAM Extraction Method: compiles a game's decoder of one state to a function of a batch.
 
-Its stages are functions:
+A batch goes through four stages, each a separate function:
 
 1. `read` selects the bytes that the game uses and puts the batch last.
 2. `decode` maps the game's decoder over the batch and packs each box into one number.
 3. `pack` joins the slots of all categories.
 4. `unpack` puts the batch first again and makes `Objects`.
 
-`B` is the batch size and `N` the number of slots. With the batch last, operations vectorise over
-states.
+`B` is the batch size and `N` the number of slots. With the batch last, an operation on a few
+numbers per state vectorises over thousands of states.
 """
 
 from collections.abc import Callable, Sequence

@@ -41,8 +41,8 @@ def _in_play(frames: jax.Array, shown: jax.Array, saver: Saver) -> jax.Array:
 def restored(frames: jax.Array, saver: Saver, categories: Sequence[Category]) -> jax.Array:
     """Restore the colours of play in frames uint8 `[B, H, 160]`.
 
-    The frames are words in a loop of zero or one iteration: `lax.cond` copies them (3 us per
-    frame).
+    The frames are words, as in `bitmap.planes`, in a loop of zero or one iteration: `lax.cond`
+    copies them and takes 3 us per frame more.
     """
     key = key_of(frames, saver)
     table = jnp.asarray(_colors_of_play(saver, categories))

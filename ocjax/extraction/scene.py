@@ -77,7 +77,7 @@ class Terrain:
     def to_logic(self, cell: tuple[int, int] = (8, 8)) -> Any:
         """Convert the cells of `grid` to ground atoms of Prolog and Datalog, without final periods.
 
-        The atoms are such as `terrain(wall,row,column)`.
+        The atoms are `terrain(kind,row,column)`, with kinds as constants such as `wall`.
 
         Returns:
             A list of strings for one state; nested lists for a batch.

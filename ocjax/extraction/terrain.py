@@ -23,11 +23,11 @@ class TerrainKind:
     """A kind of terrain.
 
     Args:
-        name: "wall", "ladder", "water", ...
+        name: the field's word in lower case: "wall", "ladder", "water", ...
         doc: a description in one line.
         effect: "blocks", "carries" or "kills" the player; None for scenery.
         drawn: "playfield", "background" (the colour of the background register) or "sprites".
-        category: the category with the same objects, or None.
+        category: the category whose objects are the same thing, or None.
     """
 
     name: str
@@ -44,9 +44,9 @@ class TerrainMap:
     Args:
         kinds: all kinds.
         layouts: the layouts that the ROM holds, bool `[layouts, kinds, H, 160]`.
-        seen: finds each kind in a frame, uint8 `[H, 160]` of even palette indices, with `COVERED`
-            for objects of other categories than the kinds'. It also gets the pixels in the boxes of
-            each of the categories `boxes`, bool `[H, 160]`.
+        seen: finds each kind in a frame, uint8 `[H, 160]` of even palette indices. The pixels of
+            objects are `COVERED`, except objects of the kinds' categories. For each name in `boxes`
+            it also gets the pixels in the boxes of this category, bool `[H, 160]`.
         layout: index of a state's layout, from its wrapped RAM; None if there is one layout.
         changes: the masks of a state, from its wrapped RAM and the masks of its layout, if play
             changes the terrain.

@@ -14,11 +14,11 @@ class Variants:
 
     Args:
         modes: the meaning of each mode.
-        difficulties: the meaning of each difficulty; bits 0 and 1 set the console's left and right
-            switch to A.
+        difficulties: the meaning of each difficulty. Bit 0 is the console's left switch and bit 1
+            the right one; a bit that is set means position A.
         source: where the meanings come from.
-        starts: the first state after values were written to the RAM, by the option `--start` of
-            `ocjax dataset`, such as "level=1".
+        starts: what the first state shows after values were written to the RAM, by the option
+            `--start` of `ocjax dataset`, such as "level=1".
     """
 
     modes: Mapping[int, str] = field(default_factory=dict)

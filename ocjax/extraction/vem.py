@@ -28,7 +28,8 @@ def _by_slot(
 ) -> jax.Array:
     """Join a field of all categories in one array `[N, B]`, int32 (boxes: uint32).
 
-    Categories without the field get the default, adjacent ones in one piece.
+    Categories without the field get the default, adjacent ones in one piece: each operand of a
+    concatenation is a branch.
     """
     if all(field is None for field in fields):
         return jnp.full((game.num_slots, lanes), default, jnp.int32)
@@ -63,8 +64,9 @@ def _needed(game: Declaration, found: Sequence[Detected]) -> np.ndarray | jax.Ar
 def _extract(game: Declaration, frames: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Extract slots from uint8 `[B, H, 160]`, and count the objects without a slot.
 
-    The slots are int32 `[B, 2, N]` of boxes and values, or `[B, 3, N]` with colours (palette
-    indices, or `OWN_COLOR`) in games that read some; the counts int32 `[B, categories]`.
+    The loop over chunks of a batch writes the slots as one array: int32 `[B, 2, N]` of boxes and
+    values, or `[B, 3, N]` with colours (palette indices, or `OWN_COLOR`) in games that read some
+    from the frame. The counts are int32 `[B, categories]`.
     """
     if game.saver is not None:
         frames = restored(frames, game.saver, game.categories)

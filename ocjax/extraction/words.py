@@ -1,7 +1,7 @@
 """Boxes and colours packed in one 32-bit word per slot, as both methods return them.
 
-A box is x, y, w and h, and a colour red, green and blue, one byte each, from the lowest. The word
-of an invalid slot is 0.
+A box is x, y, w and h, and a colour red, green and blue, one byte each, from the lowest byte.
+Clipped boxes fit. The word of an invalid slot is 0; a valid box has a width.
 """
 
 import jax

@@ -1,9 +1,9 @@
 """Trials of Atari-HEAD (Zhang et al., 2020), and the objects that the players look at.
 
-A trial is a folder of PNG frames and a text file with a header and a line per frame: `frame_id`
-(the picture's name), `episode_id`, `score`, `duration(ms)`, `unclipped_reward`, `action`, and the
-gaze positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are "null". The dataset
-is at https://zenodo.org/records/3451402.
+A trial is a folder of PNG frames and a text file. After a header, the file has one line per frame:
+`frame_id` (the picture's name), `episode_id`, `score`, `duration(ms)`, `unclipped_reward`,
+`action`, and the gaze positions `x0, y0, x1, y1, ...` in pixels of the frame. Unknown values are
+"null". The dataset is at https://zenodo.org/records/3451402.
 """
 
 import dataclasses
@@ -64,7 +64,8 @@ class Look:
 
     Args:
         objects: VEM's objects of the frame.
-        slot: the slot with most gaze positions; None if most are on no object.
+        slot: the object with most gaze positions, among all slots of the game. None if most
+            positions are on no object.
         category, index: the object's category, and its slot in the category.
         share: the fraction of the gaze positions on the object.
     """
@@ -133,7 +134,7 @@ def looks(
         report: called with the numbers of finished and of all frames.
 
     Yields:
-        A `Look` for each line with a picture.
+        A `Look` for each line of the file whose picture is in the folder.
 
     Raises:
         InputError: the file has another layout, or no picture has the name of a line.

@@ -10,14 +10,14 @@ from ocjax._extras import extras
 def completed(
     function: Callable[[Any], object], tasks: Sequence[Any], ray: str | None = None
 ) -> Iterator[Any]:
-    """Execute a function for each task; yield finished tasks.
+    """Execute a function for each task, and yield each task when it is done.
 
-    Tasks of a machine that disappears are executed again: a second execution must have no further
-    effect. Tasks read and write files that all machines share.
+    If a machine of a cluster disappears, its tasks are executed again. Therefore, executing a task
+    twice must have no further effect, and tasks must read and write files that all machines share.
 
     Args:
-        ray: None for this process, "local" for Ray on this machine, "auto" for this machine's
-            running cluster, or the address of a cluster.
+        ray: None to execute the tasks in this process, "local" for Ray on this machine, "auto" for
+            the running cluster that this machine is part of, or the address of a cluster.
     """
     if ray is None:
         for task in tasks:

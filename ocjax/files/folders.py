@@ -1,6 +1,7 @@
 """Safe access to folders from others: readers use only regular files in the folder itself.
 
-Links could bring in a file from outside, and pipes block for ever.
+They follow no links, because a link could bring in a file from outside the folder. They read no
+pipes, because a pipe could block for ever.
 """
 
 import os
@@ -51,7 +52,8 @@ def contents(folder: Path) -> dict[Path, int]:
 def require_own(folder: Path) -> None:
     """Check that a folder, if it exists, is no link and contains only files and folders.
 
-    Links would choose which of the user's files are read and overwritten.
+    With links, the creator of the folder could choose which of the user's files are read and
+    overwritten.
     """
     if folder.is_symlink():
         _check_regular(folder)

@@ -1,7 +1,7 @@
 """Inputs: rows of RAM or frames in files, folders and datasets.
 
-They are read in blocks of rows, so files may be larger than the memory. The extra `data` has the
-libraries of most formats.
+All inputs are read in blocks of rows, so files may be larger than the memory. The library for a
+format is imported when a file of that format is opened (extra `data`).
 """
 
 import contextlib

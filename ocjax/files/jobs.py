@@ -1,4 +1,4 @@
-"""Work folders of resumable jobs, identified by a file in each, and reports of their progress."""
+"""Work folders of resumable jobs. A file in each folder identifies its job."""
 
 import json
 import os

@@ -1,7 +1,7 @@
 """Write new Minari datasets, and copies of existing ones with objects.
 
-A dataset appears when it is complete. Pictures are not compressed: JPEG, Minari's default, changes
-colours.
+A dataset appears when it is complete. Pictures are stored without compression, because JPEG,
+Minari's default, changes colours.
 """
 
 import contextlib

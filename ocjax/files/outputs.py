@@ -1,14 +1,24 @@
-"""Files of objects, for n rows and the N slots of a game; `docs/data.md` explains the formats.
+"""Files of objects, for n rows and the N slots of a game.
 
-- `.npz`, `.h5` and `.hdf5`: the fields of `Objects`, `[n, N, ...]`, the category of each slot,
-  `categories` `[N]`, and `hud` bool `[N]`.
-- `.parquet`: a line per object, with its index in the category.
-- `.json`: COCO's format, without the values. If the input has frames, with the objects' pixels
-  (`ocjax.segment`) as run lengths.
-- `.txt`: MOT's format. Frames, slots and categories count from 1; confidence and visibility are 1.
-- `yolo:FOLDER`: YOLO's format. Categories count from 0.
+- `.npz`, `.h5` and `.hdf5`: the fields of `Objects` with all slots, `[n, N, ...]`, the category of
+  each slot, `categories` `[N]`, and `hud` bool `[N]`.
+- `.parquet`: a line per object with the columns row, category, index (within the category), x, y,
+  w, h, orientation, value, r, g, b, hud.
+- `.json`: COCO's detection format, with a picture `000000.png` per row, without the values. If the
+  input has frames, annotations have the objects' pixels (`ocjax.segment`) as run lengths.
+- `.txt`: MOT's format: frame and slot, counted from 1, left, top, width, height, confidence 1,
+  category, counted from 1, visibility 1.
+- `yolo:FOLDER`: YOLO's format: `data.yaml` with the names of the categories, and
+  `labels/000000.txt` per row, or with the name of the row's picture. A line per object has the
+  category, counted from 0, and the centre, width and height relative to the screen's size.
 
-Equal objects give equal bytes.
+All formats except MOT's also name the game, the md5 of its ROM, the method and the version of
+ocjax. Equal objects give equal bytes.
+
+If rows have several dimensions, such as steps and environments, fields have them, too, and
+`.parquet` has columns row_0, row_1, ... instead of row. The other formats count rows in C order. If
+the episodes are known, `.npz`, HDF5 and `.parquet` files also have `episode` int32, the episode
+number of each row.
 """
 
 import dataclasses

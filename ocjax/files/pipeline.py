@@ -1,4 +1,7 @@
-"""Extract objects from an input to a file."""
+"""Extract objects from an input to a file.
+
+The extraction works block by block, so it can be resumed after an interruption.
+"""
 
 import dataclasses
 import functools
@@ -74,19 +77,23 @@ def extract(
     """Extract the objects of all rows of an input, with REM from RAM or with VEM from frames.
 
     The work stays in the folder `OUT.parts` until the output is complete. After an interruption, a
-    second call resumes it and writes the same output.
+    second call resumes the extraction and writes the same output. Rows are extracted in batches on
+    all local devices.
 
     Args:
-        source: see `open_input`.
+        source: the input; see `open_input`.
         out: an .npz, .h5, .hdf5 or .parquet file of objects, a .json file in COCO's format, a .txt
             file in MOT's, or a new folder in YOLO's format after "yolo:"; see
-            `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset also "minari:"
-            with the ID of a new dataset, a copy with the fields of `Objects` in its infos.
-        game: the game's name, unless the input's metadata or the file's name (`Pong.npy`) give it.
-        array: see `open_input`.
+            `ocjax.files.outputs`. An existing file is replaced. For a Minari dataset, `out` can
+            also be the ID of a new dataset after "minari:", a copy with the fields of `Objects` in
+            its infos.
+        game: the game's name. Required if the input's metadata and the file's name (`Pong.npy`)
+            name no game.
+        array: name of the input's array; see `open_input`.
         hud: whether display objects are included.
-        ray: see `ocjax.files.cluster`.
-        report: called with the numbers of finished and of all rows.
+        ray: the address of a Ray cluster whose machines share the files; see `ocjax.files.cluster`.
+        report: called at the beginning and after each block with the numbers of finished and of all
+            rows.
 
     Raises:
         FileNotFoundError: the input does not exist.
@@ -236,7 +243,7 @@ def extractor(game: Game, method: str) -> Callable[[np.ndarray], Objects]:
 def check_indices(rows: Input, game: Game) -> None:
     """Check that pictures without colours show palette indices, not shades of grey.
 
-    It reads pictures until one has a number that no grey picture has, mostly the first.
+    It reads pictures until one has a number that no grey picture of the game has, mostly the first.
     """
     if not rows.pictures or len(rows.row_shape) != 2:
         return
@@ -256,7 +263,7 @@ def check_indices(rows: Input, game: Game) -> None:
 
 
 def check_colors(frames: np.ndarray, game: Game, name: str, first: int) -> None:
-    """Check that frames, unlike RAM, have only colours of the console.
+    """Check that frames have only colours of the console. RAM is not checked.
 
     Args:
         frames: uint8 `[n, H, 160, 3]` of RGB, `[n, H, 160]` of palette indices, or other rows.

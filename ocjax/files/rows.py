@@ -37,12 +37,13 @@ class Input(ABC):
     Attributes:
         name: for errors.
         rows: number of rows.
-        batch: the dimensions of the rows: `(rows,)`, or several in C order.
+        batch: the dimensions of the rows: `(rows,)`, or several, such as steps and environments, in
+            C order.
         row_shape: `(128,)` for RAM, `(H, 160)` for frames of palette indices, `(H, 160, 3)` for RGB
             frames.
-        facts: optionally the "game" and the "md5" of its ROM.
-        episodes: the number of rows of each episode, if known.
-        reads: the files, and folders with all their files, that the input reads.
+        facts: metadata: optionally the "game" and the "md5" of its ROM.
+        episodes: the number of rows of each episode, if the episodes are known.
+        reads: the files and folders that the input reads. A folder includes every file in it.
         pictures: whether pictures may show palette indices as shades of grey.
     """
 
@@ -127,12 +128,13 @@ def batch_axes(shape: Sequence[int]) -> int:
 def choose(name: str, shapes: Mapping[str, Sequence[int]], wanted: str | None) -> list[str]:
     """Choose the array to read, or the arrays of all episodes in natural order.
 
-    Arrays whose paths differ only in numbers, such as `episode_0/observations` and
-    `episode_1/observations`, are episodes.
+    Names may be paths through groups. Arrays whose paths differ only in numbers, such as
+    `episode_0/observations` and `episode_1/observations`, are episodes.
 
     Args:
         wanted: a path, or the end of several. By default, the first of `NAMES` whose rows are RAM
-            or frames, outside groups named `next_...`, which repeat observations.
+            or frames. The default skips groups whose names begin with `next_`: they repeat
+            observations.
     """
     if wanted is not None and wanted in shapes:
         return [wanted]

@@ -130,8 +130,8 @@ def _rows_of(column: Any, name: str, first: int, shape: tuple[int, ...] | None) 
     """The rows of an Arrow column, integers `[n, ...]`.
 
     Args:
-        name, first: the column's name and the first row's number, for errors.
-        shape: of each row, if known.
+        name, first: the column's name and the number of the first row, for errors.
+        shape: of each row, or None if it is not known yet.
     """
     pa = require("pyarrow")
     parts = [column]

@@ -48,7 +48,7 @@ def check_apart(out: Path, reads: Iterable[str | Path | None]) -> None:
     Links are followed, and files are compared by device and inode.
 
     Args:
-        reads: input files, and folders with all their files; None and missing paths are ignored.
+        reads: input files, and folders with every file in them. None and missing paths are ignored.
     """
     target = Path(os.path.realpath(out))
     places = [place.stat() if place.exists() else None for place in (target, *target.parents)]

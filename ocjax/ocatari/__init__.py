@@ -72,25 +72,29 @@ _shrink = jax.jit(lambda gray: resize(gray, _DQN_SIZE))
 class OCAtari(Uncopied, gym.Env):
     """An environment with the arguments and attributes of OCAtari 2.2.1, and ocjax's objects.
 
-    The environment is ale-py's. `objects` has OCAtari's slots, in its order, with a `NoObject` in
-    empty ones, then objects without a slot in OCAtari.
+    The environment is ale-py's. `objects` has an entry for each of OCAtari's slots, in its order,
+    with a `NoObject` in empty ones. Objects without a slot in OCAtari follow.
 
     Args:
-        env_name: the game, in any spelling of `ocjax.load`, or an id of ale-py. As in OCAtari,
-            "Pong" is "Pong-v4": it skips 2 to 4 frames at random, without sticky actions.
+        env_name: the game, in any spelling of `ocjax.load`, or an id of ale-py's environments. As
+            in OCAtari, "Pong" is "Pong-v4", which skips 2 to 4 frames at random and has no sticky
+            actions.
         mode: "ram" or "revised" (REM), "vision" (VEM, tracked from step to step) or "both"
             (`objects` by REM, `objects_v` by VEM).
-        hud: whether display objects are included.
+        hud: whether scores, lives and other display objects are included.
         obs_mode: "obj" (`ns_state` of the last steps, int64 `[buffer_window_size, n]`), "ori" (the
             screen, uint8 `[H, 160, 3]`) or "dqn" (grey frames of the last steps, uint8
             `[buffer_window_size, 84, 84]`).
         render_mode: "rgb_array", "human" or None.
-        render_oc_overlay: whether `render` draws the objects over the enlarged frame ("human": with
-            pygame).
+        render_oc_overlay: whether `render` draws the objects over the enlarged frame. In render
+            mode "human" this needs pygame.
         buffer_window_size: number of steps in the state buffers.
-        create_buffer_stacks: further state buffers to keep: "ori", "dqn" or "obj".
-        hook: see `ocjax.make_vec`.
-        kwargs: options of ale-py's environments, such as `frameskip` and `full_action_space`.
+        create_buffer_stacks: the state buffers to keep, besides the observation's: "ori", "dqn" or
+            "obj".
+        hook: functions that edit the RAM before every emulated frame, or names of variations; see
+            `ocjax.make_vec`.
+        kwargs: options of ale-py's environments for `gymnasium.make`, such as `frameskip`,
+            `difficulty`, `repeat_action_probability` and `full_action_space`.
 
     Raises:
         ValueError: the game, the mode, the observation or a buffer is unknown, the window is empty,

@@ -45,8 +45,8 @@ class SlotTable:
     def arrange(self, now: Objects, before: Objects | None) -> list[GameObject]:
         """The objects of one state in OCAtari's slots, followed by objects without such a slot.
 
-        Objects keep ocjax's slots in their category, with OCAtari's names; if OCAtari has fewer,
-        the first present objects fill them.
+        If OCAtari has enough slots for a category, its objects keep ocjax's slots. Otherwise the
+        first present objects fill OCAtari's slots. Objects in OCAtari's slots have OCAtari's names.
 
         Args:
             before: the objects of the previous step, or None in the first state of an episode.

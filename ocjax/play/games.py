@@ -36,7 +36,7 @@ class Played:
         returns: float64 `[n]`, the sums of the emulator's rewards.
         frames: int64 `[n]`, emulated frames.
         settings: the settings of the emulators.
-        pictures: the first game's first steps with the objects drawn, if requested.
+        pictures: the first steps of the first game with the objects drawn; empty unless requested.
     """
 
     returns: np.ndarray
@@ -60,14 +60,16 @@ def play(
 ) -> Played:
     """Play complete games, by default under the settings of a policy's training.
 
-    Games are complete even if the policy was trained with episodes of one life. Instances play
-    equally many games, plus or minus one: short games do not count more often.
+    A game counts from its start to its end, even if the policy was trained with episodes of one
+    life. Instances play equally many games (plus or minus one), so that short games do not count
+    more often.
 
     Args:
-        policy: see `ocjax.play.policies.make_policy`.
+        policy: a name or path; see `ocjax.play.policies.make_policy`.
         pictures: whether to draw the first game.
         with_terrain: whether to paint the terrain into the pictures.
-        hook: see `ocjax.make_vec`. The next three replace settings of the training.
+        hook: a hook, such as the name of a variation; see `ocjax.make_vec`. The next three replace
+            the settings of the training.
     """
     n = min(episodes, MOST_ENVS)
     quota = episodes // n + (np.arange(n) < episodes % n)

@@ -49,7 +49,10 @@ class Group(NamedTuple):
 
     @property
     def pooled(self) -> bool:
-        """True if the slots share an encoder: several slots with several features."""
+        """True if the slots share an encoder.
+
+        A single slot, and slots with a single feature (the validity), are inputs themselves.
+        """
         return self.slots > 1 and len(self.features) > 1
 
     @property
@@ -142,9 +145,9 @@ def deep_sets(layers: Layers, x: jax.Array, groups: Groups, *, depth: int) -> ja
 def encoded(encoders: Layers, x: jax.Array, groups: Groups) -> jax.Array:
     """The codes of the categories, as in Deep Sets (Zaheer et al., 2017).
 
-    The inputs are float32 `[B, n]`, the codes `[B, sum of the groups' widths]`. A category's slots
-    share an encoder, a perceptron with relu; the mean and the maximum of the valid slots' codes
-    represent it. `encoders` has equally many layers for each group.
+    The inputs are float32 `[B, n]`, the codes `[B, sum of the groups' widths]`. The slots of a
+    category share an encoder, a perceptron with relu. The mean and the maximum of the valid slots'
+    codes represent the category. `encoders` contains equally many layers for each group.
     """
     codes, layers = [], iter(encoders)
     depth = len(encoders) // max(1, sum(group.pooled for group in groups))

@@ -46,7 +46,7 @@ class RandomPolicy:
         num_envs: number of instances.
         rng: the source of randomness.
         hold: the largest number of steps.
-        idle: the fraction of NOOP, the first action, in the choices.
+        idle: the fraction of choices with the first action of the set, NOOP.
     """
 
     num_actions: int
@@ -118,9 +118,9 @@ def make_policy(name: str, game: Game, num_actions: int, num_envs: int, seed: in
     """A policy by name.
 
     Args:
-        name: "random", "repeat" (actions are held for 1 to 8 steps), "idle" (NOOP), "seldom"
-            ("repeat" with 95 % NOOP), "trained" (ships with the package), or the path of a saved
-            policy.
+        name: "random" (a new action in every step), "repeat" (each action is held for 1 to 8
+            steps), "idle" (NOOP), "seldom" (like "repeat", but 95 % of the choices are NOOP),
+            "trained" (the policy that ships with the package), or the path of a saved policy.
         num_actions: size of the action set.
         num_envs: number of instances.
         seed: seed of the random choices.

@@ -37,9 +37,9 @@ def read(path: str | Path, game: Game) -> SavedPolicy:
 
     Args:
         path: a file with weights `w0` `[inputs, n]`, biases `b0` `[n]`, and so on for each layer.
-            It may contain `mean` and `deviation` `[inputs]` and a JSON text `description`, as from
-            `SavedPolicy.write`; by default, the inputs are x, y, w, h in units of 160 pixels and
-            the validity of each slot.
+            It may contain `mean` and `deviation` `[inputs]` and a JSON text `description`, as
+            written by `SavedPolicy.write`. Without a description, the inputs are x, y, w, h in
+            units of 160 pixels and the validity of each slot of the game.
     """
     arrays = _arrays(path)
     description = _description(path, arrays)

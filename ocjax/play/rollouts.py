@@ -36,24 +36,28 @@ def rollout(
 ) -> Recording:
     """Play several instances of a game in parallel, and record states.
 
-    A saved policy plays under its training's settings, with unclipped rewards; others with three
-    emulated frames per step and no sticky actions. Explicit arguments override both.
+    A saved policy plays under the settings of its training, with unclipped rewards. Other policies
+    have three emulated frames per step and no sticky actions. Explicit arguments override both.
 
     Args:
         samples: number of states of all instances together, at least `num_envs`.
         policy: see `make_policy`.
-        seed: of the policy and the first instance; the others get the following seeds.
+        seed: seed of the policy and of the first instance; the others get the following seeds.
         after: emulated frames that each instance plays before its first sample, rounded up to
             steps.
-        repeat_action_probability: see `Settings`.
-        whole_games: whether samples are drawn from complete games, uniformly and without
-            replacement, and end with the last game. Otherwise they are successive states. By
-            default True for saved policies.
-        game_mode, game_difficulty: see `ocjax.make_vec`.
+        repeat_action_probability: the probability that an emulated frame repeats the previous
+            action.
+        whole_games: whether each instance plays complete games, at least one. Samples are then
+            drawn from all their states, uniformly and without replacement; the last sample of an
+            instance is the end of its last game. Otherwise, samples are successive states. By
+            default, saved policies play complete games.
+        game_mode: ale-py's number of the game mode; by default the game's own.
+        game_difficulty: ale-py's number of the difficulty; by default the game's own.
 
     Returns:
-        A recording, instance by instance. With `whole_games`, its frame skip is None, and `resets`
-        marks a game's first sample.
+        A recording with frames, previous frames, returns, lives, resets, ends and settings,
+        instance by instance. With `whole_games`, its frame skip is None, and `resets` marks the
+        first sample of a game.
     """
     if samples < num_envs:
         raise ValueError(
@@ -141,7 +145,10 @@ class _Sampler:
         self._games += last
 
     def _place(self) -> int:
-        """The next state's index in the sample, or `count` to drop it; the last is reserved."""
+        """The index of the next state in the sample, or `count` if it is dropped.
+
+        The last index is reserved for the last state.
+        """
         random = self._count - 1
         if self._seen < random:
             return self._seen

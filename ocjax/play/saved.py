@@ -46,19 +46,19 @@ Policy = Callable[[Seen], np.ndarray]  # -> int [N], indices into the action set
 
 @dataclasses.dataclass(frozen=True)
 class SavedPolicy:
-    """A network that scores each action by objects in RAM or by pixels.
+    """A network that computes a score for each action from objects in RAM or from pixels.
 
     Args:
         game: the game, with or without its display.
         layers: weights and biases of each layer.
         observation: the network's input.
         mean, deviation: moments to standardise the features, float32 `[inputs]`, or None.
-        sampled: whether actions are drawn with the scores as logits; otherwise the best one is
-            taken.
+        sampled: whether actions are drawn at random with the scores as logits; otherwise the action
+            with the best score is taken.
         settings: the settings of the training; None if unknown.
-        preset: the settings' preset; None if unknown.
+        preset: the name of the preset that the settings are based on; None if unknown.
         frames: emulated frames of the training; 0 if unknown.
-        slots: the slots of the inputs, in their order; by default the game's.
+        slots: the slots that the policy sees, in the order of its inputs; by default the game's.
         network: name in `ocjax.play.networks`.
     """
 

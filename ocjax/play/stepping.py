@@ -17,15 +17,18 @@ def seen(pool: AlePool) -> Seen:
 def steps(pool: AlePool, act: Policy) -> Iterator[np.ndarray | None]:
     """Play a pool without end, right after its reset.
 
-    The pool's arrays show the state after each step. With `fire_reset`, the start actions also
-    follow a lost life that does not end the episode: policies trained with episodes of one life
-    never press FIRE.
+    The pool's arrays show the state after each step: `started` marks the first states of episodes,
+    `terminated` and `truncated` the last ones, and `episode_return` is the sum of a game's rewards.
+
+    With the setting `fire_reset`, the start actions of episodes follow a lost life that does not
+    end the episode: policies that were trained with episodes of one life never press FIRE
+    themselves.
 
     Args:
         act: the policy, a function of `seen(pool)`.
 
     Yields:
-        None after the reset, then the actions of each step, int `[N]`.
+        First None, for the state after the reset, then the actions of each step, int `[N]`.
     """
     yield None
     start = np.array(pool.start_actions, int)

@@ -19,8 +19,8 @@ class Row:
     Args:
         name: name of the variation, or "original".
         games: number of complete games.
-        mean, deviation: mean and sample standard deviation of the returns.
-        drop: the decrease from the original's mean in percent, or None.
+        mean, deviation: mean and sample standard deviation of the returns; 0 for one game.
+        drop: the decrease from the original's mean in percent, negative for an increase, or None.
         seed: seed of the first instance; the others have the following seeds.
     """
 

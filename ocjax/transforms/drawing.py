@@ -84,11 +84,12 @@ def overlay(
         game: the objects' game.
         frame: uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
         objects: of one state.
-        scale: picture pixels per screen pixel, vertically; twice as many horizontally.
-        labels: whether to label each category's first object and all with a value or known
-            orientation.
+        scale: vertical picture pixels per screen pixel; the horizontal scale is twice as large.
+        labels: whether to label the first object of each category, and every object with a value or
+            a known orientation.
         numbers: label every object with its number in `objects.to_list()` instead, counted from 1.
-        terrain: of the state, to paint over the frame; see `tinted`.
+        terrain: of the state, to be painted over the frame; see `tinted`. With `labels` each kind
+            gets one.
     """
     canvas = _Canvas(_rgb(game, frame) if terrain is None else tinted(game, frame, terrain), scale)
     colors, named = category_colors(game), set()
@@ -175,7 +176,10 @@ def tinted(game: Declaration, frame: np.ndarray, terrain: Terrain) -> np.ndarray
 def pixels(
     game: Declaration, frame: np.ndarray, objects: Objects, *, scale: int = 3
 ) -> Image.Image:
-    """Draw the valid objects' own pixels (`ocjax.segment`) over the dark frame; see `overlay`."""
+    """Draw the own pixels of the valid objects of one state (`ocjax.segment`) over its dark frame.
+
+    The arguments are those of `overlay`.
+    """
     colors = np.array(list(category_colors(game).values()), np.uint8)
     owners = np.asarray(segment(objects, frame))
     dark = _rgb(game, frame) // 3
@@ -197,7 +201,7 @@ def boxes_over(
         rgb: uint8 `[H, 160, 3]`.
         xywh: `[N, 4]`, left, top, width and height in screen pixels.
         label: int `[N]`, index into `categories`, or -1 for no box.
-        categories: names of the labels.
+        categories: names of the labels, each written above its first box.
         scale: see `overlay`.
     """
     canvas, colors = _Canvas(rgb, scale), _bright_colors(categories)

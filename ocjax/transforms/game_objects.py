@@ -66,17 +66,18 @@ class Orientation(enum.IntEnum):
 class GameObject:
     """One object of one state, with its position one step before, for code written for OCAtari.
 
-    Its class is a subclass with the name of its category. It has the attributes of OCAtari 2.2.1's
-    objects, and the keys of `Objects.to_list`. Assigning to them changes only this object.
+    The class of an object is a subclass with the name of its category. Its attributes are those of
+    OCAtari 2.2.1's objects, and the keys of the dicts of `Objects.to_list`. Assigning to them
+    changes only this object.
 
     Args:
         slot: number of the slot within the category.
         x, y, w, h: left, top, width and height in pixels.
         rgb: colour.
         hud: whether it belongs to the HUD (score, lives, ...).
-        prev_xy: top left corner one step before, or the current one.
-        value: score, lives, time, ... or None if unknown.
-        prev_value: the value one step before, or the current one.
+        prev_xy: top left corner one step before; the current one if the slot was empty then.
+        value: score, lives, time, ... or None if the category has none or VEM cannot read it.
+        prev_value: the value one step before; the current one if the slot was empty then.
         orientation: compass point, or None as for values.
         visible: False only for the `NoObject` of an empty slot.
     """

@@ -51,9 +51,10 @@ def masks(
         gray: the grey screen, uint8 `[B, H, 160]`; required for "object" and for `pixels`.
         frames: palette indices, uint8 `[B, H, 160]`, or RGB; required to draw "pixels".
         size: (height, width) of the masks; None for the screen's size.
-        draw: "output" scales boxes to the output, rounded outwards, and fills them. "screen" fills
-            them at the screen's size and resizes by averaging areas. "pixels" does so with the
-            objects' own pixels (`ocjax.segment`).
+        draw: "output" scales boxes to the output, rounds them outwards to integer pixels and fills
+            them. "screen" fills them at the screen's size and resizes by averaging over areas.
+            "pixels" draws the objects' own pixels (`ocjax.segment`) instead of boxes, and resizes
+            in the same way.
         pixels: whether to add the grey screen as the last plane.
 
     Returns:
@@ -115,7 +116,8 @@ def _covered(
 ) -> jax.Array:
     """Mark the output pixels that boxes of `[B, N]` slots touch, bool `[B, *size]`.
 
-    Words of bits, with the batch last, take at most half the time of a matrix product.
+    Boxes are added to words of bits, with the batch last. A matrix product of the rows and columns
+    inside each box takes 2 to 11 times as long.
     """
     x, y, w, h = xywh.T  # [N, B]
     top, bottom = _touched(y, h, screen[0], size[0])
@@ -158,8 +160,8 @@ def area_weights(n_in: int, n_out: int) -> np.ndarray:
 
     Returns:
         int64 `[n_out / g, n_in / g]`, the pattern that repeats g times, for the greatest common
-        divisor g, in units of g / n_out of an input pixel. An output pixel's weights add up to n_in
-        / g.
+        divisor g. The unit is g / n_out of an input pixel. The weights of an output pixel add up to
+        n_in / g.
     """
     common = math.gcd(n_in, n_out)
     n_in, n_out = n_in // common, n_out // common
@@ -172,8 +174,8 @@ def area_weights(n_in: int, n_out: int) -> np.ndarray:
 def resize(images: jax.Array, size: tuple[int, int]) -> jax.Array:
     """Resize uint8 `[..., h, w]` to `[..., *size]` by averaging areas, like OpenCV's INTER_AREA.
 
-    Means are rounded to the nearest integer, halves to the even one. Few rows are summed as slices
-    of 16 bits, three times as fast as a matrix product.
+    Means are exact and rounded to the nearest integer, halves to the even one. Few rows are summed
+    as slices of 16 bits: for 210 to 84 rows, a matrix product takes three times as long.
     """
     if images.shape[-2:] == size:
         return images

@@ -24,20 +24,23 @@ def perturb(
 ) -> Objects:
     """Move, drop, swap and invent objects at random, without changing `objects`, the truth.
 
-    Every slot is drawn independently: objects swap slots, some are dropped, empty slots receive
-    invented objects, and true objects are moved. It works under `jit`, `vmap` and `scan`.
+    Every slot of every state is drawn independently: objects swap slots, some objects are dropped,
+    empty slots receive invented objects, and objects from the truth are moved. This is a pure
+    function that works under `jit`, `vmap` and `scan`.
 
         noisy = ocjax.perturb(key, envs.objects, jitter=2, drop=0.1)
 
     Args:
         key: a key of `jax.random`.
         objects: all slots, of any batch shape.
-        jitter: the largest movement along each axis, in pixels; a box keeps its size, with its top
-            left corner on the screen. All options are Python numbers.
+        jitter: the largest movement of the left and the top edge, in pixels. The box keeps its
+            size, and its top left corner remains on the screen. This and the probabilities are
+            Python numbers.
         drop: probability that an object is dropped.
-        swap: probability that a slot joins a random permutation within its category.
-        invent: probability that an empty slot receives a random box of 2 to 16 pixels in the slot's
-            colour.
+        swap: probability that a slot takes part in a random permutation of such slots of its
+            category.
+        invent: probability that an empty slot receives an object, with a random box of 2 to 16
+            pixels on the screen and the slot's colour.
 
     Raises:
         TypeError: `objects` has another type, `jitter` is not an integer, or a probability is not a

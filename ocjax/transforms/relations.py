@@ -19,7 +19,7 @@ _POINTS = 16  # of the compass
 class Relations:
     """The relations of each of `N` objects to each of `M` objects. `...` is the batch shape.
 
-    Entry `[..., i, j]` is object j as seen from object i; zero unless both are valid.
+    Entry `[..., i, j]` describes object j as seen from object i, or is zero unless both are valid.
     """
 
     # float32 [..., N, M, 2]: from the centre of i to the centre of j, right and down, in pixels

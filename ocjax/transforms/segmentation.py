@@ -15,14 +15,15 @@ __all__ = ["NOBODY", "masks", "segment"]
 def segment(objects: Objects, frames: jax.Array | np.ndarray) -> jax.Array:
     """Find the object that owns each pixel; a pure function that works under `jit` and `vmap`.
 
-    An object owns the pixels in its box that have a colour of its category; in overlaps, the
-    smallest box wins, or the first slot. In games with a `backdrop`, no object owns pixels in the
-    background's colour.
+    An object owns the pixels in its box that have a colour of its category. If boxes overlap, the
+    object with the smallest box owns the pixel, or the first slot among equal sizes. In games that
+    declare a `backdrop`, no object owns pixels in the background's present colour.
 
     Args:
-        objects: of batch shape `[...]`. A category's, from `Objects.of`, own pixels regardless of
-            others.
-        frames: uint8 `[..., H, 160]` of ALE palette indices or `[..., H, 160, 3]` of RGB.
+        objects: of batch shape `[...]`, from `Game.rem` or `Game.vem`. The objects of a category,
+            from `Objects.of`, own the pixels regardless of other categories.
+        frames: the frames that show the objects, uint8 `[..., H, 160]` of ALE palette indices or
+            `[..., H, 160, 3]` of RGB.
 
     Returns:
         int16 `[..., H, 160]`: the slot of the pixel's owner, or -1 (`NOBODY`).

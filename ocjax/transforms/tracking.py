@@ -1,7 +1,8 @@
-"""Merge flickering objects of successive frames, and keep slots stable.
+"""Relate the objects of successive frames: merge flickering objects, and keep slots stable.
 
-Objects are matched greedily within a category, nearest centres first. Distances are integers
-(squared, in half pixels). Ties go to the lower slot in the first frame, then in the second.
+Objects are matched greedily within a category: the pair with the nearest centres first, then the
+nearest remaining pair, and so on. Distances are compared as integers (squared, in half pixels).
+Ties go to the lower slot in the first frame, then in the second.
 """
 
 import dataclasses
@@ -38,7 +39,8 @@ def _nearest(
 ) -> jax.Array:
     """Find the nearest `b` within reach of each `a`.
 
-    Blocks of `b` are compared sequentially: one reduction over all distances does not vectorise.
+    Blocks of `b` are compared sequentially, because a reduction over all distances does not
+    vectorise.
 
     Args:
         a, b: columns and rows of centres in half pixels, int32 `[B, n]` each.
@@ -82,7 +84,8 @@ class _Matching(NamedTuple):
 def _match(a: Objects, b: Objects, limit: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
     """Match one category's slots greedily, one to one; batch shape `[B]`.
 
-    Each round takes all pairs of mutually nearest objects.
+    Mutually nearest objects match before any other pair of either, so each round takes all such
+    pairs.
 
     Returns:
         For each slot of `a` the matched slot of `b` or n, int32 `[B, n]`; and masks of the
@@ -177,10 +180,10 @@ def _by_runs(
     move: Callable[[Objects, Objects], Objects],
     stay: Callable[[Objects, Objects], Objects],
 ) -> Objects:
-    """Combine the slots of two states, flattened to batch shape `[B]`.
+    """Combine the slots of two states, flattened to batch shape `[B]`, category by category.
 
-    `move` combines a category of `Blobs` with several slots, `stay` adjacent other categories at
-    once.
+    `move` combines a category whose objects may change slots: `Blobs` with several slots. `stay`
+    combines adjacent other categories at once.
     """
     batch = second.valid.shape[:-1]
 
@@ -273,13 +276,17 @@ def merge_frames(earlier: Objects, later: Objects, radius: float = MERGE_RADIUS)
     """Merge VEM's objects of two successive emulated frames.
 
     The console draws some objects only every other frame. The result holds the later frame's
-    objects in their slots, and the earlier frame's objects without a counterpart in free slots of
-    the category; surplus objects are dropped. In categories whose slots are places
-    (`Category.has_places`), each slot holds the later object or else the earlier one.
+    objects in their slots, and the earlier frame's objects without a counterpart in the later one,
+    in the category's free slots; surplus objects are dropped. Counterparts are matched one to one
+    within a category, nearest centres first. In categories whose slots are places
+    (`Category.has_places`), each slot holds the later object or else the earlier one, at any
+    distance.
+
+    This is a pure function that works under `jit`, `vmap` and `scan`.
 
     Args:
         earlier, later: results of `game.vem` on two successive emulated frames, of any batch shape.
-        radius: largest distance between counterparts' centres in pixels; a Python number.
+        radius: largest distance between the centres of counterparts in pixels; a Python number.
 
     Raises:
         ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius
@@ -297,23 +304,28 @@ def track(
 ) -> Objects:
     """Move current objects to the slots of their previous objects, so slots become identities.
 
-    A new object gets the first slot that was empty before, or else the first slot whose object is
-    gone. In categories whose slots are places (`Category.has_places`), objects stay in their slots.
-    No object is added, lost or changed. The result is the next call's `previous`:
+    Objects are matched one to one within a category, nearest centres first. A new object gets the
+    first slot that was empty before, or else the first slot whose object is gone. In categories
+    whose slots are places (`Category.has_places`), objects stay in their slots. No object is added,
+    lost or changed.
+
+    This is a pure function that works under `jit`, `vmap` and `scan`. Its result is the next call's
+    `previous`:
 
         tracked = ocjax.track(tracked, game.vem(frame))
 
-    An object that is missed once loses its identity: track the result of `merge_frames` if objects
-    flicker.
+    An object that is missed once loses its identity. For flickering objects, track the result of
+    `merge_frames` on the last two emulated frames.
 
     Args:
         previous, current: objects of two successive states, of any batch shape.
         radius: largest movement of an object's centre, in pixels; a Python number.
-        is_first: bool of the batch shape: whether the state begins an episode: `current` is then
-            unchanged.
+        is_first: bool of the batch shape: whether the state begins an episode. If so, `current` is
+            returned unchanged.
 
     Raises:
-        ValueError: see `merge_frames`.
+        ValueError: the shapes do not fit the game's slots, the batch shapes differ, or the radius
+            is negative or nan.
         TypeError: `is_first` is not bool.
     """
     game, batch = check_states(previous=previous, current=current)

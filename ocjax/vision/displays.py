@@ -24,7 +24,7 @@ class NumberDisplay:
         right: right edge of the last digit's cell in pixels, exclusive.
         top: first row of the digits.
         digits: number of cells.
-        leading_zeros: whether all cells show a digit.
+        leading_zeros: whether all cells show a digit; otherwise leading zeros are blank.
     """
 
     font: Font
@@ -48,7 +48,8 @@ class NumberDisplay:
         """Return the tight box around a number.
 
         Args:
-            shown: the number, int32, not negative; also the value, unless `fields` sets one.
+            shown: the number on the screen, int32, not negative; also the value, unless `fields`
+                sets one.
             fields: `valid`, `value` and `color` of the box.
         """
         return score_box(
@@ -74,7 +75,7 @@ class NumberDisplay:
         Args:
             colors: of the digits.
             region: area to search; by default the cells.
-            filters: applied before the digits are read.
+            filters: applied to the pixels before the digits are read.
             options: of `Digits`.
         """
         digits = Digits(self.font, self.lefts, self.top, **options)
@@ -86,11 +87,11 @@ class IconRow:
     """A value shown as a row of equal icons.
 
     Args:
-        left: first column of the icon that disappears last.
+        left: first column of the first icon, which is the last one to disappear.
         top: first row.
         width: of an icon, in pixels.
         height: of an icon.
-        pitch: columns to the next icon; negative if the row grows to the left.
+        pitch: columns from an icon to the next; negative if the row grows to the left.
     """
 
     left: int
@@ -172,7 +173,7 @@ class Static:
         y: first row.
         w: width in pixels.
         h: height.
-        colors: of pixels that must reach all its edges for VEM.
+        colors: VEM finds the object if pixels of these colours reach all its edges.
     """
 
     x: int

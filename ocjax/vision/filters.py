@@ -1,8 +1,8 @@
 """Filters of vision rules: select some of the pixels that have a rule's colours.
 
-A filter maps a bitmap `[words, rows, B]` (`ocjax.vision.bitmap`) and the bits of all colours, `[7,
-words, rows, B]`, to the selected pixels. A filter with an attribute `rows`, (first, end), selects
-no pixels of other rows.
+A filter is a function of a bitmap `[words, rows, B]` (`ocjax.vision.bitmap`) and of the bits of all
+colours, `[7, words, rows, B]`. It returns the selected pixels. A game may define its own filters. A
+filter with an attribute `rows`, (first, end), selects no pixels of other rows.
 """
 
 import functools
@@ -42,8 +42,8 @@ class Searched:
     Args:
         search: a function of the bits of all colours.
         pixels: a function of a bitmap and of the search's result that returns the selected pixels.
-        whole: whether the selected pixels do not depend on the bitmap, so that the rule's colours
-            are not searched.
+        whole: whether the selected pixels do not depend on the bitmap. The rule's colours are then
+            not searched, and rules that begin with the same such filter are searched together.
     """
 
     search: _Search
@@ -113,8 +113,8 @@ class LoneRuns:
 class NoLines:
     """Drop lines one pixel wide, upright or diagonal, of more than `most` rows.
 
-    This keeps objects that hang on lines. Lines are followed within overlapping words, some rows at
-    a time (Tennis: 30 us per frame instead of 35).
+    This keeps objects that hang on lines of the same colour. Lines are followed within overlapping
+    words, some rows at a time; steps across words take Tennis 35 us per frame instead of 30.
     """
 
     most: int

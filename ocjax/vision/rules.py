@@ -1,4 +1,4 @@
-"""Rules with which VEM finds the objects of a category, and their values.
+"""Rules with which VEM finds the objects of a category and reads their values.
 
 Colours are ALE palette indices, one or several.
 """
@@ -25,7 +25,7 @@ __all__ = ["Blobs", "Bounds", "ByColor", "Cells", "Gauge", "Rule", "Run", "Runs"
 
 @dataclass(frozen=True)
 class Gauge:
-    """A value from the length of a bar or row of icons, or from a needle's position.
+    """A value from the length of a bar or a row of icons, or from the position of a needle.
 
     The value is `base + worth * ((length - start) // unit)`.
 
@@ -34,10 +34,10 @@ class Gauge:
         start: length in pixels at the value `base`.
         base: value at that length.
         side: the number of the box that is the length: "x", "y", "w" or "h".
-        full: length of a full display, which may hide larger values: the value is unknown.
+        full: length of a full display that may hide larger values: the value is then unknown.
         worth: value of one step.
-        of: a rule for a box to measure instead, such as the filling of a bar; the length is 0
-            without it.
+        of: a rule for a single box that is measured instead of the object's own, such as the
+            filling of a bar. The length is 0 if this rule finds nothing.
     """
 
     unit: int
@@ -59,10 +59,10 @@ class Gauge:
 
 @dataclass(frozen=True)
 class ByColor:
-    """A value from an object's colour.
+    """A value from an object's colour; unknown for other colours.
 
     Args:
-        values: pairs of a palette index and its value, which is unknown for other colours.
+        values: pairs of a palette index and its value.
     """
 
     values: tuple[tuple[int, int], ...]
@@ -77,18 +77,22 @@ class ByColor:
 
 @dataclass(frozen=True)
 class Bounds:
-    """One object per region: the tight box of its pixels with the colours. Slot i is of region i.
+    """One object per region: the tight box of all its pixels that have the colours.
+
+    Slot i belongs to region i.
 
     Args:
         colors: for all regions, or a tuple with one entry per region.
         regions: one region, or several.
         min_size: minimum (width, height) of a valid object, or one for each region.
         max_size: maximum (width, height); None: no maximum.
-        value: a `Gauge`, or `Digits` (one per region if there are several). None: the value is 0.
-        inverse: whether to select the pixels without the colours instead.
+        value: how to read the value: a `Gauge`, or `Digits` (one for each region if the rule has
+            several). None: the value is 0.
+        inverse: whether `colors` are the background's, and all other pixels are selected.
         filters: applied in order to the pixels (`ocjax.vision.filters`).
         ignore: areas of the screen to ignore.
-        exclude: categories of `Blobs` or whole `Cells` whose boxes are ignored.
+        exclude: categories of `Blobs` or whole `Cells`; pixels inside their objects' boxes are
+            ignored.
         then: steps after the boxes are found (`ocjax.vision.steps`).
     """
 
@@ -171,24 +175,28 @@ class Blobs:
     """Connected components of the pixels with the colours, in raster order of their first pixels.
 
     Args:
-        colors: palette indices, which connect to each other.
-        region: area of the screen to search.
-        shapes: possible shapes of objects. The first one that fits a component applies; without
-            one, the component is dropped.
+        colors: palette indices; pixels of different colours of the rule connect.
+        region: area of the screen to search; pixels outside are ignored.
+        shapes: possible shapes of objects. The first shape that fits a component applies; a
+            component that fits none is dropped.
         connectivity: 8 (pixels that touch at a corner connect) or 4.
-        gap: pixels at most (dx, dy) blanks apart are one object; needs connectivity 8.
+        gap: parts at most (dx, dy) blank pixels apart are one object; needs connectivity 8.
         pictures: pictures of objects that touch or overlap, larger ones first
             (`ocjax.vision.pictures`). A component larger than all of them is split if one fits at
-            its first pixel: its pixels are in the component or beyond the region. The picture and
-            the remaining pixels get tight boxes. Otherwise, `Shape.split` applies. Pictures need a
-            shape of at least 16 columns and their height, and no `gap`.
-        first: colours that the object's first pixel must have.
+            its first pixel: all pixels of the picture are in the component or beyond the region.
+            The picture and the remaining pixels get tight boxes. If no picture fits, `Shape.split`
+            applies. Pictures need a shape that is limited to 16 columns and their height, or more,
+            and no `gap`.
+        first: colours that the object's first pixel must have, to separate objects that share
+            colours.
         filters: applied in order to the pixels (`ocjax.vision.filters`).
         ignore: areas of the screen to ignore.
-        exclude: categories of whole `Cells` whose objects' pixels are ignored.
+        exclude: categories of whole `Cells`; pixels of their objects are ignored.
         then: steps after the boxes are found (`ocjax.vision.steps`).
-        also: further rules for the category, without steps, that select other pixels.
-        frames: a search, as in filters, for the frames in which the rule applies, bool `[B]`.
+        also: further rules, without steps, whose objects also belong to the category. Their
+            colours, region or filters must select other pixels.
+        frames: a search, as in filters, for the frames in which the rule applies, bool `[B]`. Rules
+            of different screens that read the same pixels are searched together.
     """
 
     colors: Colors
@@ -274,15 +282,16 @@ class Cells:
         colors: palette indices.
         x, y: left and top of each cell, one entry per slot.
         w, h: size of every cell.
-        whole: whether every pixel of the cell must have the colours. Otherwise one is enough, and
-            the box is tight.
-        margin: (columns, rows) around the cell that must be free of the colours, as for a pellet
-            beside a wall.
-        exclude: categories of `Blobs` whose boxes are ignored, except by rules that exclude these
-            cells.
-        floats: for a grid that moves up and down: the colours of the grid or of an object that
-            moves with it, and the row below their last pixel in the cells' columns while the grid
-            is at its own position. Slots then have no fixed positions.
+        whole: whether every pixel of the cell must have the colours. Otherwise any pixel is enough,
+            and the box fits tightly around the matching pixels.
+        margin: (columns, rows) beside, and above and below, the cell that must be free of the
+            colours. This separates a pellet from a wall.
+        exclude: categories of `Blobs`; pixels inside their objects' boxes are ignored, except by
+            rules that exclude these cells.
+        floats: for a grid that moves up and down as a whole: the colours of the grid or of an
+            object that moves with it, and the row below their last pixel in the cells' columns
+            while the grid is at its own position. Slots have no fixed positions, because the last
+            cells may be gone.
     """
 
     colors: Colors
@@ -342,9 +351,10 @@ class Run:
         colors: palette indices; pixels of different colours form one run.
         row: row of the screen.
         left: first column of the run: a number, or (minimum, maximum).
-        width: width of the run in pixels: a number or a range.
+        width: width of the run in pixels, given in the same way.
         height: rows of the object's box from `row` down.
-        before, above, after: columns on the left, rows above and columns on the right to add.
+        before, above, after: columns on the left, rows above and columns on the right that the box
+            has in addition, for objects of known shape that the row crosses at their tip.
     """
 
     colors: Colors
@@ -385,15 +395,16 @@ class Run:
 
 @dataclass(frozen=True)
 class Runs:
-    """Walls and floors of known height, each found by a run of pixels in one row.
+    """Walls and floors of known height, found by horizontal runs of pixels in one row each.
 
-    It belongs to the first `Run` with its row, colours, position and width. Each row has `most`
-    slots, from the left, unless a step moves the objects.
+    A run of pixels belongs to the first `Run` with its row and colours that allows its position and
+    width. Each row has `most` slots, from the left, unless a step moves the objects.
 
     Args:
         runs: from the top row down.
         most: maximum number of runs of pixels in each row.
-        gap: pixels at most this many blanks apart are one run.
+        gap: pieces at most this many blank pixels apart are one run, such as a floor behind a
+            sprite.
         columns: left and right edge of the searched columns.
         then: steps after the boxes are found (`ocjax.vision.steps`).
     """

@@ -42,10 +42,10 @@ class Shades:
 
 @dataclass(frozen=True)
 class Saver:
-    """A screen saver, which shows each colour as `(color ^ key) & mask`.
+    """The screen saver that a game shows after about 32,768 or 65,536 frames.
 
-    It begins after about 32,768 or 65,536 frames. REM decodes the key, which changes every few
-    seconds, from the RAM, and VEM from a pixel.
+    It shows each colour as `(color ^ key) & mask`. The key changes every few seconds. REM decodes
+    it from the RAM, and VEM reads it from a pixel.
 
     Args:
         key: function of the address map that returns the key, int32; -1 while the colours are
@@ -53,10 +53,11 @@ class Saver:
         pixel: (x, y) of a pixel that has one colour in play, with brief exceptions.
         color: that colour, or all its colours in play, the usual one first.
         mask: bits of a colour that the saver keeps.
-        taken: the colours that VEM chooses among those that differ only in other bits; by default
-            the first that a rule names.
-        beside: (x, y) of a second pixel, if play changes all colours, too. The saver is on if both
-            lack the bits that `mask` drops.
+        taken: the colours that VEM chooses among colours that differ only in the other bits; by
+            default the first that a rule names.
+        beside: (x, y) of a second pixel, for games that change all colours in play, too. The saver
+            is on if both pixels lack the bits that `mask` drops: in play one of the two always has
+            such a bit.
     """
 
     key: Callable[[Any], jax.Array]

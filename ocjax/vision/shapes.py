@@ -26,10 +26,11 @@ class Shape:
 
     Args:
         w, h: width and height in pixels.
-        pixels: number of pixels; None: any. With `Blobs.gap` of (dx, dy), the dx columns right of
-            each pixel and the dy rows below it count, too.
-        split: (width, height) of one object. A larger component, limited by `w` and `h`, is split
-            into as many objects as cover it (4 at most), evenly spaced from edge to edge.
+        pixels: number of pixels, to separate pictures of the same size; None: any. With `Blobs.gap`
+            of (dx, dy), the dx columns right of each pixel and the dy rows below it count, too.
+        split: (width, height) of one object, for objects that touch. A larger component is split
+            into as many objects as cover it (4 at most), evenly spaced from edge to edge. `w` and
+            `h` then limit the whole component.
     """
 
     w: Span = (1, 31)

@@ -427,7 +427,7 @@ def test_coco_and_mot_are_read_by_their_libraries(tmp_path, rams, pong):
 @pytest.mark.filterwarnings("ignore:__array__ implementation:DeprecationWarning")  # pycocotools
 @pytest.mark.parametrize("hud", [True, False])
 def test_pixels_in_coco(tmp_path, frames, hud, monkeypatch):
-    """Annotations of frames have masks; neither blocks nor chunks divide the rows evenly."""
+    """Annotations of frames have masks; the last block and the last chunk are shorter."""
     coco_module = pytest.importorskip("pycocotools.coco")
     monkeypatch.setattr(run_lengths, "CHUNK", 3)
     game = ocjax.load("Pong", hud=hud)

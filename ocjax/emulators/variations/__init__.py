@@ -3,12 +3,15 @@
     ocjax.make_vec("Pong", 64, hook="lazy_enemy")
     ocjax.make_vec("Pong", 64, hook=["Pong:lazy_enemy", my_function])
 
-A variation is a hook that writes bytes before every emulated frame. Addresses and values come from
-HackAtari 0.0.6 and the games' decoders. Variations with HackAtari's effect have its name; its
-changes in every fifth, sixth or tenth frame happen in every fourth or eighth.
+A variation is a hook: it writes its bytes before every emulated frame. `hook=[...]` combines
+several. Addresses and values come from HackAtari 0.0.6 and from the games' decoders; the tests
+check every effect on the screen. Variations with HackAtari's effect have its name. HackAtari's
+changes in every fifth, sixth or tenth frame happen here in every fourth or eighth frame of the
+game's own counter.
 
-Names also remove, freeze and recolour categories: `hook="Pong:remove Enemy"`, `hook="Boxing:recolor
-Player red"`, or `hook=variations.freeze("Freeway", "Car")`. `variations.names(game)` lists them.
+Names also remove, freeze and recolour categories of objects: `hook="Pong:remove Enemy"`,
+`hook="Boxing:recolor Player red"`, or `hook=variations.freeze("Freeway", "Car")`.
+`variations.names(game)` lists them.
 """
 
 from collections.abc import Mapping
@@ -55,7 +58,9 @@ def find(name: str, game: str | None = None) -> Variation:
     """A variation by name.
 
     Args:
-        name: with the game, such as "Freeway:stop_all_cars" or "Freeway:freeze Car", or alone.
+        name: the game and the name, "Freeway:stop_all_cars", or the name alone. Names can also
+            change a category: "Freeway:freeze Car", "Pong:remove Enemy", "Boxing:recolor Player
+            red".
         game: the game, if it is not in the name.
 
     Raises:

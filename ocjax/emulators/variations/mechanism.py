@@ -36,8 +36,8 @@ def _numbers(ram: np.ndarray, moment: Moment, name: str) -> Iterator[int]:
 class Variation:
     """A variation of a game, which is a hook.
 
-    All mappings have addresses as keys. Random numbers are a hash of RAM, frame, seed and name, so
-    a restored state continues identically.
+    All mappings have addresses as keys. Random numbers are a hash of the RAM, the frame, the seed
+    and the variation's name, so a restored state continues identically.
 
     Args:
         game: the game's name.
@@ -45,16 +45,18 @@ class Variation:
         writes: the byte to write.
         masks: the bits to write, if not all bits of the byte.
         copies: the address to copy a byte from.
-        replaces: the new values of a byte by its old values.
-        keeps: addresses of bytes that the last frame must not change.
-        draws: the values to choose from at random in every frame.
-        choices: variations to choose from, too; one that is given twice is twice as likely.
-        when: the values of bytes that enable this variation.
+        replaces: the new values of a byte by its old values. Other values stay.
+        keeps: addresses of bytes that keep their value from before the last frame.
+        draws: the values to choose from, at random in every frame.
+        choices: further variations of the game. A random one is written in every frame; a variation
+            that is given twice is twice as likely.
+        when: the values of bytes that enable this variation. With the byte of a game's frame
+            counter, `range(0, 256, 8)` enables it in every eighth frame.
         before: the values of bytes before the last frame that enable this variation.
-        changed: addresses of bytes that the last frame must have changed.
-        frames: the game's emulated frames, from 0, that enable this variation.
+        changed: addresses of bytes that must have changed since before the last frame.
+        frames: the emulated frames of a game, from 0, that enable this variation; all by default.
         parts: further variations of the game with separate conditions.
-        name: the name in `ALL` without the game.
+        name: the name in `ALL` without the game; it seeds the random numbers.
 
     Raises:
         ValueError: an address is not from 0 to 127, a value or a mask is not from 0 to 255, or an

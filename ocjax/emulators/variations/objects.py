@@ -51,7 +51,8 @@ def names(game: str) -> tuple[str, ...]:
 def remove(game: str, category: str) -> Variation:
     """The variation without a category's objects on the screen.
 
-    In some games they still exist, collide, and are in REM: see the page "Other projects".
+    Only the screen is certain to lack them. In some games, removed objects still exist, move and
+    collide, and REM still reports them; the page "Other projects" lists these.
 
     Raises:
         ValueError: no bytes are known for it, or the game or category is unknown.
@@ -71,7 +72,7 @@ def recolor(game: str, category: str, color: int | str) -> Variation:
         color: a palette index from 0 to 255, or one of `COLORS`.
 
     Raises:
-        ValueError: see `remove`; or the colour is unknown.
+        ValueError: no bytes are known for it, or the game, category or colour is unknown.
     """
     index = COLORS.get(color, -1) if isinstance(color, str) else color
     if not 0 <= index < 256:

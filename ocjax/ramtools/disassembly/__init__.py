@@ -35,7 +35,7 @@ def disassemble(
 
 
 def all_ram(of: cartridge.Cartridge, ale: ale_py.ALEInterface) -> bytes:
-    """The console's RAM, and then the cartridge's, if it has RAM of its own.
+    """The console's RAM, followed by the cartridge's RAM if there is any.
 
     Raises:
         ValueError: the emulator does not save the cartridge's RAM.

@@ -30,7 +30,7 @@ class Cartridge:
     """A cartridge.
 
     Args:
-        kind: "2K", "4K", "F8", "F8SC", "F6", "F6SC", "E0", "FE" or "DPC"; SC: with RAM of its own.
+        kind: "2K", "4K", "F8", "F8SC", "F6", "F6SC", "E0", "FE" or "DPC"; SC: with RAM.
         start: what the processor sees after the reset.
         bank: bytes that are switched together.
         hotspots: by the low 12 bits of an address, the KiB slots that change, with their new
@@ -50,7 +50,7 @@ class Cartridge:
 
     @property
     def has_ram(self) -> bool:
-        """Whether the cartridge has RAM of its own."""
+        """Whether the cartridge contains RAM."""
         return self.kind.endswith("SC")
 
     def extra(self, address: int) -> int | None:
