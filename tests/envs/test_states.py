@@ -77,6 +77,14 @@ def test_restored_states_replay_exactly_where_lives_are_lost(autoreset):
     check_replays("Breakout", 4, 0.5, autoreset, "dqn", times=8)
 
 
+@pytest.mark.parametrize("name", ocjax.games())
+def test_states_of_all_games_are_restored(name):
+    pool = AlePool(ocjax.load(name), 1, settings("v5"), num_workers=0)
+    pool.reset([1])
+    assert replays(pool, np.zeros((1, 1), int))
+    pool.close()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("skip", "p"), [(1, 0.5), (4, 0.9), (4, 0.0)])
 @pytest.mark.parametrize("name", ocjax.games())

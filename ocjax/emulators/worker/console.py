@@ -48,6 +48,7 @@ _CARTRIDGES: dict[bytes, Fields] = {
     b"Cartridge4K": (),
     b"CartridgeF8": ((1, range(2)),),
     b"CartridgeF6": ((1, range(4)),),
+    b"CartridgeF6SC": ((1, range(4)), (1, (128,)), (128, BYTE)),  # with the cartridge's RAM
     b"CartridgeFE": (),
     # ALE does not restore the mapped parts of the ROM.
     b"CartridgeE0": ((1, (4,)), (4, "same integer")),
@@ -154,11 +155,22 @@ def check(data: bytes, good: bytes) -> None:
     _, *picture = inner.read(_PICTURE)
     _check_clocks(picture[:_CLOCKS], list(clocks), complete=bool(status & _STOPPED))
     (cartridge,) = inner.read(((1, "same"),))
-    inner.read(_CARTRIDGES[bytes(cartridge)])
+    inner.read(_cartridge(cartridge))
     _check_game(inner)
     inner.read(((1, _TRUE), (1, "random")))
     if outer.at != len(data) or inner.at != len(inner.data):
         raise ValueError("it is too long")
+
+
+def _cartridge(name: bytes) -> Fields:
+    """The fields of a kind of cartridge."""
+    if name not in _CARTRIDGES:
+        known = ", ".join(one.decode() for one in _CARTRIDGES)
+        raise NotImplementedError(
+            f"the cartridge {name.decode()} is not supported, only {known}; add its fields to "
+            "_CARTRIDGES in ocjax/emulators/worker/console.py"
+        )
+    return _CARTRIDGES[name]
 
 
 def _check_clocks(clocks: list[int], good: list[int], *, complete: bool) -> None:
