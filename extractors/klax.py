@@ -300,6 +300,7 @@ CATEGORIES = (
         Blobs(TILE_COLORS, BELT, Shape(w=(2, 7), h=(1, 8))),
         count=BELT_ROWS * LANES,
         needs=PLAY,
+        ram_color=False,
         doc="tiles on the belt",
     ),
     Category(
@@ -358,6 +359,5 @@ GAME = Game(
         agreement={"samples": 0.97, "modes": 0.96},  # the paddle's position between two columns
         rare=("Bonus", "Countdown", "PaddleTile"),
         returns="unknown",  # the RAM lacks the score
-        uncolored=("BeltTile",),
     ),
 )

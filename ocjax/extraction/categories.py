@@ -60,6 +60,7 @@ class Category:
             a colour that other objects may have, too.
         colors: the palette indices of the objects' own pixels in their boxes (`ocjax.segment`), for
             all slots, or a tuple with one entry per slot; the rules' colours by default.
+        ram_color: False if the RAM lacks the objects' colours. REM then reports black.
     """
 
     name: str
@@ -77,6 +78,7 @@ class Category:
     needs: tuple[str, ...] = ()
     otherwise: Rule | None = None
     colors: Colors | tuple[Colors, ...] | None = None
+    ram_color: bool = True
 
     def __repr__(self) -> str:
         return (

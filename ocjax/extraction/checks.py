@@ -78,7 +78,6 @@ class Checks:
         saver_hides: the categories that the screen saver draws in the colour of their background.
         terrain_differs: number of recorded states with different terrain in RAM and pixels, because
             pictures of edited states may show a part of another room.
-        uncolored: the categories for which REM reports black, because the RAM lacks their colours.
     """
 
     agreement: Mapping[str, float] = field(default_factory=dict)
@@ -94,7 +93,6 @@ class Checks:
     mirrored: Mapping[str, float | None] = field(default_factory=dict)
     saver_hides: tuple[str, ...] = ()
     terrain_differs: int = 0
-    uncolored: tuple[str, ...] = ()
 
     @property
     def names(self) -> set[str]:
@@ -107,7 +105,7 @@ class Checks:
             self.mirrored,
         )
         shown = (name for part in self.lives for name in part.categories)
-        named = (*self.rare, *self.saver_hides, *self.uncolored)
+        named = (*self.rare, *self.saver_hides)
         return {*named, *shown, *(n for part in by_category for n in part)}
 
 

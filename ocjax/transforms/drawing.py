@@ -57,8 +57,8 @@ def drawn(game: Declaration, frame: np.ndarray, objects: Objects) -> np.ndarray:
     `frame` is uint8 `[H, 160]` of palette indices or `[H, 160, 3]` of RGB.
     """
     rgb = _rgb(game, frame)
-    uncolored = np.array([c.name in game.checks.uncolored for c in game.categories])
-    of_slots = uncolored[game.slot_category[: len(objects.valid)]]
+    without_color = np.array([not c.ram_color for c in game.categories])
+    of_slots = without_color[game.slot_category[: len(objects.valid)]]
     out = np.asarray(objects.valid) & of_slots
     for slot in np.flatnonzero(np.asarray(objects.valid) & ~of_slots):
         x, y, w, h = np.asarray(objects.xywh[slot]).tolist()

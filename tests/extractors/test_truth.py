@@ -90,7 +90,7 @@ def test_colors_are_drawn(game, truth, detected):
     """The colours are on the frame or the one before, except for blinking objects and for black
     ones whose colour the RAM lacks."""
     objects = steady(game, detected[0])
-    lacks = np.isin([c.name for c in game.categories], game.checks.uncolored)[game.slot_category]
+    lacks = np.array([not c.ram_color for c in game.categories])[game.slot_category]
     assert not objects.rgb[:, lacks].any()
     objects = dataclasses.replace(objects, valid=objects.valid & ~lacks)
     frames = [game.palette[truth[name]] for name in ("screens", "previous")]
