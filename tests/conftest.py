@@ -8,6 +8,7 @@ from hypothesis import Phase, settings
 
 import ocjax
 from ocjax._xla import process
+from tests.support.concerned import add_categories
 from tests.support.states import excerpt
 
 jax.config.update("jax_numpy_dtype_promotion", "strict")
@@ -59,11 +60,32 @@ def pytest_generate_tests(metafunc):
     """Every test with the argument `game` runs on every game, or on every game with terrain."""
     if "game" in metafunc.fixturenames:
         names = metafunc.config.getoption("--game") or ocjax.games()
+        games = [load(name) for name in names]
         if metafunc.definition.get_closest_marker("terrain"):
-            names = [name for name in names if ocjax.load(name).terrain]
+            games = [game for game in games if game.terrain]
         # One process compiles a game for all of its tests.
-        games = [pytest.param(ocjax.load(n), id=n, marks=pytest.mark.xdist_group(n)) for n in names]
-        metafunc.parametrize("game", games, scope="session")
+        params = [
+            pytest.param(game, id=game.name, marks=pytest.mark.xdist_group(game.name))
+            for game in games
+        ]
+        metafunc.parametrize("game", params, scope="session")
+
+
+def load(name):
+    """Load a game; an error names the categories that it concerns."""
+    try:
+        return ocjax.load(name)
+    except Exception as error:
+        add_categories(error)
+        raise
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """Errors in a game's files name the categories that they concern."""
+    if call.excinfo is not None:
+        add_categories(call.excinfo.value)
+    return (yield)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -6,8 +6,6 @@ The decoder is validated before its first use, everything else on construction.
 import functools
 import inspect
 import itertools
-import linecache
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Self
@@ -380,22 +378,10 @@ def _trace(game: Declaration) -> dict[str, Any]:
                 jax.ShapeDtypeStruct((RAM_SIZE,), jnp.uint8),
             )
     except Exception as error:
-        where = ", ".join(["decode", *_named_where(error, game)])
         raise GameError(
-            f"{game.name} ({inspect.getsourcefile(game.decode)}): {where}: "
+            f"{game.name} ({inspect.getsourcefile(game.decode)}): decode: "
             f"{type(error).__name__}: {error}"
         ) from error
-
-
-def _named_where(error: Exception, game: Declaration) -> list[str]:
-    """The categories that the line of `decode` names at which the error occurred."""
-    code = getattr(game.decode, "__code__", None)
-    lines = [
-        linecache.getline(frame.f_code.co_filename, number)
-        for frame, number in traceback.walk_tb(error.__traceback__)
-        if frame.f_code is code
-    ]
-    return [c.name for c in game.categories if any(f'"{c.name}"' in line for line in lines)]
 
 
 def _check_box(game: Declaration, c: Category, found: Any) -> None:
