@@ -84,6 +84,11 @@ def without_option(name: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
     return lambda options: {key: value for key, value in options.items() if key != name}
 
 
+def segmentation(*games: str, batches: Batches = (128,)) -> Case:
+    """A measurement of `ocjax.segment` on VEM's objects."""
+    return Case("segment", batches, games)
+
+
 # ------------------------------------------------------------------------------------------
 # plain operations instead of tricks
 
@@ -103,6 +108,11 @@ def mapped(f: Callable[[Any], Any], x: Any, size: int) -> Any:
         return f(x)
     chunks = jax.lax.map(f, x.reshape(-1, size, *x.shape[1:]))
     return jax.tree.map(lambda a: a.reshape(-1, *a.shape[2:]), chunks)
+
+
+def inlined(f: Callable[..., Any], *x: Any, small: int | None = None) -> Any:
+    """A plain call, instead of `materialize`."""
+    return f(*x)
 
 
 def boxes_by_state(slots: Any, small: int) -> Any:
@@ -303,6 +313,18 @@ TRICKS = (
         becomes(lambda a, b: a // b),
         (vem("Berzerk"),),
     ),
+    Trick(
+        "stored look-ups",
+        "extraction.ownership.materialize",
+        becomes(inlined),
+        (segmentation("Pong", "SpaceInvaders"),),
+    ),
+    Trick(
+        "unrolled bits",
+        "extraction.ownership._UNROLLED",
+        becomes(1),
+        (segmentation("Pong", "SpaceInvaders"),),
+    ),
 )
 SIZES = (
     Trick(
@@ -400,18 +422,29 @@ def processor_time(f: Callable[[Any], Any], x: Any) -> float:
     return statistics.median(spent)
 
 
+def function_of(game: str, method: str, x: Any) -> Callable[[Any], Any]:
+    """The measured function of RAM states or frames."""
+    import jax
+
+    import ocjax
+
+    extractor = ocjax.load(game)
+    if method != "segment":
+        return getattr(extractor, method)
+    objects = jax.block_until_ready(extractor.vem(x))
+    return lambda frames: ocjax.segment(objects, frames)
+
+
 def measure(case: Case, game: str) -> Measured:
     """Measure a method of a game."""
     import jax
     import jax.numpy as jnp
 
-    import ocjax
-
-    extract = getattr(ocjax.load(game), case.method)
-    samples = recorded(game)[SOURCES[case.method]]
+    samples = recorded(game)[SOURCES["rem" if case.method == "rem" else "vem"]]
     run, first_call, checksum = 0.0, 0.0, 0
     for batch in case.batches:
         x = jax.block_until_ready(jnp.asarray(repeated(samples, batch)))
+        extract = function_of(game, case.method, x)
         start = time.process_time()
         objects = jax.block_until_ready(extract(x))
         first_call += time.process_time() - start

@@ -35,16 +35,23 @@ def _place(error: BaseException) -> tuple[Path, int] | None:
 
     At the import it is the last line outside functions, else the first line of all.
     """
-    while error.__cause__ is not None:  # a `GameError`
-        error = error.__cause__
     frames = [
         (path, number, frame.f_code.co_name)
-        for frame, number in traceback.walk_tb(error.__traceback__)
+        for one in _chain(error)
+        for frame, number in traceback.walk_tb(one.__traceback__)
         if (path := Path(frame.f_code.co_filename).resolve()).is_relative_to(FOLDER)
     ]
     importing = [frame for frame in frames if frame[2] == MODULE]
     chosen = importing[-1:] or frames[:1]
     return chosen[0][:2] if chosen else None
+
+
+def _chain(error: BaseException) -> Iterator[BaseException]:
+    """An error and its causes: a `GameError` has one."""
+    current: BaseException | None = error
+    while current is not None:
+        yield current
+        current = current.__cause__
 
 
 def categories_at(path: Path, line: int) -> list[str]:
