@@ -44,17 +44,17 @@ def summary(name: str) -> str:
     """The first line of a subcommand's help, read from its file without importing it."""
     text = Path(__file__).with_name(f"{COMMANDS[name]}.py").read_text(encoding="utf-8")
     function = text.partition(f"def {name}(")[2]
+    # A group of commands, such as `ram`, has no function; the module's docstring describes it.
     return re.findall('"""(.+)', function or text)[0].removesuffix('"""')
 
 
 def load(name: str) -> Any:
     """Import a subcommand."""
-    found = getattr(importlib.import_module(f"ocjax.cli.{COMMANDS[name]}"), name)
-    if not isinstance(found, typer.Typer):
-        alone = typer.Typer(add_completion=False, pretty_exceptions_show_locals=False)
-        alone.command(name)(found)
-        found = alone
-    command = typer.main.get_command(found)
+    group = function = getattr(importlib.import_module(f"ocjax.cli.{COMMANDS[name]}"), name)
+    if not isinstance(group, typer.Typer):
+        group = typer.Typer(add_completion=False, pretty_exceptions_show_locals=False)
+        group.command(name)(function)
+    command = typer.main.get_command(group)
     _hide_types_of_flags(command)
     return command
 
@@ -92,6 +92,7 @@ class Commands(Interruptible):
 app = typer.Typer(cls=Commands, no_args_is_help=True, pretty_exceptions_show_locals=False)
 for _panel, _names in PANELS.items():
     for _name in _names:
+        # `Commands.resolve_command` replaces this function when the subcommand is called.
         app.command(_name, help=summary(_name), rich_help_panel=_panel)(lambda: None)
 
 

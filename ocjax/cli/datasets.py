@@ -9,7 +9,7 @@ import typer
 from ocjax.cli.messages import console
 from ocjax.cli.options import RAY, START_HELP, count_option
 from ocjax.datasets import collection, detection, exports, generation
-from ocjax.datasets.plans import LEAST_F1, SEEDS, DatasetError
+from ocjax.datasets.plans import ENVS, LEAST_F1, RANDOM_PERCENT, SEEDS, DatasetError
 from ocjax.datasets.plans import plan as plan_dataset
 from ocjax.emulators import ram_starts
 from ocjax.emulators.progress import progress_bar
@@ -23,7 +23,8 @@ def dataset(
     game: Annotated[str, typer.Argument(help="Name of the game, or all.")],
     out: Annotated[Path, typer.Option(help="Folder of the dataset, or of the datasets.")],
     states: Annotated[
-        int, count_option("States to play, in equal parts by 10 instances of each seed.", "10k")
+        int,
+        count_option(f"States to play, in equal parts by {ENVS} instances of each seed.", "10k"),
     ] = 10_000,
     seed: Annotated[
         list[int] | None, typer.Option(min=0, help="Seed; may be repeated. Default: 0 and 42.")
@@ -33,10 +34,9 @@ def dataset(
         typer.Option(
             metavar="NAME[=PERCENT]",
             help="Policy (random, repeat, trained, or a file of a saved policy) and the "
-            "percentage of "
-            "the states that it plays, a multiple "
-            "of 10; may be repeated. Default: random=30, and trained=70 or, in games without a "
-            "trained policy, repeat=70.",
+            f"percentage of the states that it plays, a multiple of {100 // ENVS}; may be "
+            f"repeated. Default: random={RANDOM_PERCENT}, and trained={100 - RANDOM_PERCENT} or, "
+            f"in games without a trained policy, repeat={100 - RANDOM_PERCENT}.",
         ),
     ] = None,
     least_f1: Annotated[

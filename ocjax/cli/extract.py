@@ -18,9 +18,8 @@ def extract(
         typer.Argument(
             metavar="INPUT",
             help=".npy, .npz, .h5, .hdf5, .parquet, .arrow or .feather file, .zarr folder, folder "
-            "of "
-            "pictures (.png, .gif, "
-            ".webp, .bmp, .tif), of .parquet files or of datasets.save_to_disk, or minari:ID.",
+            "of pictures (.png, .gif, .webp, .bmp, .tif), of .parquet files or of "
+            "datasets.save_to_disk, or minari:ID.",
         ),
     ],
     out: Annotated[

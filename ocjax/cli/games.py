@@ -43,11 +43,11 @@ def games(
     """List the supported games, or show everything that is known about one."""
     if game is None:
         if picture is not None:
-            raise typer.BadParameter("--picture needs the name of a game")
+            raise ValueError("--picture needs the name of a game")
         _print_list(suite, as_json)
         return
     if suite is not None:
-        raise typer.BadParameter("--suite lists games: give a suite or a game, not both")
+        raise ValueError("--suite lists games: give a suite or a game, not both")
     from ocjax.cli import description
     from ocjax.extraction import registry
 

@@ -31,7 +31,11 @@ def warn(text: object, *_: object, **__: object) -> None:
 
 @contextlib.contextmanager
 def errors_in_one_line() -> Iterator[None]:
-    """Report errors that the user can correct in one line, with exit status 2."""
+    """Report errors that the user can correct in one line, with exit status 2.
+
+    Commands raise ValueError for wrong options. Only parsers of single options, such as
+    `options.count`, raise `typer.BadParameter`, to which Typer adds the option's name.
+    """
     try:
         yield
     except (OSError, ValueError, MissingExtraError) as error:

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 from rich.progress import track
 
+from ocjax.cli.animations import save
 from ocjax.cli.messages import console
-from ocjax.cli.render import save
 from ocjax.evaluation import parity as referee
 from ocjax.evaluation import tables
 from ocjax.evaluation.jaxtari import Jaxtari
@@ -53,8 +53,8 @@ def parity(
     table = referee.to_summary(found) if name == "all" else referee.to_table(found[0])
     tables.show(table, console)
     if out is not None:
-        first = found[0][0]
-        save(referee.pictures(first, _frames(first, out)), out, frame_time=FRAME_TIME)
+        run = found[0][0]
+        save(referee.pictures(run, _frames(run, out)), out, frame_time=FRAME_TIME)
         writing.announce(console, "Written", out)
 
 
@@ -69,9 +69,10 @@ def _runs(name: str, seeds: int, frames: int, *, align: bool) -> list[referee.Pa
     ]
 
 
-def _frames(p: referee.Parity, out: Path) -> list[int]:
+def _frames(run: referee.Parity, out: Path) -> list[int]:
     """The frames to draw: all for an animation, else the first one that differs."""
     if out.suffix == ".gif":
-        return list(range(len(p.real)))
-    first = referee.errors(p).first
-    return [int(first[first >= 0].min()) if (first >= 0).any() else len(p.real) - 1]
+        return list(range(len(run.real)))
+    first = referee.errors(run).first
+    differing = first[first >= 0]
+    return [int(differing.min()) if differing.size else len(run.real) - 1]

@@ -7,39 +7,38 @@ from typing import Annotated, Any
 
 import typer
 
+from ocjax.cli.animations import STEP_TIME, extract, pictures, save
 from ocjax.cli.messages import console
 from ocjax.cli.options import Terrain
 from ocjax.cli.outputs import write_csv, write_markdown, write_text
-from ocjax.cli.render import extract, pictures, save
 from ocjax.emulators.settings import PRESETS
 from ocjax.evaluation import tables
-from ocjax.evaluation.tables import Table
 from ocjax.extraction import registry
 from ocjax.extraction.game import Game
 from ocjax.files import writing
 from ocjax.play import human as human_play
 from ocjax.play import policies, varied
-from ocjax.play.games import PICTURE_STEPS, Played
+from ocjax.play.games import EPISODES, PICTURE_STEPS, Played, returns_table
 from ocjax.play.games import play as play_games
 from ocjax.play.policies import TRAINED
-
-EPISODES = 10
-FRAME_TIME = 66  # milliseconds per agent step of an animation: four emulated frames
 
 
 def play(
     game: Annotated[str, typer.Argument(help="Name of the game.")],
     policy: Annotated[
-        str,
+        str | None,
         typer.Option(
+            show_default=TRAINED,
             metavar="trained|random|repeat|FILE",
             help=(
                 "trained (ships with ocjax), random, repeat, or a file of a saved "
                 "policy: .npz, or .zip of Stable-Baselines3."
             ),
         ),
-    ] = TRAINED,
-    episodes: Annotated[int, typer.Option(min=1, help="Games to play.")] = EPISODES,
+    ] = None,
+    episodes: Annotated[
+        int | None, typer.Option(min=1, help="Games to play.", show_default=str(EPISODES))
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the emulators and the actions.")] = 0,
     preset: Annotated[
         str | None,
@@ -105,7 +104,6 @@ def play(
         "frame_skip": frame_skip,
         "repeat_action_probability": repeat_action_probability,
     }
-    agent = _Agent(spec, policy, episodes, seed, settings)
     writing.check_suffix(gif, (".gif",))
     if terrain:
         _check_terrain(spec, drawn=human or gif is not None)
@@ -113,7 +111,7 @@ def play(
         _reject(
             "--policy, --episodes, --variations, --csv and the settings are for a policy that "
             "plays: they do not apply with --human",
-            *(policy != TRAINED, episodes != EPISODES, variations, csv, *settings.values()),
+            *(policy, episodes, variations, csv, *settings.values()),
         )
         _play_by_hand(spec, seed, out, gif, terrain)
         return
@@ -122,6 +120,7 @@ def play(
         "policies",
         out,
     )
+    agent = _Agent(spec, policy or TRAINED, episodes or EPISODES, seed, settings)
     if variations is not None:
         _reject(
             "--csv and --gif apply only to the original game: with --variations, use --markdown "
@@ -172,7 +171,7 @@ def _play(agent: _Agent, csv: Path | None, gif: Path | None, with_terrain: bool)
     tables.show(returns_table(agent.game, played), console)
     write_csv(csv, ("episode", "return", "frames"), _csv_rows(played))
     if gif is not None:
-        save(played.pictures, gif, frame_time=FRAME_TIME)
+        save(played.pictures, gif, frame_time=STEP_TIME)
         writing.announce(console, "The first game", gif)
 
 
@@ -215,22 +214,8 @@ def _play_by_hand(
     with console.status("drawing"):
         objects = extract(tape, ("REM",), samples)
         drawn = pictures(tape, objects, samples, scale=2, with_terrain=with_terrain)
-        save([*drawn], gif, frame_time=FRAME_TIME)
+        save([*drawn], gif, frame_time=STEP_TIME)
     writing.announce(console, "The first steps", gif)
-
-
-def returns_table(game: Game, played: Played) -> Table:
-    """The returns of complete games as a table of one row."""
-    r = played.returns
-    numbers = {
-        "Mean return": r.mean(),
-        "Standard deviation": r.std(ddof=1) if len(r) > 1 else 0.0,
-        "Least": r.min(),
-        "Greatest": r.max(),
-        "Mean emulated frames": played.frames.mean(),
-    }
-    cells = [f"{len(r):,}", *(f"{n:,.1f}" for n in numbers.values())]
-    return Table(f"{game.name}: returns of complete games", ("Games", *numbers), [cells])
 
 
 def _csv_rows(played: Played) -> list[tuple[int, str, int]]:

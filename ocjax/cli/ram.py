@@ -83,12 +83,12 @@ def correlate(
     empty boxes.
     """
     if target not in ("vem", "sprites"):
-        raise typer.BadParameter(f"target must be vem or sprites, got {target!r}")
+        raise ValueError(f"target must be vem or sprites, got {target!r}")
     reads = [Path(what)] if what.endswith(".npz") else [policies.file_of(policy)]
     writing.check(None if write == PRINTED else write, reads=reads)
     tape = _tape(what, samples, policy, seed, game_mode)
     if tape.screens is None or (target == "sprites" and tape.shown is None):
-        raise typer.BadParameter(
+        raise recordings.RecordingError(
             f"{what} has no array {'screens' if tape.screens is None else 'shown'}, so it has "
             "nothing to explain"
         )

@@ -1,25 +1,18 @@
 """The command `ocjax render`: pictures and animations of the objects of recorded play."""
 
-from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
-import jax
-import numpy as np
 import typer
-from PIL import Image
 from rich.progress import track
 
 from ocjax import recordings
+from ocjax.cli.animations import extract, pictures, save
 from ocjax.cli.messages import console
 from ocjax.cli.options import Terrain
-from ocjax.extraction.objects import Objects
 from ocjax.files import writing
-from ocjax.recordings import Recording
-from ocjax.transforms.drawing import overlay, sheet
 
 METHODS = {"rem": ("REM",), "vem": ("VEM",), "both": ("REM", "VEM")}
-FRAME_TIME = 120  # milliseconds per frame of an animation
 
 
 def render(
@@ -43,13 +36,15 @@ def render(
 ) -> None:
     """Draw objects over the frames of a recording."""
     if method not in METHODS:
-        raise typer.BadParameter(f"method must be rem, vem or both, got {method!r}")
+        raise ValueError(f"method must be rem, vem or both, got {method!r}")
     writing.check(out, suffixes=(".png", ".gif"), reads=[recording])
     tape = recordings.read(recording, game)
     if tape.screens is None:
-        raise typer.BadParameter(f"{recording} has no frames (an array 'screens') to draw on")
+        raise recordings.RecordingError(
+            f"{recording} has no frames (an array 'screens') to draw on"
+        )
     if first >= len(tape):
-        raise typer.BadParameter(
+        raise ValueError(
             f"{recording} has {len(tape)} samples, so the first to draw cannot be {first}"
         )
     if terrain:
@@ -62,50 +57,3 @@ def render(
     images = list(track(drawn, description="drawing", total=total, console=console, transient=True))
     save(images, out)
     writing.announce(console, f"{len(images)} samples of {recording}", out)
-
-
-def extract(recording: Recording, methods: Sequence[str], samples: slice) -> dict[str, Objects]:
-    """Objects of some samples of a recording with frames, by the methods "REM" and "VEM"."""
-    assert recording.screens is not None
-    sources = {
-        "REM": (recording.game.rem, recording.rams),
-        "VEM": (recording.game.vem, recording.screens),
-    }
-    return {
-        name: jax.tree.map(np.asarray, sources[name][0](sources[name][1][samples]))
-        for name in methods
-    }
-
-
-def pictures(
-    recording: Recording,
-    objects: Mapping[str, Objects],
-    samples: slice,
-    scale: int,
-    *,
-    with_terrain: bool = False,
-) -> Iterator[Image.Image]:
-    """Draw samples of a recording, the methods side by side."""
-    assert recording.screens is not None
-    game = recording.game
-    for i, (ram, frame) in enumerate(
-        zip(recording.rams[samples], recording.screens[samples], strict=True)
-    ):
-        terrain = game.terrain_of(ram) if with_terrain else None
-        titles = [f"{game.name} {samples.start + i}: {method}" for method in objects]
-        row = [overlay(game, frame, o[i], scale=scale, terrain=terrain) for o in objects.values()]
-        yield sheet([row], titles)
-
-
-def save(images: Sequence[Image.Image], path: Path, *, frame_time: int = FRAME_TIME) -> None:
-    """Write one picture, or several as an animated .gif with `frame_time` ms per frame."""
-    if path.suffix == ".gif":
-        # Pillow's own choice of colours takes five times as long, and is less accurate.
-        first, *others = (
-            image.quantize(method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
-            for image in images
-        )
-        animation = {"save_all": True, "append_images": others, "duration": frame_time, "loop": 0}
-        writing.write(path, lambda file: first.save(file, "GIF", **animation))
-    else:
-        writing.write_picture(path, images[0])

@@ -7,16 +7,15 @@ import typer
 
 from ocjax._extras import extras
 from ocjax.agents.config import EXPERIMENTS, PRESET, Config, Hyperparameters
+from ocjax.cli.animations import STEP_TIME, save
 from ocjax.cli.messages import console
 from ocjax.cli.options import START_HELP, count_option, fields_as_options
-from ocjax.cli.play import EPISODES, FRAME_TIME, returns_table
-from ocjax.cli.render import save
 from ocjax.emulators import ram_starts
 from ocjax.emulators.settings import PRESETS
 from ocjax.evaluation import tables
 from ocjax.extraction import registry
 from ocjax.files import writing
-from ocjax.play.games import play
+from ocjax.play.games import EPISODES, play, returns_table
 
 ENVIRONMENTS = "Environments"  # heading of options
 # presets for training
@@ -150,6 +149,6 @@ def _show(config: Config, folder: Path) -> None:
     picture = folder / "agent.gif"
     played = play(spec, policy, EPISODES, seed=config.seed, pictures=True, hook=config.variations)
     with console.status("writing the animation"):
-        save(played.pictures, picture, frame_time=FRAME_TIME)
+        save(played.pictures, picture, frame_time=STEP_TIME)
     tables.show(returns_table(spec, played), console)
     writing.announce(console, f"The first {len(played.pictures):,} steps of a game", picture)

@@ -15,6 +15,7 @@ from ocjax.extraction.declaration import Declaration
 from ocjax.extraction.detection import detect
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.saver import key_of, restored, saved
+from ocjax.vision.components import MAX_FRAMES
 from ocjax.vision.detected import OWN_COLOR, Detected
 from ocjax.vision.unknown import UNKNOWN, UNKNOWN_VALUE
 
@@ -118,7 +119,9 @@ def extractor_with_overflow(game: Declaration) -> Callable[[jax.Array], tuple[Ob
     """
 
     def extract(frames: jax.Array) -> tuple[Objects, jax.Array]:
-        slots, overflow = batches.in_chunks(lambda chunk: _extract(game, chunk), frames, CHUNK)
+        slots, overflow = batches.in_chunks(
+            lambda chunk: _extract(game, chunk), frames, CHUNK, elsewhere=MAX_FRAMES
+        )
         return _objects(game, slots, frames), overflow
 
     return jax.jit(extract)
@@ -128,9 +131,10 @@ def extractor(game: Declaration) -> Callable[[jax.Array | np.ndarray], Objects]:
     """Compile the game's VEM: uint8 `[..., H, 160]` or `[..., H, 160, 3]` -> `Objects`."""
 
     def by_frame(frames: jax.Array) -> Objects:
-        return _objects(
-            game, batches.in_chunks(lambda chunk: _extract(game, chunk)[0], frames, CHUNK), frames
+        slots = batches.in_chunks(
+            lambda chunk: _extract(game, chunk)[0], frames, CHUNK, elsewhere=MAX_FRAMES
         )
+        return _objects(game, slots, frames)
 
     by_index = batches.AnyBatch(by_frame, 2, CHUNK)
     to_index = batches.AnyBatch(

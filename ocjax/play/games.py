@@ -12,6 +12,7 @@ from ocjax.emulators.hooks import Hooks
 from ocjax.emulators.progress import progress, progress_bar
 from ocjax.emulators.settings import settings
 from ocjax.envs import AlePool, Settings
+from ocjax.evaluation.tables import Table
 from ocjax.extraction.game import Game
 from ocjax.play import policies
 from ocjax.play.stepping import steps
@@ -21,6 +22,7 @@ MOST_ENVS = 32
 DEFAULT_PRESET = "dqn"  # for policies without training settings
 PROGRESS = "games, {task.fields[frames]:,} emulated frames"
 PICTURE_STEPS = 600  # steps of the first game to draw
+EPISODES = 10  # games that show how well a policy plays
 
 
 class _Moment(NamedTuple):
@@ -127,3 +129,17 @@ def _games(
 def _picture(game: Game, moment: _Moment, with_terrain: bool) -> Image.Image:
     terrain = game.terrain_of(moment.ram) if with_terrain else None
     return overlay(game, moment.screen, game.rem(moment.ram), scale=2, terrain=terrain)
+
+
+def returns_table(game: Game, played: Played) -> Table:
+    """The returns of complete games as a table of one row."""
+    r = played.returns
+    numbers = {
+        "Mean return": r.mean(),
+        "Standard deviation": r.std(ddof=1) if len(r) > 1 else 0.0,
+        "Least": r.min(),
+        "Greatest": r.max(),
+        "Mean emulated frames": played.frames.mean(),
+    }
+    cells = [f"{len(r):,}", *(f"{n:,.1f}" for n in numbers.values())]
+    return Table(f"{game.name}: returns of complete games", ("Games", *numbers), [cells])

@@ -6,7 +6,9 @@ import numpy as np
 
 __all__ = ["PICTURE_WIDTH", "Picture", "check_pictures", "largest", "picture"]
 
-PICTURE_WIDTH = 16  # maximum number of columns
+# Maximum number of columns. `components.splitting` tests a picture in a word of 32 bits around the
+# first pixel, which needs 2 * width - 1 columns.
+PICTURE_WIDTH = 16
 
 # Rows from the top, `PICTURE_WIDTH` bits each; the leftmost column is the highest bit.
 Picture = tuple[int, ...]

@@ -18,6 +18,21 @@ def test_chunks(n):
     np.testing.assert_array_equal(got["twice"], 2 * x)
 
 
+@pytest.mark.parametrize(("most", "expected"), [(None, [11]), (4, [4, 4]), (11, [11])])
+def test_chunks_on_other_platforms(monkeypatch, most, expected):
+    monkeypatch.setattr(batches, "on_cpu", lambda: False)
+    sizes = []
+
+    def double(x):
+        sizes.append(len(x))
+        return 2 * x
+
+    x = np.arange(11, dtype=np.int32)
+    got = jax.jit(lambda v: batches.in_chunks(double, v, 2, elsewhere=most))(x)
+    np.testing.assert_array_equal(got, 2 * x)
+    assert set(sizes) == set(expected)
+
+
 def test_any_batch_shape():
     f = batches.AnyBatch(lambda x: {"sum": x.sum(axis=-1)}, 1, 4)
     x = np.arange(24, dtype=np.int32).reshape(2, 3, 4)

@@ -219,7 +219,7 @@ def test_aliases():
         ({"decode": lambda m: decode(m) | {"A": 3}}, "must be a box"),
         ({"decode": lambda m: decode(m) | {"A": box(m.x + 0.5, 0, 1, 1)}}, "decode"),
         ({"decode": lambda m: decode(m) | {"A": box(m.x + (m.x > 3), 0, 1, 1)}}, "promotion"),
-        ({"decode": lambda m: decode(m) | {"A": box(m.address, 0, 1, 1)}}, "decode, A: .*address"),
+        ({"decode": lambda m: decode(m) | {"A": box(m.address, 0, 1, 1)}}, "decode: .*address"),
         ({"decode": lambda m: decode(m) if m.x > 3 else {}}, "decode"),
     ],
 )

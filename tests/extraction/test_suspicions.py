@@ -73,8 +73,3 @@ def test_numpy_frames_in_a_traced_function(screens):
     game = ocjax.load("Pong").without_hud()
     found = jax.jit(lambda x: game.vem(screens).x + x)(jnp.int16(0))
     assert (found == game.vem(jnp.asarray(screens)).x).all()
-
-
-@pytest.mark.parametrize("name", ocjax.games())
-def test_recorded_frames_give_no_warning(name):
-    assert warned(name, excerpt(name)["screens"]) == []

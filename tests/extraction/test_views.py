@@ -12,6 +12,7 @@ import ocjax
 from ocjax.extraction.objects import Objects
 from ocjax.extraction.records import FIELDS, Fields, constant, no_objects
 from ocjax.vision.unknown import UNKNOWN
+from tests.support.record.deciding import in_batches
 from tests.support.states import excerpt
 
 GAME = ocjax.load("Pong")
@@ -278,9 +279,8 @@ def test_objects_are_shown_in_an_interpreter_and_a_notebook(objects):
     assert len(repr(GAME.categories)) < 700
 
 
-@pytest.mark.parametrize("name", ocjax.games())
-def test_every_state_is_shown_in_at_most_20_lines(name):
-    objects = ocjax.load(name).rem(excerpt(name)["rams"])
+def test_every_state_is_shown_in_at_most_20_lines(game, truth):
+    objects = in_batches(game.rem, truth["rams"])
     most = objects[int(np.argmax(objects.valid.sum(axis=1)))]
     lines = repr(most).splitlines()
     assert 2 <= len(lines) <= 20

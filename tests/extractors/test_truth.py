@@ -3,12 +3,14 @@ play."""
 
 import collections
 import dataclasses
+import warnings
 
 import numpy as np
 import pytest
 
 from ocjax import recordings
 from ocjax.evaluation import matching, metrics
+from ocjax.extraction import suspicions
 from ocjax.extraction.checks import LivesAsIcons
 from ocjax.vision.unknown import UNKNOWN_VALUE
 from tests.support.record.deciding import in_batches
@@ -100,6 +102,13 @@ def test_colors_are_drawn(game, truth, detected):
         boxes = (frame[n, y : y + h, x : x + w] for frame in frames)
         drawn.append(any((pixels == objects.rgb[n, k]).all(axis=-1).any() for pixels in boxes))
     assert np.mean(drawn) >= IN_COLOR
+
+
+def test_the_frames_give_no_warning(game, truth, detected):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        suspicions.warn_about_colors(truth["screens"], game)
+        suspicions.warn_about_nothing(detected[1].valid[:, ~game.slot_hud], game)
 
 
 def test_boxes_without_drawn_pixels_are_noticed(game, truth, detected):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 import ocjax
 from ocjax import Objects
 from ocjax.transforms.segmentation import NOBODY, masks
+from tests.support.record.deciding import in_batches
 from tests.support.states import excerpt
 
 EVEN = 0xFE
@@ -165,10 +166,9 @@ def test_errors():
 
 def test_every_category(game):
     """Each object that VEM finds has a pixel in a colour of its category."""
-    play = excerpt(game.name)
-    frames = play["screens"][::5]
-    objects = game.vem(frames)
-    xywh, valid = np.asarray(objects.xywh), np.asarray(objects.valid)
+    frames = excerpt(game.name)["screens"][::5]
+    objects = in_batches(game.vem, frames)
+    xywh, valid = objects.xywh, objects.valid
     for i, frame in enumerate(frames):
         for slot in np.flatnonzero(valid[i]):
             x, y, w, h = xywh[i, slot]

@@ -15,8 +15,8 @@ from scipy import ndimage
 from ocjax.extractors.krull.lines import Lines
 from ocjax.vision import bitmap
 from ocjax.vision.bounds import tight_boxes
+from ocjax.vision.components import MAX_FRAMES, components
 from ocjax.vision.components import candidates as stages
-from ocjax.vision.components import components
 from ocjax.vision.components.fill import fill
 from ocjax.vision.components.search import MAX_PARTS, Search
 from ocjax.vision.filters import NoLines
@@ -516,15 +516,22 @@ def _edges(method, words):
     return map(np.asarray, jax.jit(method)(words))
 
 
+def test_more_frames_than_objects_can_be_numbered_are_refused():
+    masks = [jax.ShapeDtypeStruct((5, 8, MAX_FRAMES + 1), bitmap.U)]
+    searches = [Search(1, (Shape(w=1, h=1),))]
+    with pytest.raises(ValueError, match=f"at most {MAX_FRAMES} frames, got {MAX_FRAMES + 1}"):
+        jax.eval_shape(lambda *own: components(own, searches), *masks)
+
+
 def test_stage_last_at_most():
     table = jnp.array([0, 0, 3, 3, 7, 12])
     got = stages._last_at_most(lambda i: table[i], 5, jnp.arange(10, dtype=jnp.int32))
     assert got.tolist() == [1, 1, 1, 3, 3, 3, 3, 4, 4, 4]
 
 
-def test_stage_which():
+def test_stage_locate():
     counts = jnp.array([[2, 0], [0, 1], [3, 4]])
-    index, rest = stages._which(counts, jnp.array([4, 1]))
+    index, rest = stages._locate(counts, jnp.array([4, 1]))
     assert (index.tolist(), rest.tolist()) == ([2, 2], [2, 0])
 
 

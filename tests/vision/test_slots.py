@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ocjax.vision import bitmap
 from ocjax.vision.components.layout import Layout
 from ocjax.vision.components.search import Search
-from ocjax.vision.components.slots import NewObjects, _Order, fill_slots
+from ocjax.vision.components.slots import NewObjects, Slots, _Order, fill_slots
 from ocjax.vision.shapes import Shape
 
 SHAPE = Shape(w=(1, 4), h=(1, 4))
@@ -26,7 +26,7 @@ def test_objects_are_numbered_by_candidate_and_part(most, data):
     assert (
         list(zip(candidate[: len(want)].tolist(), part[: len(want)].tolist(), strict=True)) == want
     )
-    assert np.asarray(order.before(jnp.arange(65, dtype=jnp.int32))).tolist() == [
+    assert np.asarray(order.number_before(jnp.arange(65, dtype=jnp.int32))).tolist() == [
         0,
         *np.cumsum(counts).tolist(),
     ]
@@ -48,7 +48,7 @@ def test_slots_take_what_earlier_rounds_have_left():
         heads=jnp.arange(n, dtype=jnp.int32),
     )
     totals = jnp.array([[1, 0], [0, 0]], jnp.int32)
-    before = (
+    before = Slots(
         jnp.array([[50, 0], [0, 0], [0, 0]], jnp.uint32),
         jnp.array([[7, 0], [0, 0], [0, 0]], jnp.uint32),
     )

@@ -48,18 +48,19 @@ from ocjax.vision.bitmap import Bitmap, U
 from ocjax.vision.components import board as boards
 from ocjax.vision.components.boxes import accept, boxes, split_by_pictures
 from ocjax.vision.components.candidates import Candidates, Index
-from ocjax.vision.components.layout import Layout
+from ocjax.vision.components.layout import CANDIDATES_PER_FRAME, Layout
 from ocjax.vision.components.measuring import measure, offsets
-from ocjax.vision.components.search import Search
-from ocjax.vision.components.slots import NewObjects, fill_slots
+from ocjax.vision.components.search import MAX_PARTS, Search
+from ocjax.vision.components.slots import MAX_OBJECTS, NewObjects, Slots, fill_slots
 from ocjax.vision.detected import Detected
+
+MAX_FRAMES = MAX_OBJECTS // (CANDIDATES_PER_FRAME * MAX_PARTS)  # of a call
 
 
 class _Progress(NamedTuple):
     done: jax.Array  # int32: candidates processed
     totals: jax.Array  # int32 [masks, frames]: objects
-    # uint32 [slots, frames]: boxes as words, 0 for empty slots, and heads if requested
-    slots: tuple[jax.Array, ...]
+    slots: Slots
 
 
 def components(
@@ -74,13 +75,19 @@ def components(
 
     Returns:
         The boxes of each search, in raster order of the components' first pixels.
+
+    Raises:
+        ValueError: there are more than `MAX_FRAMES` frames.
     """
     layout = Layout.of(masks, searches)
+    if layout.board.n_frames > MAX_FRAMES:
+        raise ValueError(f"expected at most {MAX_FRAMES} frames, got {layout.board.n_frames}")
     board = boards.stacked(layout, masks)
     index = Index(layout, board)
     none = jnp.zeros((layout.board.masks, layout.board.n_frames), jnp.int32)
-    empty = (jnp.zeros((layout.counts.sum(), layout.board.n_frames), U),) * (1 + heads)
-    progress = varying(_Progress(jnp.int32(0), none, empty), board)
+    empty = jnp.zeros((layout.counts.sum(), layout.board.n_frames), U)
+    slots = Slots(empty, empty if heads else None)
+    progress = varying(_Progress(jnp.int32(0), none, slots), board)
     progress = lax.while_loop(
         lambda p: p.done < index.total, lambda p: _one_round(layout, board, index, p), progress
     )
@@ -118,7 +125,10 @@ def _detected(layout: Layout, searches: Sequence[Search], progress: _Progress) -
     for i, count, end, more in zip(
         layout.order, layout.counts.tolist(), ends, overflow, strict=True
     ):
-        box, *columns = (field[end - count : end] for field in progress.slots)
-        head = columns[0].astype(jnp.int32) if columns and not searches[i].splits else None
-        found[i] = Detected(box, head=head, overflow=more)
+        box, head = progress.slots
+        own = slice(end - count, end)
+        column = None
+        if head is not None and not searches[i].splits:
+            column = head[own].astype(jnp.int32)
+        found[i] = Detected(box[own], head=column, overflow=more)
     return [found[i] for i in range(len(searches))]

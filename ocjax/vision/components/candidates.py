@@ -76,14 +76,14 @@ class Index:
         in_words = materialize(count_in_words, board)
         counts = materialize(count_in_rows, in_words)
         blocks = _of_blocks(counts)
-        above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))  # candidates above each block
-        ends = above[layout.board.begins // BLOCK_ROWS]
+        in_blocks_above = jnp.pad(jnp.cumsum(blocks, axis=0), ((1, 0), (0, 0)))
+        ends = in_blocks_above[layout.board.begins // BLOCK_ROWS]
         # int32 [segments + 1]: the number of each segment's first candidate, and the total
         self.begins = jnp.pad(jnp.cumsum((ends[1:] - ends[:-1]).ravel()), (1, 0))
         self.total = self.begins[-1]
         self.n_blocks = len(blocks)
-        self._board, self._words, self._counts, self._above, self._ends = (
-            v.ravel() for v in (board, in_words, counts, above, ends)
+        self._board, self._words, self._counts, self._in_blocks_above, self._ends = (
+            v.ravel() for v in (board, in_words, counts, in_blocks_above, ends)
         )
 
     def locate(self, k: jax.Array) -> Candidates:
@@ -92,14 +92,15 @@ class Index:
         mask = jnp.sum(self.begins[n_frames:-1:n_frames, None] <= k[None], axis=0, dtype=jnp.int32)
         first = mask * n_frames
         frame = _last_at_most(lambda i: bm.at(self.begins, first + i), n_frames, k)
-        rest = k - bm.at(self.begins, first + frame) + bm.at(self._ends, first + frame)
-        row, rest = self._row(mask, frame, rest)
-        return Candidates(first + frame, row, self._column(frame, row, rest))
+        number_in_mask = k - bm.at(self.begins, first + frame)
+        number_in_frame = number_in_mask + bm.at(self._ends, first + frame)
+        row, number_in_row = self._row(mask, frame, number_in_frame)
+        return Candidates(first + frame, row, self._column(frame, row, number_in_row))
 
     def _row(
-        self, mask: jax.Array, frame: jax.Array, rest: jax.Array
+        self, mask: jax.Array, frame: jax.Array, number: jax.Array
     ) -> tuple[jax.Array, jax.Array]:
-        """Find the row of the candidate that follows `rest` others in its frame.
+        """Find the row of the candidate that follows `number` others in its frame.
 
         Returns:
             The row of the board, and the number of those others that are in this row.
@@ -108,24 +109,27 @@ class Index:
         begin = bm.at(jnp.asarray(self.layout.board.begins // BLOCK_ROWS, jnp.int32), mask)
         most = int(np.diff(self.layout.board.begins).max()) // BLOCK_ROWS  # of a mask
         block = begin + _last_at_most(
-            lambda i: bm.at(self._above, jnp.minimum(begin + i, self.n_blocks) * n_frames + frame),
+            lambda i: bm.at(
+                self._in_blocks_above, jnp.minimum(begin + i, self.n_blocks) * n_frames + frame
+            ),
             most,
-            rest,
+            number,
         )
         block = jnp.minimum(block, self.n_blocks - 1)
-        rest = rest - bm.at(self._above, block * n_frames + frame)
+        number_in_block = number - bm.at(self._in_blocks_above, block * n_frames + frame)
         n_words = BLOCK_ROWS // ROW_COUNTS_PER_WORD  # packed counts of a block
         word = (block * n_words)[None] + np.arange(n_words, dtype=np.int32)[:, None]
         packed = bm.at(self._counts, word * n_frames + frame[None])
         in_rows = [_fields(counts, BITS_OF_ROW_COUNT, ROW_COUNTS_PER_WORD) for counts in packed]
-        row, rest = _which(list(itertools.chain.from_iterable(in_rows)), rest)
-        return block * BLOCK_ROWS + row + 1, rest
+        row, number_in_row = _locate(list(itertools.chain.from_iterable(in_rows)), number_in_block)
+        return block * BLOCK_ROWS + row + 1, number_in_row
 
-    def _column(self, frame: jax.Array, row: jax.Array, rest: jax.Array) -> jax.Array:
-        """Find the column of the candidate that follows `rest` others in its row."""
+    def _column(self, frame: jax.Array, row: jax.Array, number: jax.Array) -> jax.Array:
+        """Find the column of the candidate that follows `number` others in its row."""
         board = self.layout.board
         packed = bm.at(self._words, (row - 1) * board.n_frames + frame)
-        word, rest = _which(_fields(packed, BITS_OF_WORD_COUNT, board.mask_words), rest)
+        in_words = _fields(packed, BITS_OF_WORD_COUNT, board.mask_words)
+        word, number_in_word = _locate(in_words, number)
         place = (word * board.rows + row) * board.n_frames + frame
         here, above = bm.at(self._board, place), bm.at(self._board, place - board.n_frames)
         beside = bm.at(self._board, jnp.maximum(place - board.rows * board.n_frames, 0))
@@ -136,7 +140,7 @@ class Index:
             else bm.at(jnp.asarray(self._corners), row)
         )
         _, first_pixels = starts([left, here], [left, above], corners)
-        return 32 * word + bm.nth_bit(first_pixels, rest)
+        return 32 * word + bm.nth_bit(first_pixels, number_in_word)
 
 
 def _fields(words: jax.Array, bits: int, n: int) -> list[jax.Array]:
@@ -169,10 +173,11 @@ def _last_at_most(table: Callable[[jax.Array], jax.Array], n: int, k: jax.Array)
     return i
 
 
-def _which(counts: Sequence[jax.Array], rest: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Find the index at which the sum of counts `[n]` exceeds `rest` `[n]`, and the remainder."""
-    index, beyond = jnp.zeros_like(rest), jnp.ones_like(rest, bool)
+def _locate(counts: Sequence[jax.Array], number: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Find which of the counts `[n]` includes item `number` `[n]`, and the item's number there."""
+    index, beyond = jnp.zeros_like(number), jnp.ones_like(number, bool)
     for count in counts[:-1]:
-        beyond = beyond & (rest >= count)
-        index, rest = index + beyond.astype(jnp.int32), rest - jnp.where(beyond, count, 0)
-    return index, rest
+        beyond = beyond & (number >= count)
+        index = index + beyond.astype(jnp.int32)
+        number = number - jnp.where(beyond, count, 0)
+    return index, number

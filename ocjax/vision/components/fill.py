@@ -22,41 +22,38 @@ def fill(
         corners: all bits set if pixels that touch at a corner connect.
         reach: minimum distance that a sweep fills runs to both sides, in pixels.
     """
-    words = mask.shape[1]
     rows = _depth(mask)
+    has_one_word = mask.shape[1] == 1
     touched = functools.partial(_touched, corners)
 
-    def row(
+    def row_at(step: jax.Array) -> jax.Array:
+        return jnp.minimum(step, 2 * rows - 1 - step)  # down and up again
+
+    def row_of(bitmap: jax.Array, step: jax.Array) -> jax.Array:
+        return lax.dynamic_index_in_dim(bitmap, row_at(step), keepdims=False)
+
+    def fill_row(
         step: jax.Array, state: tuple[jax.Array, tuple[jax.Array, ...]]
     ) -> tuple[jax.Array, tuple[jax.Array, ...]]:
-        filled, before = state
-
-        def at(step: jax.Array) -> jax.Array:
-            return jnp.minimum(step, 2 * rows - 1 - step)  # down and up again
-
-        m, f = (lax.dynamic_index_in_dim(a, at(step), keepdims=False) for a in (mask, filled))
-        # The loop's state carries the row before. XLA would replace a single word there in place,
-        # without vectorising, so a single word is read again. At the first step and at the turn
-        # this is the row itself.
-        if words == 1:
-            seeds = touched(
-                f,
-                m,
-                *lax.dynamic_index_in_dim(filled, at(jnp.maximum(step - 1, 0)), keepdims=False),
-            )
-        # Materialized: XLA would compute a word again for each word filled from it (James Bond: 109
-        # us per frame instead of 62).
+        """Fill a row of the state: the filled rows, and the words of the previous row."""
+        filled, previous = state
+        own_mask, own_filled = row_of(mask, step), row_of(filled, step)
+        if has_one_word:
+            # A single word is read again instead: XLA would replace it in the state in place,
+            # without vectorising. At the first step and at the turn this is the row itself.
+            above = row_of(filled, jnp.maximum(step - 1, 0))
+            seeds = touched(own_filled, own_mask, *above)
         else:
-            seeds = materialize(touched, f, m, *before, small=0)
-        now = bm.fill_rows(m, seeds, reach)
-        return lax.dynamic_update_index_in_dim(
-            filled, jnp.stack(now), at(step), 0
-        ), now if words > 1 else ()
+            # Materialized: XLA would compute a word again for each word filled from it (James Bond:
+            # 109 us per frame instead of 62).
+            seeds = materialize(touched, own_filled, own_mask, *previous, small=0)
+        now = bm.fill_rows(own_mask, seeds, reach)
+        filled = lax.dynamic_update_index_in_dim(filled, jnp.stack(now), row_at(step), 0)
+        return filled, () if has_one_word else now
 
     def down_and_up(state: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
-        filled, _ = lax.fori_loop(
-            0, 2 * rows, row, (state[0], tuple(jnp.zeros_like(seed[0])) if words > 1 else ())
-        )
+        none = () if has_one_word else tuple(jnp.zeros_like(seed[0]))
+        filled, _ = lax.fori_loop(0, 2 * rows, fill_row, (state[0], none))
         return filled, _is_incomplete(filled, mask, corners)
 
     return lax.while_loop(

@@ -57,7 +57,16 @@ class Entries(NamedTuple):
     bottom: Any
 
 
-NO_SHAPE = Limits(UNLIMITED, UNLIMITED, 0, 0, 0, 0, UNLIMITED, UNLIMITED)  # fits no component
+NO_SHAPE = Limits(  # fits no component
+    min_w=UNLIMITED,
+    min_h=UNLIMITED,
+    max_w=0,
+    max_h=0,
+    min_pixels=0,
+    max_pixels=0,
+    part_w=UNLIMITED,
+    part_h=UNLIMITED,
+)
 
 
 class BoardSize(NamedTuple):
@@ -65,7 +74,7 @@ class BoardSize(NamedTuple):
 
     words: int
     rows: int
-    n_frames: int  # frames
+    n_frames: int
     begins: np.ndarray  # int [masks + 1]: first row of each mask, and the end of the last one
     mask_words: int  # words of a mask; gaps are bridged to the right of them
 
@@ -92,7 +101,10 @@ class Layout:
     Args:
         order: the number of the search of each mask.
         counts: slots of each mask, int32 `[masks]`.
+        gaps: the gap of each mask's search, (dx, dy).
+        n_candidates: number of candidates of a round.
         table: the entries of each mask, int32 `[masks]` each.
+        pictures: the different sets of pictures of the searches.
         reads_pixels: for each shape of the tables, whether a search limits its pixels.
         splits: whether a search splits components.
     """

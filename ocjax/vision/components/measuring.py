@@ -12,6 +12,15 @@ from ocjax.vision.components.fill import extent, fill
 from ocjax.vision.components.layout import Layout
 
 
+def _window_words(layout: Layout, column: jax.Array) -> jax.Array:
+    """Word columns of the board that hold each candidate's window, int32 `[words, candidates]`.
+
+    They may be outside of the board.
+    """
+    first = (column - layout.window.before - 1) >> 5
+    return first[None] + jnp.arange(layout.window.words + 1)[:, None]
+
+
 def _windows(
     layout: Layout, board: Bitmap, offset: jax.Array, column: jax.Array
 ) -> tuple[jax.Array, jax.Array]:
@@ -21,9 +30,8 @@ def _windows(
         The windows, uint32 `[rows, words, candidates]`, and the column left of each window, in the
         highest bit of uint32 `[rows, candidates]`.
     """
-    left = column - layout.window.before - 1
-    word = (left >> 5)[None] + jnp.arange(layout.window.words + 1)[:, None]
-    shift = (left & 31).astype(U)
+    word = _window_words(layout, column)
+    shift = (column - layout.window.before - 1 & 31).astype(U)
     rows = jnp.arange(layout.window.reach_y + 2)[:, None, None] * layout.board.n_frames
     cut = board.ravel().at[offset[None] + rows].get(mode="promise_in_bounds")
     cut = jnp.where(((word >= 0) & (word < layout.board.words))[None], cut, U(0))
@@ -32,10 +40,11 @@ def _windows(
 
 
 def offsets(layout: Layout, candidates: Candidates) -> jax.Array:
-    """Offsets of each window's first row on the flat board, int32 `[words, candidates]`."""
-    word = ((candidates.column - layout.window.before - 1) >> 5)[None] + jnp.arange(
-        layout.window.words + 1
-    )[:, None]
+    """Offsets of each window's first row on the flat board, int32 `[words, candidates]`.
+
+    They are materialized together with the candidates' places.
+    """
+    word = _window_words(layout, candidates.column)
     row = jnp.clip(word, 0, layout.board.words - 1) * layout.board.rows + (candidates.row - 1)[None]
     return row * layout.board.n_frames + (candidates.segment % layout.board.n_frames)[None]
 

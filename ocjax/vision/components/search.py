@@ -31,7 +31,7 @@ class Search:
         return bool(self.pictures) or any(shape.split is not None for shape in self.shapes)
 
     @property
-    def window(self) -> tuple[int, int]:
+    def max_size(self) -> tuple[int, int]:
         """Width and height of the largest shape."""
         width, height = (max(side) for side in zip(*(s.max_size for s in self.shapes), strict=True))
         return min(width, WIDTH), min(height, UNLIMITED)
@@ -39,7 +39,7 @@ class Search:
     @property
     def reach(self) -> tuple[int, int]:
         """Width and height of the window with bridged gaps."""
-        return self.window[0] + self.gap[0], self.window[1] + self.gap[1]
+        return self.max_size[0] + self.gap[0], self.max_size[1] + self.gap[1]
 
 
 def words_across(reach: int) -> int:
