@@ -239,6 +239,7 @@ SEARCHES = {
     ),
     "two sizes, one of them large": Search(30, (Shape(w=(1, 4), h=(1, 4)), Shape(w=(9, 60)))),
     "pictures": Search(60, (Shape(w=(1, 30), h=(1, 20), split=(16, 9)),), pictures=PICTURES),
+    "pictures in wide windows": Search(60, (Shape(w=(1, 60), h=(1, 20)),), pictures=PICTURES),
     "so many pixels": Search(60, (Shape(w=(1, 20), h=(1, 10), pixels=(5, 40)),), gap=(1, 0)),
 }
 # These searches have all features: a gap, both connectivities, several sizes, parts, numbers of
@@ -317,10 +318,13 @@ def test_several_masks_at_once(first, second, third):
     )
 
 
-@pytest.mark.parametrize("columns", [(0, W), (5, 131)])
+@pytest.mark.parametrize(
+    ("search", "columns"),
+    [("pictures", (0, W)), ("pictures", (5, 131)), ("pictures in wide windows", (0, W))],
+)
 @settings(max_examples=25)
 @given(seed=st.integers(0, 2**32 - 1))
-def test_pictures_that_touch(seed, columns):
+def test_pictures_that_touch(seed, search, columns):
     """Pairs of pictures, also across the edges of the searched area."""
     rng = np.random.default_rng(seed)
     frames = np.zeros((len(WORST), H + 9, W + 64), bool)
@@ -336,7 +340,7 @@ def test_pictures_that_touch(seed, columns):
                 frame[y : y + len(ink), x + offset : x + offset + PICTURE_WIDTH] |= ink.astype(bool)
     frames = frames[:, :H, 32 : W + 32]
     frames[..., : columns[0]] = frames[..., columns[1] :] = False
-    check([frames], (dataclasses.replace(SEARCHES["pictures"], columns=columns),))
+    check([frames], (dataclasses.replace(SEARCHES[search], columns=columns),))
 
 
 @settings(max_examples=50)
