@@ -3,8 +3,8 @@
 Picture: docs/games/Asteroids.png
 
 Screen: odd frames show the asteroids, even frames the ship, the saucer and the shots. If an edge
-cuts the ship or the saucer, the box covers the larger part. Player is not valid without a ship
-(OCAtari's placeholder NoObjectPlayer is omitted).
+cuts the ship or the saucer in two, the box covers the larger part. Player is not valid without a
+ship (OCAtari's placeholder NoObjectPlayer is omitted).
 
 Slots: the game keeps two lists of asteroids, one that goes up and one that goes down. Each list is
 sorted from the top of the screen down, and its entries shift when an asteroid crosses an edge,
@@ -36,7 +36,8 @@ from the previous game's last random number. The first frame after a reset there
 previous game's asteroids, the second frame the asteroids in the RAM, the third one also the ship.
 
 Not exact: the digits on the frame on which a point is made; on odd frames, whether a new ship has
-already been drawn. The RAM contains no trace of them.
+already been drawn. The RAM contains no trace of them. A ship cut by the right edge has a box with
+all its rows.
 
 VEM: touching asteroids of one colour that exceed the largest asteroid are split by the picture at
 their first pixel, otherwise evenly; smaller groups count as one. VEM sees the visible pieces of an
@@ -58,18 +59,24 @@ from ocjax.authoring import (
     Box,
     Category,
     Checks,
+    Context,
+    Detected,
     Digits,
     Game,
     NumberDisplay,
+    Pictures,
     RamMap,
     Rom,
     Shape,
+    Step,
+    Tight,
     Variants,
     Word,
     among,
     bcd,
     bits,
     box,
+    boxes,
     byte,
     display,
     div,
@@ -91,7 +98,33 @@ ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
 # Headings of the ship to the left (the others are mirrored), its explosion, its shield. A row of
 # these pictures and of the asteroids' pictures covers two rows of the screen.
-SHIPS = ROM.pictures(range(0xF74, 0xF74 + 13 * 6, 6), 5, top_first=True)
+SHIP_ROWS = 5
+SHIP_LOOKS = ROM.rows(range(0xF74, 0xF74 + 13 * 6, 6), SHIP_ROWS, top_first=True)
+
+
+class Part:  # of a ship's picture
+    LAST_ROWS = 0
+    FIRST_ROWS = 1
+    BOTH = (0, 1)
+
+
+def _ship_part(look: np.ndarray, part: int, rows: int) -> np.ndarray:
+    number = np.arange(SHIP_ROWS)
+    seen = number < rows if part == Part.FIRST_ROWS else number >= SHIP_ROWS - rows
+    return np.where(seen, look, 0)
+
+
+SHIPS = Pictures.of(
+    [
+        _ship_part(look, part, n)
+        for look in SHIP_LOOKS
+        for part in Part.BOTH
+        for n in range(SHIP_ROWS + 1)
+    ],
+    look=len(SHIP_LOOKS),
+    part=len(Part.BOTH),
+    rows=SHIP_ROWS + 1,
+)
 EXPLOSION = 9
 SHIELD = 12
 
@@ -116,7 +149,6 @@ BOTTOM = 195  # the row below the last one
 NONE = -32  # `rock_y` or `ship_y` of an absent object
 NO_SAUCER = 224  # `saucer_y`
 NO_SHOT = 128  # least `shot_y` of an absent shot
-ABOVE = -2  # least `ship_y` above the screen's lower part; the ship wraps around below it
 # An asteroid in one number. `row` is 128 more than the step.
 ROCK_WORD = Word(color=3, x=8, row=8, kind=2, there=1)
 STEP_0 = 128
@@ -265,9 +297,9 @@ def _ship_box(m: Ram) -> Box:
         otherwise=m.heading,
     )
     turned = is_mirrored & ~explodes & ~m.shield
-    left, first_row, width, rows = SHIPS.extent(look, mirrored=turned)
-    step = jnp.where(m.ship_y < ABOVE, m.ship_y + LAP, m.ship_y)
-    top = 18 + 2 * step + m.ship_half
+    part, is_low = _seen_part(m, look)
+    left, first_row, width, rows = SHIPS.extent(part, mirrored=turned)
+    top = 18 + 2 * (m.ship_y + when(is_low, LAP)) + m.ship_half
     on_screen = (m.ship_y != NONE) & (m.odd_frame | (m.drawn_y != NONE))
     return box(
         _in_one_part(_column(m.ship_x) - 1 + left, width),
@@ -278,6 +310,24 @@ def _ship_box(m: Ram) -> Box:
         orientation=(16 - m.heading) & 15,
         color=_ship_color(m),
     )
+
+
+def _seen_part(m: Ram, look: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The larger part of a ship that the upper edge cuts, and whether it is at the lower edge.
+
+    The last step around the screen has a single line, and none if the ship is half a step lower.
+    """
+    above = jnp.clip(-m.ship_y, 0, SHIP_ROWS)  # rows of the picture above the edge
+    at_top = SHIPS.index(look=look, part=Part.LAST_ROWS, rows=SHIP_ROWS - above)
+    rows_below = jnp.clip(-m.ship_y - m.ship_half, 0, SHIP_ROWS)
+    at_bottom = SHIPS.index(look=look, part=Part.FIRST_ROWS, rows=rows_below)
+    is_low = _area(at_bottom) > _area(at_top)
+    return jnp.where(is_low, at_bottom, at_top), is_low
+
+
+def _area(part: jax.Array) -> jax.Array:
+    _, _, width, height = SHIPS.extent(part)
+    return width * height
 
 
 def _saucer_box(m: Ram) -> Box:
@@ -415,7 +465,37 @@ def _stepped_aside(m: Ram) -> jax.Array:
     return when(stepped & (ENTRY_NUMBERS == 0), jnp.where(m.first_left, -1, 1))
 
 
-WHOLE_SHIP = Bounds(SHIP_COLORS, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
+MIDDLE_COLUMN = 80
+MIDDLE_ROW = 106
+FAR = 32  # least columns or rows of parts at opposite edges; the ship and its debris have fewer
+
+
+class WithoutSmallerPart(Step):
+    """Reduce the box of a ship that an edge cuts in two to the larger part."""
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        apart = found.h >= FAR
+        rows = MIDDLE_ROW - found.y
+        above = _fitted(boxes(found.x, found.y, found.w, rows, apart), context)
+        below = _fitted(boxes(found.x, MIDDLE_ROW, found.w, found.h - rows, apart), context)
+        by_row = jnp.where(below.w * below.h > above.w * above.h, below.box, above.box)
+        one = Detected(jnp.where(apart, by_row, found.box))
+        aside = one.w >= FAR
+        columns = MIDDLE_COLUMN - one.x
+        left = _fitted(boxes(one.x, one.y, columns, one.h, aside), context)
+        right = _fitted(boxes(MIDDLE_COLUMN, one.y, one.w - columns, one.h, aside), context)
+        by_column = jnp.where(left.w > right.w, left.box, right.box)
+        return found._replace(box=jnp.where(aside, by_column, one.box), head=None)
+
+
+def _fitted(piece: jax.Array, context: Context) -> Detected:
+    return Tight()(Detected(piece), context)
+
+
+WHOLE_SHIP = Bounds(
+    SHIP_COLORS, FIELD, min_size=(3, 2), exclude=("PlayerMissile",), then=(WithoutSmallerPart(),)
+)
 ROCK_MASKS = tuple(picture(_rock_dots(kind).repeat(2, axis=0)) for kind in range(4))
 ROCK_SHAPES = (
     Shape(w=(2, 16), h=(1, 28)),
@@ -454,6 +534,7 @@ GAME = Game(
     checks=Checks(
         # After a reset, frames are older than the RAM; VEM counts some touching asteroids as one.
         agreement={"modes": 0.95},
+        rare=("Player",),  # at an edge
     ),
     variants=Variants(
         modes=MODES,
