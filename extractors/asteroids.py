@@ -69,7 +69,6 @@ from ocjax.authoring import (
     Rom,
     Shape,
     Step,
-    Tight,
     Variants,
     Word,
     among,
@@ -321,11 +320,11 @@ def _seen_part(m: Ram, look: jax.Array) -> tuple[jax.Array, jax.Array]:
     at_top = SHIPS.index(look=look, part=Part.LAST_ROWS, rows=SHIP_ROWS - above)
     rows_below = jnp.clip(-m.ship_y - m.ship_half, 0, SHIP_ROWS)
     at_bottom = SHIPS.index(look=look, part=Part.FIRST_ROWS, rows=rows_below)
-    is_low = _area(at_bottom) > _area(at_top)
+    is_low = _size(at_bottom) > _size(at_top)
     return jnp.where(is_low, at_bottom, at_top), is_low
 
 
-def _area(part: jax.Array) -> jax.Array:
+def _size(part: jax.Array) -> jax.Array:
     _, _, width, height = SHIPS.extent(part)
     return width * height
 
@@ -465,37 +464,44 @@ def _stepped_aside(m: Ram) -> jax.Array:
     return when(stepped & (ENTRY_NUMBERS == 0), jnp.where(m.first_left, -1, 1))
 
 
-MIDDLE_COLUMN = 80
-MIDDLE_ROW = 106
+# The upper two quarters of the field, then the lower two, each from the left.
+QUARTERS = ((0, 18, 80, 106), (80, 18, 160, 106), (0, 106, 80, 195), (80, 106, 160, 195))
+IS_UPPER = np.array((True, True, False, False))[:, None]
+IS_LEFT = np.array((True, False, True, False))[:, None]
 FAR = 32  # least columns or rows of parts at opposite edges; the ship and its debris have fewer
+LEAST_WIDTH = 3
+LEAST_HEIGHT = 2
 
 
 class WithoutSmallerPart(Step):
-    """Reduce the box of a ship that an edge cuts in two to the larger part."""
+    """Join the ship's boxes in the quarters, without the smaller part of a ship that is cut."""
 
-    def __call__(self, found: Detected, context: Context) -> Detected:
+    keeps_slots = False
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
         """The objects after the step."""
-        apart = found.h >= FAR
-        rows = MIDDLE_ROW - found.y
-        above = _fitted(boxes(found.x, found.y, found.w, rows, apart), context)
-        below = _fitted(boxes(found.x, MIDDLE_ROW, found.w, found.h - rows, apart), context)
-        by_row = jnp.where(below.w * below.h > above.w * above.h, below.box, above.box)
-        one = Detected(jnp.where(apart, by_row, found.box))
-        aside = one.w >= FAR
-        columns = MIDDLE_COLUMN - one.x
-        left = _fitted(boxes(one.x, one.y, columns, one.h, aside), context)
-        right = _fitted(boxes(MIDDLE_COLUMN, one.y, one.w - columns, one.h, aside), context)
-        by_column = jnp.where(left.w > right.w, left.box, right.box)
-        return found._replace(box=jnp.where(aside, by_column, one.box), head=None)
+        upper = _joined(found, found.valid & IS_UPPER)
+        lower = _joined(found, found.valid & ~IS_UPPER)
+        is_apart = _joined(found, found.valid).h >= FAR
+        is_low = lower.w * lower.h > upper.w * upper.h
+        kept = found.valid & (~is_apart | (is_low != IS_UPPER))
+        left = _joined(found, kept & IS_LEFT)
+        right = _joined(found, kept & ~IS_LEFT)
+        is_aside = _joined(found, kept).w >= FAR
+        one = _joined(found, kept & (~is_aside | ((left.w > right.w) == IS_LEFT)))
+        return one.where((one.w >= LEAST_WIDTH) & (one.h >= LEAST_HEIGHT))
 
 
-def _fitted(piece: jax.Array, context: Context) -> Detected:
-    return Tight()(Detected(piece), context)
+def _joined(found: Detected, chosen: jax.Array) -> Detected:
+    """The box around the chosen ones."""
+    x = jnp.min(jnp.where(chosen, found.x, 255), axis=0, keepdims=True)
+    y = jnp.min(jnp.where(chosen, found.y, 255), axis=0, keepdims=True)
+    right = jnp.max(when(chosen, found.x + found.w), axis=0, keepdims=True)
+    end = jnp.max(when(chosen, found.y + found.h), axis=0, keepdims=True)
+    return Detected(boxes(x, y, right - x, end - y, right > 0))
 
 
-WHOLE_SHIP = Bounds(
-    SHIP_COLORS, FIELD, min_size=(3, 2), exclude=("PlayerMissile",), then=(WithoutSmallerPart(),)
-)
+SHIP_RULE = Bounds(SHIP_COLORS, QUARTERS, exclude=("PlayerMissile",), then=(WithoutSmallerPart(),))
 ROCK_MASKS = tuple(picture(_rock_dots(kind).repeat(2, axis=0)) for kind in range(4))
 ROCK_SHAPES = (
     Shape(w=(2, 16), h=(1, 28)),
@@ -542,7 +548,7 @@ GAME = Game(
         source="the program in the ROM, and play of all modes in the emulator",
     ),
     categories=(
-        Category("Player", WHOLE_SHIP, attributes=("orientation",), role="player", doc="the ship"),
+        Category("Player", SHIP_RULE, attributes=("orientation",), role="player", doc="the ship"),
         Category("Asteroid", ROCK_RULE, count=4 * SLOTS, doc="up, down; left parts at the edge"),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),
