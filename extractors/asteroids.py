@@ -3,8 +3,8 @@
 Picture: docs/games/Asteroids.png
 
 Screen: odd frames show the asteroids, even frames the ship, the saucer and the shots. If an edge
-cuts the ship or the saucer, the box covers the larger part. Player is not valid without a ship
-(OCAtari's placeholder NoObjectPlayer is omitted).
+cuts the ship or the saucer in two, the box covers the larger part. Player is not valid without a
+ship (OCAtari's placeholder NoObjectPlayer is omitted).
 
 Slots: the game keeps two lists of asteroids, one that goes up and one that goes down. Each list is
 sorted from the top of the screen down, and its entries shift when an asteroid crosses an edge,
@@ -36,7 +36,8 @@ from the previous game's last random number. The first frame after a reset there
 previous game's asteroids, the second frame the asteroids in the RAM, the third one also the ship.
 
 Not exact: the digits on the frame on which a point is made; on odd frames, whether a new ship has
-already been drawn. The RAM contains no trace of them.
+already been drawn. The RAM contains no trace of them. A ship cut by the right edge has a box with
+all its rows.
 
 VEM: touching asteroids of one colour that exceed the largest asteroid are split by the picture at
 their first pixel, otherwise evenly; smaller groups count as one. VEM sees the visible pieces of an
@@ -58,18 +59,23 @@ from ocjax.authoring import (
     Box,
     Category,
     Checks,
+    Context,
+    Detected,
     Digits,
     Game,
     NumberDisplay,
+    Pictures,
     RamMap,
     Rom,
     Shape,
+    Step,
     Variants,
     Word,
     among,
     bcd,
     bits,
     box,
+    boxes,
     byte,
     display,
     div,
@@ -91,7 +97,33 @@ ROM = Rom("asteroids", "ccbd36746ed4525821a8083b0d6d2c2c")
 FONT = ROM.font(0xD96, rows=5, dots=3, dot=(4, 2), pitch=16)  # all digits are equally wide
 # Headings of the ship to the left (the others are mirrored), its explosion, its shield. A row of
 # these pictures and of the asteroids' pictures covers two rows of the screen.
-SHIPS = ROM.pictures(range(0xF74, 0xF74 + 13 * 6, 6), 5, top_first=True)
+SHIP_ROWS = 5
+SHIP_LOOKS = ROM.rows(range(0xF74, 0xF74 + 13 * 6, 6), SHIP_ROWS, top_first=True)
+
+
+class Part:  # of a ship's picture
+    LAST_ROWS = 0
+    FIRST_ROWS = 1
+    BOTH = (0, 1)
+
+
+def _ship_part(look: np.ndarray, part: int, rows: int) -> np.ndarray:
+    number = np.arange(SHIP_ROWS)
+    seen = number < rows if part == Part.FIRST_ROWS else number >= SHIP_ROWS - rows
+    return np.where(seen, look, 0)
+
+
+SHIPS = Pictures.of(
+    [
+        _ship_part(look, part, n)
+        for look in SHIP_LOOKS
+        for part in Part.BOTH
+        for n in range(SHIP_ROWS + 1)
+    ],
+    look=len(SHIP_LOOKS),
+    part=len(Part.BOTH),
+    rows=SHIP_ROWS + 1,
+)
 EXPLOSION = 9
 SHIELD = 12
 
@@ -116,7 +148,6 @@ BOTTOM = 195  # the row below the last one
 NONE = -32  # `rock_y` or `ship_y` of an absent object
 NO_SAUCER = 224  # `saucer_y`
 NO_SHOT = 128  # least `shot_y` of an absent shot
-ABOVE = -2  # least `ship_y` above the screen's lower part; the ship wraps around below it
 # An asteroid in one number. `row` is 128 more than the step.
 ROCK_WORD = Word(color=3, x=8, row=8, kind=2, there=1)
 STEP_0 = 128
@@ -265,9 +296,9 @@ def _ship_box(m: Ram) -> Box:
         otherwise=m.heading,
     )
     turned = is_mirrored & ~explodes & ~m.shield
-    left, first_row, width, rows = SHIPS.extent(look, mirrored=turned)
-    step = jnp.where(m.ship_y < ABOVE, m.ship_y + LAP, m.ship_y)
-    top = 18 + 2 * step + m.ship_half
+    part, is_low = _seen_part(m, look)
+    left, first_row, width, rows = SHIPS.extent(part, mirrored=turned)
+    top = 18 + 2 * (m.ship_y + when(is_low, LAP)) + m.ship_half
     on_screen = (m.ship_y != NONE) & (m.odd_frame | (m.drawn_y != NONE))
     return box(
         _in_one_part(_column(m.ship_x) - 1 + left, width),
@@ -278,6 +309,24 @@ def _ship_box(m: Ram) -> Box:
         orientation=(16 - m.heading) & 15,
         color=_ship_color(m),
     )
+
+
+def _seen_part(m: Ram, look: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The larger part of a ship that the upper edge cuts, and whether it is at the lower edge.
+
+    The last step around the screen has a single line, and none if the ship is half a step lower.
+    """
+    above = jnp.clip(-m.ship_y, 0, SHIP_ROWS)  # rows of the picture above the edge
+    at_top = SHIPS.index(look=look, part=Part.LAST_ROWS, rows=SHIP_ROWS - above)
+    rows_below = jnp.clip(-m.ship_y - m.ship_half, 0, SHIP_ROWS)
+    at_bottom = SHIPS.index(look=look, part=Part.FIRST_ROWS, rows=rows_below)
+    is_low = _size(at_bottom) > _size(at_top)
+    return jnp.where(is_low, at_bottom, at_top), is_low
+
+
+def _size(part: jax.Array) -> jax.Array:
+    _, _, width, height = SHIPS.extent(part)
+    return width * height
 
 
 def _saucer_box(m: Ram) -> Box:
@@ -415,7 +464,44 @@ def _stepped_aside(m: Ram) -> jax.Array:
     return when(stepped & (ENTRY_NUMBERS == 0), jnp.where(m.first_left, -1, 1))
 
 
-WHOLE_SHIP = Bounds(SHIP_COLORS, FIELD, min_size=(3, 2), exclude=("PlayerMissile",))
+# The upper two quarters of the field, then the lower two, each from the left.
+QUARTERS = ((0, 18, 80, 106), (80, 18, 160, 106), (0, 106, 80, 195), (80, 106, 160, 195))
+IS_UPPER = np.array((True, True, False, False))[:, None]
+IS_LEFT = np.array((True, False, True, False))[:, None]
+FAR = 32  # least columns or rows of parts at opposite edges; the ship and its debris have fewer
+LEAST_WIDTH = 3
+LEAST_HEIGHT = 2
+
+
+class WithoutSmallerPart(Step):
+    """Join the ship's boxes in the quarters, without the smaller part of a ship that is cut."""
+
+    keeps_slots = False
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        upper = _joined(found, found.valid & IS_UPPER)
+        lower = _joined(found, found.valid & ~IS_UPPER)
+        is_apart = _joined(found, found.valid).h >= FAR
+        is_low = lower.w * lower.h > upper.w * upper.h
+        kept = found.valid & (~is_apart | (is_low != IS_UPPER))
+        left = _joined(found, kept & IS_LEFT)
+        right = _joined(found, kept & ~IS_LEFT)
+        is_aside = _joined(found, kept).w >= FAR
+        one = _joined(found, kept & (~is_aside | ((left.w > right.w) == IS_LEFT)))
+        return one.where((one.w >= LEAST_WIDTH) & (one.h >= LEAST_HEIGHT))
+
+
+def _joined(found: Detected, chosen: jax.Array) -> Detected:
+    """The box around the chosen ones."""
+    x = jnp.min(jnp.where(chosen, found.x, 255), axis=0, keepdims=True)
+    y = jnp.min(jnp.where(chosen, found.y, 255), axis=0, keepdims=True)
+    right = jnp.max(when(chosen, found.x + found.w), axis=0, keepdims=True)
+    end = jnp.max(when(chosen, found.y + found.h), axis=0, keepdims=True)
+    return Detected(boxes(x, y, right - x, end - y, right > 0))
+
+
+SHIP_RULE = Bounds(SHIP_COLORS, QUARTERS, exclude=("PlayerMissile",), then=(WithoutSmallerPart(),))
 ROCK_MASKS = tuple(picture(_rock_dots(kind).repeat(2, axis=0)) for kind in range(4))
 ROCK_SHAPES = (
     Shape(w=(2, 16), h=(1, 28)),
@@ -454,6 +540,7 @@ GAME = Game(
     checks=Checks(
         # After a reset, frames are older than the RAM; VEM counts some touching asteroids as one.
         agreement={"modes": 0.95},
+        rare=("Player",),  # at an edge
     ),
     variants=Variants(
         modes=MODES,
@@ -461,7 +548,7 @@ GAME = Game(
         source="the program in the ROM, and play of all modes in the emulator",
     ),
     categories=(
-        Category("Player", WHOLE_SHIP, attributes=("orientation",), role="player", doc="the ship"),
+        Category("Player", SHIP_RULE, attributes=("orientation",), role="player", doc="the ship"),
         Category("Asteroid", ROCK_RULE, count=4 * SLOTS, doc="up, down; left parts at the edge"),
         Category("PlayerMissile", SHOTS, count=3, doc="the ship's shots, the saucer's"),
         Category("Saucer", SAUCERS, doc="at difficulty A"),

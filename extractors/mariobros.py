@@ -25,7 +25,7 @@ may be a column off. On the frame on which Mario dies, the lives are already one
 
 VEM: the colours of coins are random; it misses a coin with a row in a colour of the scenery. It
 misses Mario while he falls off the screen, and figures of one colour that touch. At an edge, it
-finds both parts of an object, while REM gives the larger part.
+finds both parts of a coin, and of Mario the higher one, while REM gives the larger part.
 """
 
 import jax
@@ -40,6 +40,8 @@ from ocjax.authoring import (
     Box,
     Category,
     Checks,
+    Context,
+    Detected,
     Game,
     IconRow,
     NumberDisplay,
@@ -47,6 +49,7 @@ from ocjax.authoring import (
     RamMap,
     Rom,
     Shape,
+    Step,
     Variants,
     among,
     bcd,
@@ -353,7 +356,21 @@ PEST_SHAPES = (
     Shape(w=(4, 8), h=12, pixels=(1, 95)),  # a coin has more
     Shape(w=(4, 8), h=(13, 18)),
 )
-PEST_RULE = Blobs(PEST_COLORS, FIELD, PEST_SHAPES, gap=(1, 1))
+
+
+class LeftHalves(Step):
+    """Drop the right one of a pest's two halves at the edges. Other parts are too narrow."""
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        end = found.y + found.h
+        in_rows = (found.y[:, None] < end[None]) & (found.y[None] < end[:, None])
+        at_left = found.valid & (found.x == 0)
+        at_right = found.x + found.w == SCREEN_WIDTH
+        return found.where(~(at_right & jnp.any(in_rows & at_left[None], axis=1)))
+
+
+PEST_RULE = Blobs(PEST_COLORS, FIELD, PEST_SHAPES, gap=(1, 1), then=(LeftHalves(),))
 FIRE_RULE = Blobs(ORANGE, FIELD, Shape(w=(4, 8), h=(5, 16)), gap=(2, 2))
 SCENERY = (BLACK, GREEN, RED, *POW_COLORS)
 COIN_COLORS = tuple(c for c in range(0, 256, 2) if c not in SCENERY)

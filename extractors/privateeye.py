@@ -12,16 +12,17 @@ are record * 3 + copy, for the records that may hold the kind. Items to be found
 a scene, carried (at the top right).
 
 RAM: ALE's source (score), OCAtari 2.2 (kinds, meaning of the bytes), and the ROM's code. The steps
-at F513 of the second bank come before the drawing. Effects of collisions at F1FF, and the clock's
-step at F8CE of the first bank, come after it. F6DF lists the kinds' pictures. The pointers that
-F693 sets up give the detective's drawn picture and height.
+at F513 of the second bank come before the drawing. Effects of collisions at F1FF, such as a
+barrier's push at F38A, and the clock's step at F8CE of the first bank, come after it. F6DF lists
+the kinds' pictures. The pointers that F693 sets up give the detective's drawn picture and height.
 
 Covered: all scenes and signs of all five cases (written to RAM), the end of the game.
 
 Not exact: an object that a collision has taken or broken is gone from the RAM a frame early.
 
 VEM: it misses items in a scene, the car while it flashes, mud that the car touches, and objects
-behind others. It takes a curtain or a plant that touches the detective for a part of him.
+behind others. It misses bricks that touch the detective, and takes a curtain or a plant that
+touches him for a part of him.
 """
 
 import dataclasses
@@ -150,6 +151,8 @@ SIGNS = {  # by `scene`
     "Shop_Sign": (17, 18, 19, 21, 22, 23),
 }
 FALLS = (5, 6)  # scenes that draw only the first two records
+UNTOUCHED = 255  # `touched` without a collision; a loop counts it down at F1D9
+PUSH = 2  # columns that a barrier pushes the player away in each frame
 OVER = 128  # least `idle` with a blank screen
 STARTS = 1000  # points at the beginning
 CAR_BASE = 19  # least `car_row` of a car that is not down on its wheels
@@ -178,6 +181,7 @@ DETECTIVE = _detective_pictures()
 class Ram(RamMap):
     pointers = byte(18, 20)  # to the detective's picture and colours, minus the rows of lift
     held = byte(5)  # kind that the detective carries
+    touched = byte(36)  # 255, or a byte number of the case's facts after a collision at F1FF
     base = byte(38, 39, 40)  # 182 - bottom row
     kind = byte(41, 42, 43)
     size = bits(44, 45, 46, count=3)  # NUSIZ1
@@ -195,13 +199,15 @@ class Ram(RamMap):
     car_row = byte(86)  # 182 - its top row
     depth = byte(88)  # of the way into a passage
     fine_x = signed(91)  # quarters of a column; negative to the left
+    ahead = signed(119)  # columns from the player to the first record, when he was last down
 
 
 def decode(m: Ram) -> dict[str, Box]:
     objects = _object_boxes(m)
+    player_x = as_drawn(m, objects[0])
     by_name = {
-        "Player": _player(m),
-        "Car": _car(m),
+        "Player": _player(m, player_x),
+        "Car": _car(m, player_x),
         **_grouped(m, objects),
         "Badguy": _of_kind(m, objects, np.array([Kind.BADGUY])),
         "Passage": _passage_boxes(m, objects[0]),
@@ -211,6 +217,18 @@ def decode(m: Ram) -> dict[str, Box]:
         "Clock": _clock_box(m),
     }
     return {name: b.where(m.idle < OVER) for name, b in by_name.items()}
+
+
+def as_drawn(m: Ram, first: Box) -> jax.Array:
+    """The player's column before a barrier, the first record, pushed him."""
+    back = m.player_x - jnp.where(m.ahead < 0, PUSH, -PUSH)
+    meets = (m.touched != UNTOUCHED) & among(m.kind[0], Kind.BARRIERS)
+    return jnp.where(meets & _overlap(_car(m, back), first), back, m.player_x)
+
+
+def _overlap(a: Box, b: Box) -> jax.Array:
+    across = (a.x < b.x + b.w) & (b.x < a.x + a.w)
+    return across & (a.y < b.y + b.h) & (b.y < a.y + a.h)
 
 
 def _grouped(m: Ram, objects: Box) -> dict[str, Box]:
@@ -277,29 +295,28 @@ def _facing(m: Ram) -> jax.Array:
     return jnp.where(m.fine_x < 0, WEST, EAST)
 
 
-def _car(m: Ram) -> Box:
+def _car(m: Ram, player_x: jax.Array) -> Box:
     """The car, from the side, or from behind in a passage; it goes down on its wheels when hit."""
     top = BASE - m.car_row
     left = m.fine_x < 0
     aside = m.depth == 0
     down = when(m.car_row < CAR_BASE, 1)
-    x = m.player_x - when(aside, jnp.where(left, 9, 3) + down)
+    x = player_x - when(aside, jnp.where(left, 9, 3) + down)
     width = jnp.where(aside, 20 + 2 * down, 8)
     bottom = jnp.minimum(top + jnp.where(aside, 14, 15), CAR_END)
     return box(x, top, width, bottom - top, orientation=_facing(m)).clip(*FIELD)
 
 
-def _player(m: Ram) -> Box:
+def _player(m: Ram, player_x: jax.Array) -> Box:
     """The detective, down to the car."""
     apart = m.pointers[0] - m.pointers[1] & 255
     look = sum((when(apart == a, i) for i, a in enumerate(LOOK_KEYS)), jnp.zeros_like(apart))
     lift_byte = pick(look, LOW_BYTES.tolist()) - m.pointers[0] & 255
     lift = jnp.where(lift_byte > HIGHEST, lift_byte - 256, lift_byte)
     above = jnp.clip(ROWS - 1 + lift - m.car_row, 0, ROWS)  # rows that the car does not cover
-    x = m.player_x
     y = BASE + 1 - ROWS - lift
     at = (ROWS + 1) * look + above
-    drawn = DETECTIVE.box(at, x, y, mirrored=m.fine_x < 0, orientation=_facing(m))
+    drawn = DETECTIVE.box(at, player_x, y, mirrored=m.fine_x < 0, orientation=_facing(m))
     return drawn.clip(*FIELD)
 
 
@@ -347,6 +364,22 @@ class AboveCar(Step):
         return found._replace(box=boxes(found.x, found.y, found.w, height, found.valid))
 
 
+class OffDetective(Step):
+    """Drop bricks at the detective: a part of a house's brick looks like a thrown one."""
+
+    @property
+    def other(self) -> str:
+        """The category that the step reads."""
+        return "Player"
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        figures = context.found["Player"]
+        across = (figures.x <= found.x + found.w) & (found.x <= figures.x + figures.w)
+        beside = (figures.y <= found.y + found.h) & (found.y <= figures.y + figures.h)
+        return found.where(~(figures.valid & across & beside))
+
+
 FIGURE_COLORS = (0, 70, 74, 22, 26, 30, 130)
 figure = functools.partial(Blobs, FIGURE_COLORS, gap=(0, 1), then=(AboveCar(), Tight()))
 DETECTIVES = figure((8, 50, 160, 165), shapes=Shape(w=(7, 22), h=(7, 40)), first=(0, 30, 130))
@@ -373,7 +406,7 @@ ON_GROUND = (8, 172, 160, 181)
 BARRIERS = Blobs(BARRIER_COLOR, LOW_AREA, Shape(w=(5, 8), h=(17, 18)), gap=(0, 2))
 MUDS = Blobs(0, ON_GROUND, Shape(w=8, h=4, pixels=22))
 PLANTS = Blobs((26, 50, 214), HOUSE, Shape(w=(5, 6), h=(2, 16)), gap=(1, 1))
-BRICKS = Blobs(68, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL)
+BRICKS = Blobs(68, (14, 50, 160, 183), Shape(w=4, h=4), ignore=WALL, then=(OffDetective(),))
 PIECE_SHAPES = (
     Shape(w=8, h=4, pixels=36),
     Shape(w=8, h=4, pixels=33),

@@ -23,11 +23,14 @@ more if its table crosses a page. Objects left of the beam then show a line late
 
 Covered: all modes and difficulties, both shields, the cannon, rounds without the zone.
 
-Not exact, up to 4 columns off: a Yar that has just reached the edge or that the shield threw back;
-a moving Yar that a missile hit while a shot flew (the shot uses the byte of the Yar's last move,
-too); the column of a shot fired on the frame on which the previous one left the screen (f8e8 keeps
-the old column, 3 of 100 shots); a fast swirl in its first frames; shield blocks, missile and swirl
-on the frame of a hit; the swirl as it leaves the screen, because the RAM already has it at home.
+Not exact, up to 4 columns off: a Yar that has just reached the edge, or that the shield threw back
+(7 columns if a shot flew, because the ROM compares the shot with the shield next, f41b, and
+overwrites the traces of the throw); a moving Yar that a missile hit while a shot flew (the shot
+uses the byte of the Yar's last move, too); the column of a shot fired on the frame on which the
+previous one left the screen (f8e8 keeps the old column, 3 of 100 shots); a fast swirl in its first
+frames; shield blocks, missile and swirl on the frame of a hit; the swirl as it leaves the screen,
+because the RAM already has it at home. The colour of the swirl, if the cannon shot down its missile
+(f34d, at difficulty A), and of the Qotile in the first eight frames of a life.
 
 VEM: objects behind the zone, and missiles in front of it, are partly or fully hidden. It misses a
 shot that touches the Yar. It finds the Qotile inside a rotating shield only on frames without the
@@ -337,7 +340,8 @@ def _enemy_box(m: Ram, frame: Frame) -> Box:
     """The Qotile or the swirl, which rests when its pictures begin again.
 
     It starts when the clock is at 0 or 128. A swirl farther away than its slow speed allows is
-    fast.
+    fast. If it spins from the start of a life on, no missile flies (fb07), and it keeps the Yar's
+    colour, in which the score was drawn: only a Qotile at rest gets its own colour (fbb3).
     """
     begins = (m.enemy_look == EnemyLook.FIRST_SWIRL) & ~frame.odd
     rests = ~m.flies | (m.enemy_x == HOME_X) | m.dies | begins
@@ -347,7 +351,9 @@ def _enemy_box(m: Ram, frame: Frame) -> Box:
     fast = (m.variation > 1) & ~m.trenches & too_far
     step = match((rests, 0), (fast, pick(m.enemy_heading, FAST_DX)), otherwise=slow)
     enemy = ENEMIES.box(m.enemy_look, m.enemy_x - step, m.enemy_y + 3)
-    return replace(enemy.where(frame.play), color=m.enemy_color & ~1)
+    keeps_yar_color = m.spins & ~m.missile_flies & ~m.dies
+    color = jnp.where(keeps_yar_color, YAR_COLOR, m.enemy_color & ~1)
+    return replace(enemy.where(frame.play), color=color)
 
 
 def _missile_box(m: Ram, frame: Frame) -> Box:
@@ -417,12 +423,25 @@ def _turned_back(shield: jax.Array) -> jax.Array:
 facing = functools.partial(Category, attributes=("orientation",))
 between = functools.partial(display, blinks=True)  # shown between two rounds
 
-# The Qotile is 18 rows high and at times has the Yar's colour.
-PLAYER_SHAPES = Shape(w=2, h=6), Shape(w=(4, 10), h=(8, 17))  # the first one while it dissolves
-PLAYER = Blobs(YAR_COLOR, gap=(2, 3), shapes=PLAYER_SHAPES)
-SHOT = Blobs(YAR_COLOR, gap=(2, 3), shapes=Shape(w=1, h=(1, 2)))
+# The Qotile and the swirl at times have the Yar's colour. The Qotile is 18 rows high. With the gaps
+# filled, the swirl's pictures have 138 and 140 pixels, and the Yar's at least 141.
+SWIRL_SHAPES = Shape(w=8, h=16, pixels=138), Shape(w=8, h=16, pixels=140)
+PLAYER_SHAPES = (
+    Shape(w=2, h=6),  # while it dissolves
+    Shape(w=(4, 7), h=(8, 17)),
+    Shape(w=8, h=(8, 15)),
+    Shape(w=8, h=16, pixels=(1, 137)),
+    Shape(w=8, h=16, pixels=139),  # covered
+    Shape(w=8, h=16, pixels=(141, 256)),
+    Shape(w=8, h=17),
+    Shape(w=(9, 10), h=(8, 17)),
+)
+yar_colored = functools.partial(Blobs, YAR_COLOR, gap=(2, 3))
+PLAYER = yar_colored(shapes=PLAYER_SHAPES)
+SHOT = yar_colored(shapes=Shape(w=1, h=(1, 2)))
 ENEMY_FIGURE = Blobs(LIGHTS, (150, 0, 158, 195), Shape(w=8, h=(17, 18)))
-SWIRL = Blobs(SWIRLS, gap=(1, 1), shapes=Shape(w=(6, 8), h=(10, 16)))
+YAR_COLORED_SWIRL = yar_colored(shapes=SWIRL_SHAPES)
+SWIRL = Blobs(SWIRLS, gap=(1, 1), shapes=Shape(w=(6, 8), h=(10, 16)), also=(YAR_COLORED_SWIRL,))
 IN_ZONE = Blobs(
     tuple(c for c in LIGHTS if c & 8 and c not in (YAR_COLOR, CANNON_COLOR)),
     ZONE,
@@ -452,6 +471,7 @@ GAME = Game(
     decode=decode,
     checks=Checks(
         mirrored={"Player_Bullet": None},
+        rare=("Player", "Swirl"),  # in the same colour
     ),
     categories=(
         facing("Player", PLAYER, role="player", doc="the Yar"),

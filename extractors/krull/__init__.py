@@ -18,8 +18,7 @@ Covered: four scenes, five rounds; the fortress, the star, the lair (cage whole 
 hand, thrown, in flames) and later rounds by writes to the RAM.
 
 Not exact: from the sixth round on, figures may push the bride off the screen. The game's frame then
-takes two emulated frames, and every other one of these shows an older picture. When the web's lines
-jump back by a position, the positions of the frame before are not valid.
+takes two emulated frames, and every other one of these shows an older picture.
 
 VEM: it cuts mares that touch in the middle. It takes the player's weapon for a part of the player.
 It misses the flashing player, his sword, a spider that a line crosses, and a line with the player
@@ -42,6 +41,8 @@ from ocjax.authoring import (
     Category,
     Cells,
     Checks,
+    Context,
+    Detected,
     Digits,
     Game,
     Gauge,
@@ -54,10 +55,12 @@ from ocjax.authoring import (
     Runs,
     Shape,
     Static,
+    Step,
     Tight,
     Variants,
     among,
     box,
+    boxes,
     choose,
     display,
     edges,
@@ -101,7 +104,11 @@ OFF_SCREEN = 80  # least `y` and `shot_top` below the screen
 SLANTED_FROM = 45  # a slanted shot has column `shot_x` in this row
 # The web's lines.
 LINE_X = (-33, 7)  # of each byte's line at the first position
+LEAST_LINE_X = np.array((33, 40))  # of each byte, which goes around in a pitch
+LINE_STEP = np.array((-1, 1))  # of each byte in the first rounds
 LINE_PITCH = 24  # columns from position to position
+LINE_SPEEDS = ROM.bytes(0x1F6D, 8).tolist()  # added to `line_clock` on a frame, by round
+FIRST_BOTH_WAYS = 3  # round in which the lines move both ways
 LINE_TOP = 16
 LINE_WIDTH = 41
 LINE_ROWS = 156
@@ -129,7 +136,7 @@ def decode(m: Ram) -> dict[str, Box]:
     figures = turns_of_figures(m)
     y = jnp.where(m.scene == Scene.WEDDING, figures.start, m.y)
     mares = _mare_boxes(m)
-    boxes = {
+    by_name = {
         "Player": _player_box(m, y, mares),
         "Lyssa": _lyssa_box(m, y),
         "Slayers": _slayer_boxes(m, y).where(m.scene == Scene.WEDDING),
@@ -147,7 +154,7 @@ def decode(m: Ram) -> dict[str, Box]:
         "Wall": _cage_boxes(m).where(m.scene == Scene.LAIR),
         **_display_boxes(m),
     }
-    return {name: b.where((name in STAY) | ~m.over) for name, b in boxes.items()}
+    return {name: b.where((name in STAY) | ~m.over) for name, b in by_name.items()}
 
 
 def _display_boxes(m: Ram) -> dict[str, Box]:
@@ -287,9 +294,15 @@ def _shot_box(m: Ram, figures: Turns) -> Box:
 
 
 def _line_boxes(m: Ram) -> Box:
-    """The lines of this frame and of the one before."""
+    """The lines of this frame, and those of the one before, before their step ($F907)."""
+    moved = m.line_clock < pick(m.round, LINE_SPEEDS)
+    is_forward = (m.round < FIRST_BOTH_WAYS) | m.lines_as_first
+    step = when(moved, jnp.where(is_forward, LINE_STEP, -LINE_STEP))
+    before = LEAST_LINE_X + mod(m.line_x - LEAST_LINE_X - step + LINE_PITCH, LINE_PITCH)
     place = np.tile(np.arange(3), 2)
-    x = jnp.repeat(m.line_x + np.array(LINE_X), 3) + LINE_PITCH * place
+    is_before = place == mod(m.next_place + 1, 3)
+    first_x = jnp.where(is_before, jnp.repeat(before, 3), jnp.repeat(m.line_x, 3))
+    x = first_x + np.repeat(LINE_X, 3) + LINE_PITCH * place
     return box(x, LINE_TOP, LINE_WIDTH, LINE_ROWS, place != m.next_place).clip(*ABOVE_GROUND)
 
 
@@ -324,7 +337,21 @@ figure = partial(Blobs, gap=(1, 1))
 PLAYER = figure((*COLORS, 238), FIELD, shapes=Shape(w=(4, 16), h=(7, 16)))
 SLAYERS = figure(SLAYER, FIELD, shapes=Shape(w=(3, 8), h=(4, 17)))
 SPIDER = figure(14, FIELD, shapes=Shape(w=(7, 8), h=(7, 12)))
-STARS = Cells(14, (20, 137) * 4, tuple(STAR_Y.tolist()), 3, 4, whole=False, margin=(1, 2))
+
+
+class WithPoints(Step):
+    """Add the rows above and below that hold a star's upper and lower point."""
+
+    def __call__(self, found: Detected, _: Context) -> Detected:
+        """The objects after the step."""
+        return found._replace(box=boxes(found.x, found.y - 1, found.w, found.h + 2, found.valid))
+
+
+# In the two middle rows, a star has three columns, and a line two at most.
+STAR_MIDDLES = tuple(
+    (x, y + 1, x + 3, y + 3) for x, y in zip(STAR_X.tolist(), STAR_Y.tolist(), strict=True)
+)
+STARS = Bounds(14, STAR_MIDDLES, min_size=(3, 2), then=(WithPoints(),))
 ride = partial(
     Blobs, shapes=Shape(w=(4, 16), h=(5, 9), pixels=(20, 80), split=(8, 9)), then=(Tight(),)
 )
@@ -341,16 +368,39 @@ SHOT = Blobs(
 )
 # Left and right lines are apart in this row. The first position shows two rows lower.
 CROSSED = 111
+LEAST_X = 8  # of lines
+MIDDLE = 80  # left lines end before it in that row
+LEFT_OF_LINE = 7  # columns of a line's box left of its pixel in that row
+
+
+class OffSpider(Step):
+    """Drop lines on the left that are the legs of a spider in the row."""
+
+    @property
+    def other(self) -> str:
+        """The category that the step reads."""
+        return "Spider"
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        legs = context.found["Spider"]
+        in_row = legs.valid & (legs.y <= CROSSED) & (legs.y + legs.h > CROSSED)
+        last = found.x + LEFT_OF_LINE
+        first = jnp.where(found.x == LEAST_X, LEAST_X, last)  # columns that the box may belong to
+        within = (legs.x <= last) & (first < legs.x + legs.w)
+        return found.where(~(in_row & within & (last < MIDDLE)))
+
+
 line = partial(Run, (6, 14), width=1)
 LINE_RUNS = Runs(
     (
         *(line(CROSSED, left=x, height=61, before=x - 8, above=95, after=33) for x in range(8, 15)),
         line(CROSSED + 2, left=8, height=59, above=97, after=32),
-        line(CROSSED, left=(15, 78), height=61, before=7, above=95, after=33),
+        line(CROSSED, left=(15, 78), height=61, before=LEFT_OF_LINE, above=95, after=33),
         Run((6, *COLORS, *HIT), CROSSED, (80, 159), 1, height=61, before=33, above=95, after=7),
     ),
     most=3,
-    then=(Packed(),),
+    then=(OffSpider(), Packed()),
 )
 SCORE = Digits(FONT, range(55, 103, 8), 176, centered=True)
 CAGE = Cells(36, tuple(WALL_X.tolist()), tuple(WALL_Y.tolist()), 4, 4)

@@ -27,6 +27,7 @@ class Ram(RamMap):
     """Each scene uses many bytes in its own way, so a byte has a name for each use."""
 
     # In all scenes.
+    round = byte(4)
     over = flag(0, bit=7)  # the title is shown
     sun_y = byte(23)
     sun_x = byte(24)
@@ -60,6 +61,8 @@ class Ram(RamMap):
     foe_picture = byte(68)  # of the spider or the star
     line_x = byte(116, 115)  # x + 33 and x - 7 of the first position
     next_place = byte(117)  # position of the lines on the next frame
+    lines_as_first = flag(3, bit=7)  # from the third round on, they also move the other way
+    line_clock = byte(121)  # the lines move when it overflows
 
     # In the desert.
     mare_picture = byte(68, 66)

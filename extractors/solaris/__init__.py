@@ -32,8 +32,8 @@ derived anything from its records yet; `Ram` then has the values of the first fr
 game, all records already belong to the next game, while the frame is the last one of the old game.
 
 VEM: it sees overlapping pictures as one, cannot distinguish blockaders of one dot from stars, and
-misses black rows of craters on the ground's black lines. During an alarm it sees the uppermost rows
-of large red planets as objects of their own. It takes the blue part of some jumpers for a planet.
+misses black rows of craters on the ground's black lines. It takes the blue part of some jumpers for
+a planet, and the red part of a jumper that the view's edge cuts off.
 """
 
 import functools

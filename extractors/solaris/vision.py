@@ -4,6 +4,7 @@ Most pictures have several colours, and share them with other pictures. Sizes an
 distinguish these.
 """
 
+import functools
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -147,23 +148,54 @@ class WithDarkEdges(Step):
         )
 
 
+class Size(NamedTuple):
+    """Columns and rows of a picture."""
+
+    w: int
+    h: int
+
+
+RED_OF_JUMPERS = (Size(4, 2), Size(8, 6))  # no planet is so large, unless the view cuts it off
+
+
+@dataclass(frozen=True)
+class WithoutJumpers(Step):
+    """Drop jumpers' red rows that have as many pixels as parts of planets."""
+
+    def __call__(self, found: Detected, context: Context) -> Detected:
+        """The objects after the step."""
+        sizes = [(found.w == size.w) & (found.h == size.h) for size in RED_OF_JUMPERS]
+        whole = (found.y > VIEW_TOP) & (found.y + found.h < VIEW_BOTTOM)
+        return found.where(~(functools.reduce(jnp.logical_or, sizes) & whole))
+
+
 SHIP = Bounds(SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
 GROUND_SHIP = Bounds(GROUND_SHIP_COLORS, SHIP_ROWS, (9, 7), (11, 7), then=(Raised(2),))
 PLAYER_COLORS = (*SHIP_COLORS, *GROUND_SHIP_COLORS, 64, 132, 160, 162)
 SHOTS = _everywhere(SHOT, Shape((1, 8), (1, 8)), gap=(3, 3))
 ENEMY_SHOTS = _everywhere(ENEMY_SHOT, Shape((1, 5), (1, 7)), gap=(1, 1))
 
+RED_GAP = (0, 1)  # before an alarm, large red planets lack single rows
+# Jumpers have red rows, too. With the gaps filled, these are 4 x 2, 5 x 4, 6 x 3, 8 x 6 and 8 x 7
+# columns and rows with 10, 21, 20, 48 and 52 pixels.
 RED_SHAPES = (
     Shape(1, 1),
     Shape(2, 2),
-    Shape(3, (2, 4), pixels=(6, 12)),
+    Shape(3, (3, 4), pixels=(10, 11)),  # a darter has 8
     Shape(4, (2, 5)),
-    Shape(5, (2, 3), pixels=(8, 12)),
-    Shape(5, (4, 6), pixels=(8, 11)),  # a darter before an alarm has 12
-    Shape(5, (2, 6), pixels=(14, 30)),
-    Shape((6, 16), (1, 24)),
+    Shape(5, 2),
+    Shape(5, 3, pixels=18),
+    Shape(5, 4, pixels=23),  # a darter has 17
+    Shape(5, (5, 6), pixels=(28, 31)),  # a darter has 18
+    Shape(6, (1, 2)),
+    Shape(6, 3, pixels=(21, 24)),
+    Shape(6, (4, 24)),
+    Shape((7, 8), (1, 6)),
+    Shape((7, 8), 7, pixels=(53, 64)),
+    Shape((7, 8), (8, 24)),
+    Shape((9, 16), (1, 24)),
 )
-RED_PLANETS = _space(DARTER_OR_RAIDER, RED_SHAPES)
+RED_PLANETS = _space(DARTER_OR_RAIDER, RED_SHAPES, gap=RED_GAP, then=(WithoutJumpers(),))
 BLUE_SHAPES = (
     Shape(2, 2, pixels=4),
     Shape((3, 4), (2, 5), pixels=(6, 20)),
@@ -192,9 +224,9 @@ GROUND_PIRATES = _ground(JUMPER_OR_PIRATE, GROUND_PIRATE_SHAPES)
 PIRATES = _space(PIRATE, Shape((1, 8), (1, 9)), gap=(2, 2), also=(GROUND_PIRATES,))
 ALL_PIRATE_COLORS = (*PIRATES.palette, 18)
 WARPS = _space(WARP, Shape(8, 8, 18), gap=(1, 1))
-DARTER_SHAPES = (Shape(2, 1), Shape(5, 5, 13), Shape(5, 4, 12), Shape(3, 3, 5))
-DARTERS = _space(DARTER_OR_RAIDER, DARTER_SHAPES)
-RAIDERS = _ground(DARTER_OR_RAIDER, _pictures((7, 8, 30), (3, 5, 12)))
+DARTER_SHAPES = (Shape(2, 1), Shape(5, 5, 18), Shape(5, 4, 17), Shape(3, 3, 8))
+DARTERS = _space(DARTER_OR_RAIDER, DARTER_SHAPES, gap=RED_GAP)
+RAIDERS = _ground(DARTER_OR_RAIDER, _pictures((7, 8, 40), (3, 5, 15)), gap=RED_GAP)
 # Jumpers before black, then those without their rows in the colour of an alarm.
 JUMPER_SHAPES = (
     *_pictures((8, 10, 54), (6, 8, 32), (5, 6, 21), (3, 3, 7)),

@@ -142,7 +142,11 @@ CAR_SHAPES = (  # higher shapes have more pixels
 )
 CARS = in_view((BLACK, *CAR_COLORS), shapes=CAR_SHAPES)
 small = functools.partial(in_view, (BLACK, *FLAG_COLORS))
-FLAGS = small(shapes=Shape(w=(4, 7), h=(7, 16), pixels=(14, 52)))
+FLAG_SHAPES = (
+    Shape(w=(4, 7), h=(7, 16), pixels=(14, 52)),
+    Shape(w=2, h=(5, 6), pixels=(6, 7)),  # the pole and the cloth's corner of a cut flag
+)
+FLAGS = small(shapes=FLAG_SHAPES)
 COLLECTABLES = small(shapes=Shape(w=(6, 8), h=(14, 16), pixels=(53, 90)))
 
 
