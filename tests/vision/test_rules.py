@@ -10,7 +10,7 @@ import pytest
 
 from ocjax.console import palette
 from ocjax.console.boxes import box
-from ocjax.console.fonts import Digits, hex_font
+from ocjax.console.fonts import DIGITS_3X5, Digits, hex_font
 from ocjax.console.rom import Rom
 from ocjax.extraction.categories import Category, display
 from ocjax.extraction.game import Game
@@ -129,9 +129,14 @@ def test_a_thin_shot_before_a_figure():
     assert game.vem(frame).xywh[:3].tolist() == [[42, 29, 7, 7], [60, 40, 1, 5], [0, 0, 0, 0]]
 
 
+def game_with_parts(shape):
+    """The small game with three slots for the tight parts of components."""
+    rule = Blobs(14, (0, 20, 160, 60), shape, then=(Tight(),))
+    return GAME.replaced(categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+
+
 def test_figures_of_unequal_height_that_touch():
-    rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 16), h=(1, 9), split=(8, 9)), then=(Tight(),))
-    game = GAME.replaced(categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+    game = game_with_parts(Shape(w=(1, 16), h=(1, 9), split=(8, 9)))
     frame = np.zeros((210, 160), np.uint8)
     frame[30:38, 26:34], frame[29:37, 34:41] = 14, 14
     frame[40:44, 100:103] = 14
@@ -142,8 +147,7 @@ def test_figures_of_unequal_height_that_touch():
 
 def test_parts_without_pixels_are_dropped():
     """An L in quarters: none at the top right."""
-    rule = Blobs(14, (0, 20, 160, 60), Shape(w=(1, 8), h=(1, 8), split=(4, 4)), then=(Tight(),))
-    game = GAME.replaced(categories=(Category("A", rule, count=3), *CATEGORIES[1:]), decode=three)
+    game = game_with_parts(Shape(w=(1, 8), h=(1, 8), split=(4, 4)))
     frame = np.zeros((210, 160), np.uint8)
     frame[30:38, 26:30], frame[34:38, 30:34] = 14, 14
     found = game.vem(frame)
@@ -319,23 +323,11 @@ def test_objects_of_different_colours_stay_apart():
 
 def test_digits_and_gauges_are_read():
     """Numbers drawn into a frame, against VEM's values; empty and foreign cells count as 0."""
-    font = (
-        "75557",
-        "22222",
-        "71747",
-        "71317",
-        "55711",
-        "74717",
-        "44757",
-        "71111",
-        "75757",
-        "75711",
-    )
     digits = [
-        Digits(hex_font(font, 3, (4, 2)), (left, left + 16, left + 32), top)
+        Digits(hex_font(DIGITS_3X5, 3, (4, 2)), (left, left + 16, left + 32), top)
         for left, top in ((3, 4), (90, 100))
     ]
-    clock = Digits(hex_font(font, 3, (2, 1)), (20, 31), 60, weights=(60, 1))
+    clock = Digits(hex_font(DIGITS_3X5, 3, (2, 1)), (20, 31), 60, weights=(60, 1))
     game = Game(
         name="Test",
         rom=Rom("pong", "0" * 32),
@@ -360,7 +352,7 @@ def test_digits_and_gauges_are_read():
     frames, want = np.zeros((40, 210, 160), np.uint8), np.zeros((40, 4), int)
 
     def draw(frame, d, cell, digit, color):
-        for j, row in enumerate(font[digit]):
+        for j, row in enumerate(DIGITS_3X5[digit]):
             for i in range(3):
                 if int(row, 16) >> (2 - i) & 1:
                     y, x = d.top + j * d.font.dot[1], d.lefts[cell] + i * d.font.dot[0]
@@ -427,18 +419,7 @@ def test_gauges_of_other_boxes_and_coarse_ones():
 def test_numbers_beside_signs_and_other_texts():
     """A sign before a number is an empty cell, a picture of several digits is not read, and cells
     that are free hold nothing."""
-    pictures = (
-        "75557",
-        "22222",
-        "71747",
-        "71317",
-        "55711",
-        "74717",
-        "44757",
-        "71111",
-        "71111",
-        "75711",
-    )
+    pictures = (*DIGITS_3X5[:8], DIGITS_3X5[7], DIGITS_3X5[9])
     sign = (2, 5, 5, 5, 2)
     font = dataclasses.replace(hex_font(pictures, 3, pitch=4), signs=(sign,))
     number = functools.partial(Digits, font, (4, 8), 10)

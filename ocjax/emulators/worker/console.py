@@ -166,7 +166,7 @@ def _cartridge(name: bytes) -> Fields:
     """The fields of a kind of cartridge."""
     if name not in _CARTRIDGES:
         known = ", ".join(one.decode() for one in _CARTRIDGES)
-        raise NotImplementedError(
+        raise RuntimeError(
             f"the cartridge {name.decode()} is not supported, only {known}; add its fields to "
             "_CARTRIDGES in ocjax/emulators/worker/console.py"
         )
