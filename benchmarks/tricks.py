@@ -146,6 +146,12 @@ TRICKS = (
         (rem("Amidar", "Riverraid", "Pong"),),
     ),
     Trick(
+        "repetitions by broadcasts",
+        "_xla.dataflow._repetitions",
+        becomes(lambda _: 1),
+        (rem("Enduro", "BattleZone"),),
+    ),
+    Trick(
         "stored reductions",
         "_xla.dataflow._REDUCTIONS",
         becomes(frozenset()),

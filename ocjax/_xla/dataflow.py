@@ -1,7 +1,8 @@
 """Flat list of the operations of a traced function, and the choice of results to store.
 
-XLA computes a result again in every kernel that reads it. `worth_storing` finds the results that
-are cheaper to write to memory once. The README beside this file has an example.
+XLA computes a result again in every kernel that reads it, and for each repetition by a broadcast.
+`worth_storing` finds the results that are cheaper to write to memory once. The README beside this
+file has an example.
 """
 
 import functools
@@ -49,6 +50,7 @@ class Constant(NamedTuple):
 
 
 Operand = int | Constant  # an int is the number of a value of the program
+Site = tuple[int, int]
 
 
 class Step(NamedTuple):
@@ -138,40 +140,54 @@ def flatten(closed: ClosedJaxpr) -> Program:
     return Program(flat.steps, inputs, outputs, flat.num_values)
 
 
-def sites(program: Program) -> list[set[tuple[int, int]]]:
+def sites(program: Program) -> list[dict[Site, int]]:
     """Find the evaluation sites of each value if nothing is stored.
 
-    A site is a kernel or an operand of a join, by the number of its operation.
+    A site is a kernel or an operand of a join, by the number of its operation. The count of a site
+    is the number of times it evaluates the value: a broadcast repeats its operand.
     """
-    found: list[set[tuple[int, int]]] = [set() for _ in range(program.num_values)]
+    found: list[dict[Site, int]] = [{} for _ in range(program.num_values)]
     for i, value in enumerate(program.outputs):
         if not isinstance(value, Constant):
-            found[value].add((len(program.steps), i))
+            found[value][len(program.steps), i] = 1
     for i, step in reversed(list(enumerate(program.steps))):
         for k, value in step.values:
-            found[value] |= _sites_of_operand(step, i, k, found[step.outputs[0]])
+            for site, count in _sites_of_operand(step, i, k, found[step.outputs[0]]).items():
+                found[value][site] = max(count, found[value].get(site, 0))
     return found
 
 
-def _sites_of_operand(
-    step: Step, i: int, k: int, own: set[tuple[int, int]]
-) -> set[tuple[int, int]]:
+def _sites_of_operand(step: Step, i: int, k: int, own: dict[Site, int]) -> dict[Site, int]:
     if step.name not in _FUSED:
-        return {(i, 0)}
-    return {(i, k)} if step.name in _JOINS else own
+        return {(i, 0): 1}
+    if step.name in _JOINS:
+        return {(i, k): max(own.values(), default=1)}
+    return {site: count * _repetitions(step) for site, count in own.items()}
+
+
+def _repetitions(step: Step) -> int:
+    """The number of times that a kernel evaluates the operand for each evaluation of the result.
+
+    Scalars in element-wise operations also repeat, but counting them makes no game faster.
+    """
+    if step.name != "broadcast_in_dim":
+        return 1
+    (operand,) = step.eqn.invars
+    (result,) = step.eqn.outvars
+    return result.aval.size // max(1, operand.aval.size)
 
 
 def worth_storing(program: Program) -> set[int]:
     """Choose the results of reductions, and the values that are cheaper to store.
 
-    A value is not stored if an operation that reads it has at least equally many evaluation sites:
-    that operation's result may be stored instead.
+    A value is not stored if an operation that reads it is evaluated at least equally often: that
+    operation's result may be stored instead.
     """
-    sites_of = sites(program)
-    most = [1] * program.num_values  # evaluation sites of an operation that reads the value
+    evaluations = [sum(of_value.values()) for of_value in sites(program)]
+    most = [1] * program.num_values  # evaluations of an operation that reads the value
     for step in program.steps:
         for _, value in step.values:
-            count = len(sites_of[step.outputs[0]]) if step.name in _FUSED else 1
+            count = evaluations[step.outputs[0]] if step.name in _FUSED else 1
             most[value] = max(most[value], count)
     stored: set[int] = set()
     # A bit for each operation that is needed to compute the value again.
@@ -182,7 +198,7 @@ def worth_storing(program: Program) -> set[int]:
             needed[out] = functools.reduce(
                 operator.or_, (needed[value] for _, value in step.values), 1 << i
             )
-        extra = len(sites_of[out]) - 1
+        extra = evaluations[out] - 1
         saved = extra * needed[out].bit_count()
         if step.name in _REDUCTIONS or (extra >= most[out] and saved >= MIN_SAVED_OPERATIONS):
             stored.add(out)

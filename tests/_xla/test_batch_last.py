@@ -93,6 +93,15 @@ def test_operands_of_concatenations_count():
     assert stored(lambda x: jnp.concatenate([long(x), long(x) + 1])) == ["xor"]
 
 
+def test_repetitions_by_broadcasts_count():
+    def repeats(x):
+        return jnp.broadcast_to(long(x, 10)[None], (8, 4)) + 1
+
+    p = program(repeats, 4)
+    (value,) = worth_storing(p)
+    assert sum(sites(p)[value].values()) == 8
+
+
 def test_reductions_are_stored():
     assert stored(lambda x: x.max() + 1) == ["reduce_max"]
 
