@@ -7,7 +7,7 @@ file has an example.
 
 import functools
 import operator
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,8 @@ ELEMENTWISE = frozenset(
 _MOVES = frozenset(
     "broadcast_in_dim gather iota pad reshape rev slice squeeze tile transpose".split()
 )
+# Operations that read one part of an operand. The operand is stored instead of its parts.
+_PARTS = frozenset("slice squeeze".split())
 _JOINS = frozenset("concatenate stack".split())
 # Operations that XLA fuses into the kernels that read their results.
 _FUSED = ELEMENTWISE | _MOVES | _JOINS
@@ -184,11 +186,7 @@ def worth_storing(program: Program) -> set[int]:
     operation's result may be stored instead.
     """
     evaluations = [sum(of_value.values()) for of_value in sites(program)]
-    most = [1] * program.num_values  # evaluations of an operation that reads the value
-    for step in program.steps:
-        for _, value in step.values:
-            count = evaluations[step.outputs[0]] if step.name in _FUSED else 1
-            most[value] = max(most[value], count)
+    most = _most_evaluations_of_readers(program, evaluations)
     stored: set[int] = set()
     # A bit for each operation that is needed to compute the value again.
     needed = [0] * program.num_values
@@ -200,7 +198,27 @@ def worth_storing(program: Program) -> set[int]:
             )
         extra = evaluations[out] - 1
         saved = extra * needed[out].bit_count()
-        if step.name in _REDUCTIONS or (extra >= most[out] and saved >= MIN_SAVED_OPERATIONS):
+        is_cheaper = extra >= most[out] and saved >= MIN_SAVED_OPERATIONS
+        if step.name in _REDUCTIONS or (is_cheaper and step.name not in _PARTS):
             stored.add(out)
             needed[out] = 0
     return stored
+
+
+def _most_evaluations_of_readers(program: Program, evaluations: Sequence[int]) -> list[int]:
+    """For each value, the evaluations of the operation that reads it and is evaluated most often.
+
+    What reads a part of a value reads the value.
+    """
+    most = [1] * program.num_values
+    for step in reversed(program.steps):
+        out = step.outputs[0]
+        if step.name in _PARTS:
+            count = most[out]
+        elif step.name in _FUSED:
+            count = evaluations[out]
+        else:
+            count = 1
+        for _, value in step.values:
+            most[value] = max(most[value], count)
+    return most

@@ -102,6 +102,14 @@ def test_repetitions_by_broadcasts_count():
     assert sum(sites(p)[value].values()) == 8
 
 
+def test_a_value_is_stored_instead_of_its_parts():
+    def selects(x):
+        rows = long(x, 10)
+        return sum(jnp.broadcast_to(rows[i : i + 1], (8,)) for i in range(4))
+
+    assert stored(selects) == ["xor"]
+
+
 def test_reductions_are_stored():
     assert stored(lambda x: x.max() + 1) == ["reduce_max"]
 
