@@ -18,7 +18,7 @@ from ocjax.vision.bounds import tight_boxes
 from ocjax.vision.components import MAX_FRAMES, components
 from ocjax.vision.components import candidates as stages
 from ocjax.vision.components.fill import fill
-from ocjax.vision.components.search import MAX_PARTS, Search
+from ocjax.vision.components.search import MAX_PARTS, Search, words_across
 from ocjax.vision.filters import NoLines
 from ocjax.vision.pictures import PICTURE_WIDTH, picture
 from ocjax.vision.shapes import Shape, limits
@@ -489,6 +489,24 @@ def test_tight_boxes(random):
                 continue
             assert (x, y, w, h) == (left + xs.min(), top + ys.min(), np.ptp(xs) + 1, np.ptp(ys) + 1)
             assert head == left + xs[ys == ys.min()].min()
+
+
+@pytest.mark.parametrize("row", range(5))
+def test_tight_boxes_of_rows_of_regions(row):
+    """A pixel in any row of several regions of one mask, whose rows are gathered together."""
+    pixels = np.zeros((1, H, W), np.uint8)
+    regions = [(left, top, left + 9, top + 5) for left, top in ((0, 0), (40, 9), (80, 19))]
+    for left, top, _, _ in regions:
+        pixels[0, top + row, left + 3] = 2
+    mask = bitmap.color_mask(bitmap.planes(jnp.asarray(pixels)), (2,))
+    found = np.array(tight_boxes([mask] * 3, regions))[..., 0].T
+    assert found.tolist() == [[left + 3, top + row, 1, 1, left + 3] for left, top, _, _ in regions]
+
+
+@pytest.mark.parametrize("reach", [1, 16, 17, 32, 33, 160])
+def test_windows_hold_a_component_on_both_sides_of_its_first_pixel(reach):
+    words = words_across(reach)
+    assert 32 * (words - 1) < 2 * reach <= 32 * words
 
 
 @pytest.mark.parametrize("height", [1, 31, 32, 33, 40, 150])

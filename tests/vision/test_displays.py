@@ -64,6 +64,7 @@ def test_icons_are_counted_where_their_box_is(icons, left, pitch):
     assert [int(v) for v in (b.x, b.y, b.w, b.h, b.value)] == seen(
         row.rule(COLOR, (30, 170, 120, 190), single=2), frame
     )
+    assert b.valid
     assert not row.box(jnp.int32(0)).valid
     assert not row.box(jnp.int32(3), valid=False).valid
 
