@@ -227,6 +227,14 @@ def _drop(value: float | None) -> str:
     return "-" if value is None else f"{value:.0f}"
 
 
+def _beside_random(rows: Sequence[Row]) -> str:
+    """A sentence that names the agents that are no better than random play."""
+    others = [row.game for row in rows if not row.exceeds_random]
+    but = f" (not {', '.join(others)})" if others else ""
+    better = len(rows) - len(others)
+    return f"{better} of {len(rows)} agents{but} exceed random play by three standard errors."
+
+
 def sections(rows: Sequence[Row], agent: str) -> str:
     """The tables of an agent as Markdown."""
     own = _own(rows, agent)
@@ -238,11 +246,9 @@ def sections(rows: Sequence[Row], agent: str) -> str:
         for row in own
         if row.drops
     ]
-    better = sum(row.exceeds_random for row in own)
     parts = [
         _table(SUMMARY_HEADER, summaries),
-        f"{better} of {len(own)} agents exceed random play by three standard errors. {above} exceed"
-        " human play.",
+        f"{_beside_random(own)} {above} exceed human play.",
         _table(HEADER, [_cells(row) for row in own]),
     ]
     if varied:

@@ -149,7 +149,13 @@ TRICKS = (
         "repetitions by broadcasts",
         "_xla.dataflow._repetitions",
         becomes(lambda _: 1),
-        (rem("Enduro", "BattleZone"),),
+        (rem("Enduro", "Phoenix", "Riverraid"),),
+    ),
+    Trick(
+        "values instead of their parts",
+        "_xla.dataflow._PARTS",
+        becomes(frozenset()),
+        (rem("Enduro", "Phoenix"),),
     ),
     Trick(
         "stored reductions",

@@ -101,3 +101,6 @@ def test_page(scores, tmp_path):
     assert "| Boxing | gravity - |" in first
     scores.write_page(rows, path)
     assert path.read_text() == first
+    assert "2 of 2 agents exceed random play by" in first
+    scores.write_page([*rows, row(scores, "Venture", mean=-20.0)], path)
+    assert "2 of 3 agents (not Venture) exceed random play by" in path.read_text()
