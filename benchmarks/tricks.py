@@ -284,12 +284,6 @@ TRICKS = (
         (vem("Pong", "Freeway"),),
     ),
     Trick(
-        "pixels in boxes",
-        "vision.scene.MIN_MATERIALIZED_BOXES",
-        becomes(LIMITLESS),
-        (vem("RoadRunner"),),
-    ),
-    Trick(
         "first mask",
         "vision.scene.MIN_MATERIALIZED_COLORS",
         becomes(LIMITLESS),
@@ -305,13 +299,13 @@ TRICKS = (
         "short reductions",
         "vision.bitmap.MAX_REDUCED_ROWS",
         becomes(LIMITLESS),
-        (vem("Asteroids", "UpNDown"),),
+        (vem("Gopher", "Pooyan"),),
     ),
     Trick(
         "gathered regions",
         "vision.bounds.MAX_GATHERED_ROWS",
         becomes(0),
-        (vem("Boxing", "Breakout"),),
+        (vem("Gopher", "NameThisGame"),),
     ),
     Trick(
         "large windows",
@@ -373,13 +367,13 @@ SIZES = (
         "strips, 4 rows",
         "vision.bounds.STRIP_ROWS",
         becomes(4),
-        (vem("Boxing", "Breakout"),),
+        (vem("Gopher", "NameThisGame"),),
     ),
     Trick(
         "strips, 16 rows",
         "vision.bounds.STRIP_ROWS",
         becomes(16),
-        (vem("Boxing", "Breakout"),),
+        (vem("Gopher", "NameThisGame"),),
     ),
     Trick(
         "blocks of rows, 16",

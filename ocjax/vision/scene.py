@@ -27,8 +27,6 @@ from ocjax.vision.steps import Context, Step
 # Regions. At most this many with the same colours compute their own rows of the mask. Row `unshared
 # masks` of benchmarks/tricks.py.
 MAX_UNSHARED_REGIONS = 2
-# Boxes for which the pixels inside are materialized. Row `pixels in boxes` of benchmarks/tricks.py.
-MIN_MATERIALIZED_BOXES = 12
 # Colours for which the first mask is materialized, because XLA does not vectorise the loop that
 # computes it and writes the board. Row `first mask` of benchmarks/tricks.py.
 MIN_MATERIALIZED_COLORS = 10
@@ -133,17 +131,8 @@ class Scene:
         return mask
 
     def _inside(self, names: tuple[str, ...]) -> Bitmap:
-
-        def inside(box: jax.Array) -> Bitmap:
-            found = Detected(box)
-            return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.height)
-
-        box = jnp.concatenate([self.found[name].box for name in names])
-        return (
-            kernels.materialize(inside, box, small=0)
-            if len(box) >= MIN_MATERIALIZED_BOXES
-            else inside(box)
-        )
+        found = Detected(jnp.concatenate([self.found[name].box for name in names]))
+        return bm.boxes(found.x, found.y, found.w, found.h, found.valid, self.height)
 
     def _count(self, rule: Bounds | Blobs, colors: tuple[int, ...]) -> Bitmap:
         read_once = _is_whole(rule) or self._read_once(rule, colors)
