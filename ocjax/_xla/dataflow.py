@@ -52,7 +52,7 @@ class Constant(NamedTuple):
 
 
 Operand = int | Constant  # an int is the number of a value of the program
-Site = tuple[int, int]
+Site = tuple[int, int]  # number of an operation, and of its operand or of a result
 
 
 class Step(NamedTuple):
