@@ -367,13 +367,13 @@ SIZES = (
         "strips, 4 rows",
         "vision.bounds.STRIP_ROWS",
         becomes(4),
-        (vem("Gopher", "NameThisGame"),),
+        (vem("Boxing", "Breakout"),),
     ),
     Trick(
         "strips, 16 rows",
         "vision.bounds.STRIP_ROWS",
         becomes(16),
-        (vem("Gopher", "NameThisGame"),),
+        (vem("Boxing", "Breakout"),),
     ),
     Trick(
         "blocks of rows, 16",
